@@ -259,7 +259,7 @@ NAMES: Mapping[str, str] = {
     "steiner": "wrong-inertia inertia-of-body-missing",
     "inertia": "wrong-inertia inertia-of-body-missing",
     "arm": "wrong-parameter wrong-inertia",
-    "cross": "cross-term-missing sign factor wrong-function",
+    "cross": "cross-term-missing missing-term sign factor wrong-function",
     "carried": "moved-mass-missing cross-term-missing missing-term",
     "relative": "wrong-angle cross-term-missing",
     "absolute": "wrong-angle",
@@ -281,7 +281,7 @@ NAMES: Mapping[str, str] = {
     "undivided": "arithmetic dimension",
     "squared": "power dimension",
     "clockwise": "sign wrong-angle",
-    "velocities": "rate-product-missing",
+    "velocities": "rate-product-missing missing-term",
     "spring": "spring-sign spring-free-length",
     "turned": "sign gravity-sign spring-sign damping-sign",
     "term": "missing-term",
@@ -292,11 +292,17 @@ NAMES: Mapping[str, str] = {
     "nothing": "",
     "other": "copied-other-coordinate",
     "variable": "",
+    "row": "",
     "multiplier": "",
+    "power": "power missing-factor",
+    "extra": "extra-term",
+    "drive": "drive-missing",
+    "untied": "constraint-ignored",
+    "prescribed": "prescribed-motion-ignored missing-term",
 }
 """Which causes of a sealed list a rule names."""
 
-VAGUE = ("term", "termsign", "termfactor", "turned")
+VAGUE = ("term", "termsign", "termfactor", "turned", "extra")
 """Rules that say how a term differs and give no reason, so never a false one."""
 
 WHOLE = {"answer.factor": "termfactor", "answer.turned": "turned"}

@@ -26,7 +26,7 @@ from symdyn.runtime.library import SUFFIX
 
 pytestmark = [pytest.mark.targets, pytest.mark.runs]
 
-card = pytest.importorskip("symdyn.runtime.backends.jax_card")
+card = pytest.importorskip("symdyn.runtime.backends.jax_functions")
 
 STREAM = 7
 """What handlers are told to use here: on the CPU XLA has no stream for them."""

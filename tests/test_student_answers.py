@@ -9,15 +9,19 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from test_student_letters import WHEEL
 
 from symdyn.algebra.form import Form
-from symdyn.scene import read
+from symdyn.cli import main
+from symdyn.scene import read, read_text
 from symdyn.teach.languages import language_of, languages
 from symdyn.teach.practice.questions import questions_of
 from symdyn.teach.student.answer import in_words
 from symdyn.teach.student.course import Course
 from symdyn.teach.student.derivation_check import check_derivation
+from symdyn.teach.student.grammar import Names
 from symdyn.teach.student.mistakes import RULES, mistakes
+from symdyn.teach.student.statements import starred
 
 ROOT = Path(__file__).parent.parent
 COUPLED, RATE = "m2*h2*(h2 + h1*cos(q2))", r"\frac{d}{dt}\frac{\partial L}{\partial\dot q_2}"
@@ -133,6 +137,85 @@ def test_quotients_and_products_go_from_left_to_right() -> None:
 
     assert check_derivation("k_z22 = m2 / h1 h1 h2^2", arm)[0].right
     assert check_derivation("k_z22 = m2 h1/(h1 h2) (h2^3)", arm)[0].right
+
+
+def test_a_line_tells_how_it_was_read_and_where_stars_were_put_in(tmp_path: Path, capsys: Any) -> None:
+    text = tmp_path / "line.txt"
+    text.write_text("k_{z,12} = m_2 h_2^2 + m2h1h2 c_2", encoding="utf-8")
+
+    assert main(["check-derivation", str(text), str(ROOT / "examples" / "two_link.toml")]) == 0
+
+    assert capsys.readouterr().out.splitlines()[1:] == [
+        "  Read as m2*h1*h2 (stars put in).",
+        "  Read as: k_z12 = m2*h2**2 + m2*h1*h2*cos(q2)",
+    ]
+    assert main(["check-derivation", str(text), str(ROOT / "examples" / "two_link.toml"), "--json"]) == 0
+    assert '"stars": [ "m2*h1*h2" ]' in " ".join(capsys.readouterr().out.split())
+
+
+@pytest.mark.parametrize(
+    ("word", "stars"), [("m2gh2", "m2*g*h2"), ("m2gcos", "m2*g*cos(...)"), ("h2", ""), ("m2xh2", "")]
+)
+def test_stars_are_put_in_where_all_pieces_are_names(word: str, stars: str) -> None:
+    assert starred(word, Names(read(ROOT / "examples" / "two_link.toml"))) == stars
+
+
+@pytest.mark.runs("node")
+@pytest.mark.skipif(shutil.which("node") is None, reason="the page's program runs in node")
+def test_a_page_tells_which_stars_were_put_in(monkeypatch: pytest.MonkeyPatch) -> None:
+    benchmark, arm = _benchmark(monkeypatch), read(ROOT / "examples" / "two_link.toml")
+    course, key = Course(arm), "k_z:2,2"
+    right = course.value(key, course.right)
+    assert right is not None
+
+    told = benchmark.told_by_page(
+        arm, {key: (key, Form.of(right))}, [(key, "m2h2^2"), (key, "m2*h2^2"), (key, "m2xh2")]
+    )
+
+    assert [one["right"] for one in told] == [True, True, False]
+    assert [one.get("stars", "") for one in told] == ["Read as m2*h2 (stars put in).", "", ""]
+
+
+def test_a_length_called_l_is_no_lagrangian() -> None:
+    scene = read_text(
+        (ROOT / "examples" / "pendulum.toml")
+        .read_text(encoding="utf-8")
+        .replace('"-l"', '"-L"')
+        .replace("l = {", "L = {"),
+        "p.toml",
+    )
+
+    (answer,) = check_derivation("1/2 m L^2 q1'^2 + m g L cos(q1)", scene, target="L")
+
+    assert answer.right
+
+
+@pytest.mark.runs("node")
+@pytest.mark.skipif(shutil.which("node") is None, reason="the page's program runs in node")
+def test_a_page_takes_multipliers_times_conditions_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    benchmark, scene = _benchmark(monkeypatch), read_text(WHEEL, "wheel.toml")
+    course, energy = Course(scene), "1/2*m*x_dot**2 + 1/2*J*phi_dot**2"
+    right = course.value("L:", course.right)
+    assert right is not None
+
+    added = ("", " + lambda1*(x - r*phi)", " + lambda1*(x + r*phi)", " + lambda1*(x_dot - r*phi_dot)")
+    told = benchmark.told_by_page(scene, {"L:": ("L:", Form.of(right))}, [("L:", energy + one) for one in added])
+
+    assert [one["right"] for one in told] == [True, True, False, False]
+    assert "lambda1" in told[1]["text"]
+    assert all(language_of("en").mistakes["multiplier"] in one["text"] for one in told[2:])
+
+
+def test_a_condition_that_is_differentiated_is_told_as_one() -> None:
+    (answer,) = check_derivation("x'' = r phi''", read_text(WHEEL, "wheel.toml"), target="tau1")
+
+    assert answer.mistake is not None
+    assert answer.mistake.rule == "row"
+
+
+def test_no_rule_is_told_with_a_place_left_open() -> None:
+    for code in languages():
+        assert [rule for rule, text in language_of(code).mistakes.items() if "{" in text] == ["where"]
 
 
 @pytest.mark.parametrize(

@@ -232,7 +232,7 @@ def test_answers_of_a_body_in_quaternions_are_judged_by_their_values(tmp_path: P
             assert judged == [True, False], blank.key
 
 
-RULES = language_of("en").mistakes
+RULES, ENGLISH = language_of("en").mistakes, language_of("en").lesson
 
 
 @pytest.mark.long
@@ -246,11 +246,11 @@ RULES = language_of("en").mistakes
         (r"\frac12 (2 m_2 h_2^2 + 2 m_2 h_1 h_2 \cos q_2)", "Right."),
         ("m2 h2^2 + m2 h1 h2 (cos(q1) cos(q1+q2) + sin q1 sin(q1 + q2))", "Right."),
         ("m2 h2^2 + m2 h1 h2 c q_2", "Right."),
-        ("m2 h2^2 - m2 h1 h2 cos q2", f"Not yet: {RULES['cross']} (mass 2)."),
+        ("m2 h2^2 - m2 h1 h2 cos q2", f"Not yet: {RULES['cross']} (mass 2); and {RULES['termsign']}."),
         ("-m2 h2^2 - m2 h1 h2 cos q2", "Not yet: all of it has the opposite sign."),
         ("0.5 m2 h2 (h2 + h1 cos q2)", f"Not yet: {RULES['factor']}."),
         ("0.7 m2 h2 (h2 + h1 cos q2)", "Not yet: yours is 0.7 times the result."),
-        ("0", f"Not yet: {RULES['nothing']}."),
+        ("0", f"Not yet: {RULES['coupling']}."),
         ("", "Nothing is written here."),
         ("m2 h2^2 + m3", "m3 is no symbol here."),
         ("m2 (h2", "This bracket is not closed."),
@@ -274,6 +274,31 @@ def test_a_typed_answer_is_judged(text: str, says: str, browser: Any, shown: Pat
         form.locator("input").press("Enter")
 
         assert form.locator(".verdict").inner_text() == says
+
+
+def test_what_is_typed_is_shown_and_hints_say_more_with_every_try(browser: Any, shown: Path) -> None:
+    with opened(browser, shown) as page:
+        form = page.locator('form[data-key="coefficients:k_z:k_z:1,2"]')
+        box, verdict = form.locator("input"), form.locator(".verdict")
+        box.fill("m2 h2^2 + m2 h1 h2 cos(q2")
+        assert form.locator(".echo math").text_content() == ""  # a bracket is open
+        box.fill("m2 h2^2 + 3 m2 h1 h2 cos(q2)")
+        assert "cos" in form.locator(".echo math").text_content()
+
+        tries = []
+        for _ in range(3):
+            box.press("Enter")
+            tries.append((verdict.inner_text(), verdict.locator("math").count()))
+
+        kind = ENGLISH["answer.kind.look"].partition("{text}")[0]
+        assert [kind in text for text, _ in tries] == [False, True, True]
+        assert [count > 0 for _, count in tries] == [False, False, True]
+        assert page.locator(".progress output").inner_text().startswith("0 of ")
+        box.fill("m2 h2^2 + m2 h1 h2 cos(q2)")
+        box.press("Enter")
+        assert page.locator(".progress output").inner_text().startswith("1 of ")
+        page.locator(".progress button").click()
+        assert page.evaluate("document.activeElement.closest('form') !== null")
 
 
 GARBAGE = "m1h2q_^{}()[]\\+-*/=.,;:'\"<>&|!?@#$%~`0123456789 \t\n\0\u0307\u202e\ud83d\ude00αθ½²₁∫∞−·\u200b"

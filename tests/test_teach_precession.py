@@ -141,3 +141,32 @@ def test_a_free_body_is_asked_which_spin_lasts() -> None:
     found = asked("free_body")
     assert right(found["physics:spin"]) == ["x", "z"]
     assert len(right(found["physics:conserved"])) == 4
+
+
+def table_of(name: str, key: str) -> list[list[str]]:
+    (table,) = (block for block in step_of(name, key).blocks if isinstance(block, Table))
+    return [[str(cell.parts[0]) for cell in row] for row in table.rows]
+
+
+def test_both_precessions_are_told_in_numbers_and_one_where_the_equation_is_linear() -> None:
+    A, C, weight, spin = 15.234375, 0.46875, 15 * 9.81, 150
+    rows = [row[1:] for row in table_of("heavy_top", "precession")]
+    root = ((C * spin) ** 2 - 4 * A * weight * 0.5) ** 0.5
+    both = [f"{(C * spin + sign * root) / A:.4g} rad/s" for sign in (-1, 1)]  # at 60 degrees
+    assert rows[:3] == [["–", "–"], both, [f"{weight / (C * spin):.4g} rad/s", "–"]]
+    assert rows[3][1].startswith("−")  # hanging down, the fast one turns the other way
+    assert any(same(form, "my1*g/(Iyy1*w)") for form in shown("heavy_top", "precession"))
+
+
+def test_a_top_says_where_it_starts_and_which_spin_is_meant() -> None:
+    told = " ".join(str(x) for b in step_of("heavy_top", "euler").blocks for x in getattr(b, "parts", ()))
+    assert "The scene starts with" in told
+    assert "≈ 1.571" in told
+    assert "= 150" in told
+    unit = "".join(str(x) for b in step_of("heavy_top", "quaternion").blocks for x in getattr(b, "parts", ()))
+    assert "nothing is turned" in unit
+
+
+def test_a_mass_that_no_equation_holds_is_no_letter() -> None:
+    document = lesson("heavy_top")
+    assert [one.name for one in document.scene.parameters] == ["my1", "Ixx1", "Iyy1", "g"]

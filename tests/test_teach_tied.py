@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from symdyn.emit.print import text_of
 from symdyn.scene import read
 from symdyn.table import Table
 from symdyn.teach.document import Document, Formula, Picture, Step, Words
@@ -76,3 +77,57 @@ def test_the_curve_of_a_governor_is_that_of_its_numbers() -> None:
     assert number(value, **at) == pytest.approx(1)
     assert number(value, **GOVERNOR, phi_dot=1e6) == pytest.approx(cos(pi / 2), abs=1e-6)
     assert any(isinstance(block, Picture) for block in step.blocks)
+
+
+def said(step: Step) -> str:
+    """Return claim, sentences and reason of a step without formulas."""
+    parts = [*step.claim.parts, *(x for b in step.blocks if isinstance(b, Words) for x in b.parts), *step.reason.parts]
+    return " ".join(str(x) for x in parts)
+
+
+def test_a_governor_ends_in_one_equation_of_its_arm() -> None:
+    length, m, M, k, s0, w = (*(GOVERNOR[x] for x in ("l", "m", "M", "k", "s0")), 12.0)
+    *_, form = [
+        block.form.to_sympy() for block in step_of("governor", "eliminated").blocks if isinstance(block, Formula)
+    ]
+    names = set(map(str, form.free_symbols))
+    assert names.isdisjoint({"beta", "s", "beta_dot", "s_dot"})
+    a, u, f = 0.6, 0.7, 1.1
+    found = number(form, **GOVERNOR, alpha=a, alpha_dot=u, alpha_ddot=f, phi_dot=w)
+    turning = 2 * (4 * m * length**2 + 0.1 * length**2 + 8e-4)  # both arms with balls
+    height = -(9.81 * M - 2 * k * length * cos(a) + k * s0) * -2 * length * sin(a) + 2 * 9.81 * (
+        0.1 + 2 * m
+    ) * length * sin(a)
+    sleeve = 4 * M * length**2 * (sin(a) ** 2 * f + sin(a) * cos(a) * u**2)
+    assert found == pytest.approx(turning * (f - w**2 * sin(a) * cos(a)) + sleeve + height)
+
+
+def test_a_free_spindle_keeps_its_momentum() -> None:
+    assert "Without the drive" in said(step_of("governor", "conserved:1"))
+
+
+def test_held_rate_and_kept_momentum_swing_each_with_their_frequency() -> None:
+    step = step_of("governor", "steady.curve")
+    assert "critical speed is 7.399 rad/s" in said(step)
+    (table,) = (block for block in step.blocks if isinstance(block, Table))
+    rows = {str(row[0].parts[0]): [str(cell.parts[0]) for cell in row[1:]] for row in table.rows}
+    assert rows["7.399 rad/s"] == ["0 rad", "0 rad", "−0.3 m", "0 rad/s", "0 rad/s"]
+    assert rows["12 rad/s"][-2:] == ["10.73 rad/s", "15.84 rad/s"]
+    assert "no rate is held" in said(step_of("governor", "steady"))  # whose eigenvalues are 15.84 i
+
+
+def test_the_multiplier_of_a_rod_is_its_force() -> None:
+    (table,) = (block for block in step_of("governor", "multipliers").blocks if isinstance(block, Table))
+    assert "compression" in str(table.rows[0][1].parts[0])
+    assert "twice its length" in said(step_of("governor", "tie:link1"))
+
+
+def test_what_a_closed_form_decides_is_not_said_to_be_missed() -> None:
+    assert "does not find" not in said(step_of("governor", "equilibria.one"))
+    assert "λ" not in said(step_of("governor", "equilibria"))  # there are no eigenvalues in its table
+
+
+def test_masses_stand_first_in_products_and_in_tables() -> None:
+    *_, ball = (block for block in step_of("governor", "kinetic:2b").blocks if isinstance(block, Formula))
+    assert [one.name for one in lesson("governor").scene.parameters] == ["m", "M", "J", "l", "k", "s0"]
+    assert text_of(ball.form).startswith("2*m*l**2")

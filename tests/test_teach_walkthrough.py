@@ -333,7 +333,7 @@ def test_damping_is_a_bar_and_takes_its_power() -> None:
 
 def test_the_terms_of_a_passive_joint_cancel() -> None:
     step = next(s for section in lesson("cart_pole").sections for s in section.steps if s.key == "torque:2")
-    assert "nothing drives" in "".join(map(str, step.claim.parts))
+    assert "no drive acts on" in "".join(map(str, step.claim.parts))
 
 
 BALL = """

@@ -49,7 +49,6 @@ class BigFloats(Arithmetic):
     """Big floats in a context of their own, so that nobody else's precision changes."""
 
     def __init__(self, digits: int = 50) -> None:
-        """Set the precision; `digits` are decimal."""
         from mpmath import MPContext  # certificates do without
 
         self.context: Any = MPContext()
@@ -274,12 +273,10 @@ class Balls(Arithmetic):
     """Ball arithmetic of a precision that holds inside `with balls:`, for the whole process."""
 
     def __init__(self, bits: int = BITS) -> None:
-        """Set the precision of midpoints."""
         self.bits = bits
         self._before: list[int] = []
 
     def __enter__(self) -> Balls:
-        """Compute with this precision from here on."""
         self._before.append(ctx.prec)
         ctx.prec = self.bits
         return self
@@ -287,7 +284,6 @@ class Balls(Arithmetic):
     def __exit__(
         self, kind: type[BaseException] | None, fault: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Compute with the precision of before."""
         ctx.prec = self._before.pop()
 
     def constant(self, value: Fraction) -> Any:
@@ -324,7 +320,6 @@ class Midpoints(Balls):
     """Big floats by the midpoints of balls; what is not real raises ValueError."""
 
     def __init__(self, digits: int = 50) -> None:
-        """Set the precision; `digits` are decimal."""
         super().__init__(bits_of(digits))
         self.context: Any = _Functions
 
@@ -361,7 +356,6 @@ class RealBalls(Balls):
     """Balls of what is real and finite: whatever may be neither raises."""
 
     def __init__(self, digits: int) -> None:
-        """Set the precision; `digits` are decimal."""
         super().__init__(bits_of(digits))
 
     def div(self, a: Any, b: Any) -> Any:

@@ -243,7 +243,6 @@ def _multiple(coefficient: Fraction, node: Expr | None) -> Form:
 
 
 def _scaled(terms: Sequence[tuple[Monomial, Fraction]]) -> tuple[Fraction, Key]:
-    """Return (number, terms divided by it)."""
     number = content([a for _, a in terms])
     return number, tuple((monomial, a / number) for monomial, a in terms)
 
@@ -366,7 +365,6 @@ def _square(first: Form, second: Form) -> Form | None:
 
 
 def _half(term: Form) -> Form | None:
-    """Return b for 2 b."""
     factors = term.factors
     return Form.product(factors[1:]) if len(factors) > 1 and factors[0] == TWO else None
 

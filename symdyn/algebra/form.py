@@ -27,14 +27,12 @@ class Form:
         cls.__hash__ = cls.__hash__  # type: ignore[method-assign]
 
     def __hash__(self) -> int:
-        """Return the hash of what the form consists of."""
         known = self.__dict__.get("_hash")
         if known is None:
             known = self.__dict__["_hash"] = hash((type(self), *self.__dict__.values()))
         return int(known)
 
     def __getstate__(self) -> dict[str, object]:
-        """Return the fields alone."""
         return {name: value for name, value in self.__dict__.items() if name != "_hash"}
 
     @staticmethod
@@ -378,7 +376,6 @@ class SympyAlgebra(Arithmetic):
     """SymPy expressions as an algebra; numbers stay exact."""
 
     def __init__(self) -> None:
-        """Import SymPy."""
         import sympy
 
         self.sympy = sympy

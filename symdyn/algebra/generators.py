@@ -98,7 +98,6 @@ def _units(sizes: Sequence[Fraction], constant: bool) -> tuple[Fraction, ...]:
 
 
 def _divisor(sizes: Sequence[Fraction]) -> Fraction:
-    """Return the greatest fraction of which all are integer multiples."""
     scale = lcm(*(size.denominator for size in sizes))
     return Fraction(gcd(*(int(size * scale) for size in sizes)), scale)
 

@@ -96,7 +96,6 @@ NO_VALUE = (
 
 
 def _double(value: Fraction) -> float:
-    """Return the nearest double."""
     try:
         return float(value)
     except OverflowError:

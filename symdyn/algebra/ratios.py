@@ -97,7 +97,6 @@ class Nodes(Solving):
     """The nodes of a graph; pivots are those that are largest at a point, where symbols have `values`."""
 
     def __init__(self, graph: Graph, values: Mapping[Expr, float]) -> None:
-        """Take the point."""
         self.zero, self.one, self._known = graph.zero, graph.one, dict(values)
 
     def rank(self, pivot: Expr) -> float:
@@ -109,7 +108,6 @@ class Ratios(Solving):
     """The field: an `Algebra`."""
 
     def __init__(self, outputs: Iterable[Expr]) -> None:
-        """Take the generators that `outputs` need."""
         self._spent = 0
         plain = (Op.CONSTANT, Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.NEG)
         self.atoms = [node for node in reachable(outputs) if node.op not in plain]

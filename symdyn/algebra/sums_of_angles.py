@@ -312,7 +312,6 @@ class Monomials:
     """The forms that terms are products of, numbered, so that collecting compares integers."""
 
     def __init__(self) -> None:
-        """Start with no word."""
         self.forms: list[Form] = []
         self._numbers: dict[Form, int] = {}
 

@@ -239,7 +239,6 @@ class TrigonometricRing(Arithmetic):
         return total
 
     def _circular(self, angle: Expr) -> Pair:
-        """Return cosine and sine of an angle."""
         if angle in self._pairs:
             return self._pairs[angle]
         exact, parts = read_angle(angle, self._totals)

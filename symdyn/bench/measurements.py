@@ -14,9 +14,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
+from symdyn.algebra import Array
 from symdyn.errors import SimulateError
 from symdyn.extras import install
 from symdyn.rounding import in_digits
@@ -185,9 +183,9 @@ class Bench:
 
     def files(self) -> dict[str, str]:
         """Return the reports by the names of their files: a page, Markdown, and JSON without what is not finite."""
-        from symdyn.bench.report import bench_files
+        from symdyn.bench.report import files, html, markdown
 
-        return bench_files(self)
+        return files("bench", html(self), markdown(self), self.as_dict())
 
 
 SAME = 1.25
@@ -201,8 +199,6 @@ def unbeaten(pairs: Sequence[tuple[float, float]]) -> list[bool]:
         for time, error in pairs
     ]
 
-
-Array = npt.NDArray[np.float64]
 
 QUICK_METHODS = ("taylor", "dop853", "radau", "lsoda", "cvode")
 TOLERANCES, QUICK = tuple(10.0**-k for k in range(3, 14)), (1e-3, 1e-6, 1e-9, 1e-12)
@@ -407,9 +403,9 @@ class Stress(Claims):
 
     def files(self) -> dict[str, str]:
         """Return the reports by the names of their files: a page, Markdown, and JSON without what is not finite."""
-        from symdyn.bench.report import stress_files
+        from symdyn.bench.report import files, stress_html, stress_markdown
 
-        return stress_files(self)
+        return files("stress", stress_html(self), stress_markdown(self), self.as_dict())
 
 
 def worst(pairs: Iterable[tuple[float | None, str]], nothing: str = NOTHING) -> tuple[float | None, str]:

@@ -32,7 +32,7 @@ import numpy as np
 import numpy.typing as npt
 from flint import arb_mat
 
-from symdyn.algebra import Balls, Bounded, Floats
+from symdyn.algebra import Array, Balls, Bounded, Floats
 from symdyn.dynamics import Argument, Function, row_of
 from symdyn.dynamics.loops import Numbers
 from symdyn.dynamics.outputs import DIRECTIONS
@@ -41,8 +41,6 @@ from symdyn.errors import DerivationError
 from symdyn.graph import evaluate, reachable
 from symdyn.program import Routine, formulate, lower, quaternion_places
 from symdyn.scene import Scene, SceneUnits
-
-Array = npt.NDArray[np.float64]
 
 BITS = 170
 
@@ -201,8 +199,8 @@ MOST, FEW = 200, 48
 WIDTH = 64
 """Velocities, accelerations and forces that are drawn; more are repetitions."""
 
-STEPS, LONGEST, NEGLIGIBLE = 30, 0.5, 1e-10
-"""Newton's steps to close loops, the longest of them in rad or m, and singular values that are none."""
+NEGLIGIBLE = 1e-10
+"""Singular values that are none."""
 
 REACH = {"q": 1.0, "qd": 2.0, "qdd": 2.0, "tau": 5.0, "t": 3.0, "inputs": 3.0, "internal": 3.0, "ui": 2.0, "qi": 1.0}
 REACH |= dict.fromkeys((*DIRECTIONS.values(), "weights"), 2.0)
@@ -274,17 +272,12 @@ class Loops:
         return np.array([next(spare) if row is None else row for row in found])
 
     def _closed(self, q: Array) -> Array | None:
-        for _ in range(STEPS):
-            try:
-                r, R = self.numbers.residual(q), self.numbers.residual_rates(q)
-            except DerivationError:
-                return None
-            size = float(np.abs(r).max(initial=0.0))
-            if size <= 1e-15 * max(1.0, float(np.abs(q).max(initial=0.0))):
-                return q
-            step = -np.linalg.lstsq(R, r, rcond=NEGLIGIBLE)[0]
-            q = self.numbers.retract(q, step * min(1.0, LONGEST / max(np.abs(step).max(initial=0.0), 1e-300)))
-        return q if size <= 1e-12 * max(1.0, float(np.abs(q).max(initial=0.0))) else None
+        try:
+            q = self.numbers.newton(q, ())
+            missed = float(np.abs(self.numbers.residual(q)).max(initial=0.0))
+        except DerivationError:  # a formula has no value there
+            return None
+        return q if missed <= 1e-12 * max(1.0, float(np.abs(q).max(initial=0.0))) else None
 
     def allowed(self, q: Array, qd: Array) -> Array:
         """Return the velocities nearest to the first of those given that keep the loops closed."""

@@ -211,7 +211,6 @@ def _time_against_error(bench: Bench, function: str) -> str:
 
 
 def _lines(curves: Sequence[Curve], motion: MotionPrecision) -> list[Series]:
-    """Return lines whose colours are the same in both pictures."""
     methods = [curve.method for curve in motion.precision]
     found = []
     for curve in curves:
@@ -376,13 +375,3 @@ def files(name: str, page: str, text: str, reported: Mapping[str, Any]) -> dict[
     """Return the reports by the names of their files: a page, Markdown, and JSON without what is not finite."""
     facts = json.dumps(finite(reported), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
     return {f"{name}.html": page, f"{name}.md": text, f"{name}.json": facts}
-
-
-def bench_files(bench: Bench) -> dict[str, str]:
-    """Return the reports of run time and error by the names of their files."""
-    return files("bench", html(bench), markdown(bench), bench.as_dict())
-
-
-def stress_files(stress: Stress) -> dict[str, str]:
-    """Return the reports of hard cases by the names of their files."""
-    return files("stress", stress_html(stress), stress_markdown(stress), stress.as_dict())

@@ -11,8 +11,8 @@ from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from symdyn.algebra import Array
 from symdyn.arguments import argument
 from symdyn.bench.implementations import Implementation, Timed, implementations, nanoseconds
 from symdyn.bench.measurements import Bench, Errors, Measured, motion, unbeaten
@@ -36,7 +36,6 @@ from symdyn.program import formulate, lower
 from symdyn.runtime import CACHE_VARIABLE, RUNNERS, find_compiler, here
 from symdyn.scene import Scene, SceneLike, scene_of
 
-Array = npt.NDArray[np.float64]
 Progress = Callable[[str], None]
 
 STATES, STATES_QUICK = 200, 20
@@ -171,7 +170,6 @@ def comparable(scene: Scene, request: str) -> tuple[str, ...]:
 def _function(
     scene: Scene, name: str, positions: Positions, machines: Sequence[str], quick: bool, seed: int
 ) -> list[Measured]:
-    """Return every implementation of one function, measured."""
     start = time.perf_counter()
     workspace = Workspace(scene)
     chosen = derive_one(workspace, name)
@@ -275,7 +273,6 @@ def _measured(one: Implementation, took: float, regions: Mapping[str, _Region]) 
 
 
 def _spread(values: Sequence[float] | Array) -> tuple[float, float, float]:
-    """Return median, 99th percentile and maximum."""
     ordered = np.sort(np.asarray(values, float))
     last = len(ordered) - 1
     return float(ordered[last // 2]), float(ordered[round(0.99 * last)]), float(ordered[-1])

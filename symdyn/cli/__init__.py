@@ -61,7 +61,6 @@ class Parser(argparse.ArgumentParser):
     """
 
     def __init__(self, *words: Any, **named: Any) -> None:
-        """Make a parser that takes no abbreviations."""
         super().__init__(*words, **named)
         self.allow_abbrev = False
 
@@ -111,7 +110,6 @@ class VerbParser:
     """A parser that is made when it is asked: there are many verbs, of which a command has one."""
 
     def __init__(self, **words: Any) -> None:
-        """Keep what the parser is made of."""
         self.words = words
 
     def parse_known_args(self, *words: Any, **named: Any) -> Any:
@@ -174,7 +172,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _show(others: Callable[..., None], message: Warning | str, category: type[Warning], *where: Any) -> None:
-    """Print a warning of ours as talk, any other as Python does."""
     if issubclass(category, SymdynWarning):
         say(str(message))
     else:

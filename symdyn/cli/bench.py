@@ -9,7 +9,7 @@ import argparse
 
 from symdyn.bench import Bench, bench
 from symdyn.cli.scene_options import again, functions_of, read_scene
-from symdyn.cli.talk import Waiting, give, print_table, say, wrote
+from symdyn.cli.talk import Waiting, answer, print_table, say, wrote
 from symdyn.emit import write
 from symdyn.rounding import in_digits
 from symdyn.table import Table
@@ -32,10 +32,7 @@ def run(options: argparse.Namespace) -> int:
         found = bench(scene, functions, options.quick, options.trajectories, options.seed, command, progress)
     if options.output is not None:
         paths = write(found.files(), options.output)
-    if options.json:
-        give(found.as_dict())
-    else:
-        show(found)
+    answer(found.as_dict(), lambda: show(found))
     if options.output is not None:
         wrote(*paths)
     return 0

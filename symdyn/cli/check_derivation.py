@@ -26,8 +26,7 @@ def run(options: argparse.Namespace) -> int:
             raise TeachError("FILE and SCENE are both -, and standard input is read once; give one of them as a file")
         scene = read_scene(options)
         text, name = _text(options.file)
-        with Waiting() as progress:
-            progress("comparing")
+        with Waiting("comparing"):
             answers = check_derivation(text, scene, name, options.what or None, options.book)
     except SymdynError as fault:
         fail(fault)
@@ -36,7 +35,8 @@ def run(options: argparse.Namespace) -> int:
     if options.json:
         give([answer.as_dict() | {"words": lines} for answer, lines in zip(answers, words, strict=True)])
     else:
-        print_text("\n".join(line for lines in words for line in lines))
+        read = [[printable(line) for line in answer.as_read(options.language)] for answer in answers]
+        print_text("\n".join(line for pair in zip(words, read, strict=True) for lines in pair for line in lines))
     return 0 if all(answer.right for answer in answers) else 1
 
 

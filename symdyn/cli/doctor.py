@@ -13,7 +13,7 @@ from importlib.metadata import PackageNotFoundError, packages_distributions, ver
 from importlib.util import find_spec
 from typing import Any
 
-from symdyn.cli.talk import give, print_table, print_text
+from symdyn.cli.talk import answer, print_table, print_text
 from symdyn.extras import EXTRAS, install
 from symdyn.resources import version
 from symdyn.runtime import CACHE_VARIABLE, here
@@ -25,10 +25,7 @@ PACKAGES = ("numpy", "scipy", "sympy", "mpmath", "python-flint", "jinja2", "rich
 def run(options: argparse.Namespace) -> int:
     """Look around and tell."""
     found = looked()
-    if options.json:
-        give(found)
-    else:
-        show(found)
+    answer(found, lambda: show(found))
     return 0
 
 

@@ -8,17 +8,16 @@ written.
 from __future__ import annotations
 
 import argparse
-import math
 import sys
 from pathlib import Path
 
 from symdyn.algebra import Array
-from symdyn.cli.scene_options import STDIN, read_scene, scene_and_notes
+from symdyn.cli.scene_options import STDIN, read_numbers, read_scene, scene_and_notes
 from symdyn.cli.talk import Waiting, print_paths, print_text, say
 from symdyn.draw import free_body, picture, pose
 from symdyn.errors import DrawError
-from symdyn.scene import Scene, SceneUnits, parse
-from symdyn.scene.values import FormulaError, Unit, fits, split_commas
+from symdyn.scene import Scene
+from symdyn.scene.values import split_commas
 
 
 def run(options: argparse.Namespace) -> int:
@@ -28,9 +27,8 @@ def run(options: argparse.Namespace) -> int:
         return _watched(options, view)
     file = Path(options.output) if options.output else None
     scene = read_scene(options)
-    with Waiting() as progress:
-        progress("drawing")
-        q, values = pose(scene, {} if options.at is None else _at(options.at, scene))
+    with Waiting("drawing"):
+        q, values = pose(scene, read_numbers(options.at, scene) if options.at else {})
         if options.body is not None:
             text = free_body(scene, options.body, q, None, values, view, "", options.scheme, file)
         else:
@@ -64,14 +62,13 @@ def _watched(options: argparse.Namespace, view: tuple[float, float] | None) -> i
         say("open this address in a browser; Ctrl-C ends it")
 
     try:
-        watch(path, lambda: scene_and_notes(options), drawn, opened, {} if options.at is None else _at(options.at))
+        watch(path, lambda: scene_and_notes(options), drawn, opened, read_numbers(options.at) if options.at else {})
     except KeyboardInterrupt:
         return 0
     return 0
 
 
 def _view(text: str) -> tuple[float, float]:
-    """Return azimuth and elevation."""
     parts = split_commas(text)
     try:
         azimuth, elevation = (float(part) for part in parts)
@@ -80,24 +77,3 @@ def _view(text: str) -> tuple[float, float]:
             f'--view "{text}" is not two numbers; give azimuth and elevation, such as --view=-60,30'
         ) from None
     return azimuth, elevation
-
-
-def _at(text: str, scene: Scene | None = None) -> dict[str, float]:
-    """Return the coordinates of `q1=0.3, q2=90 deg`; with a scene, in units that fit."""
-    values: dict[str, float] = {}
-    units = {} if scene is None else SceneUnits(scene).letters
-    for part in split_commas(text):
-        name, equals, formula = (piece.strip() for piece in part.partition("="))
-        if not name or not equals or not formula:
-            raise DrawError(f'--at: "{part.strip()}" gives no coordinate a value; write --at q1=0.3,q2=1')
-        if name in values:
-            raise DrawError(f"--at: {name} gets two values; give one of them")
-        try:
-            fits(found := parse(formula), Unit.read(units[name]) if units.get(name) else None)
-            value = found.at({})
-        except FormulaError as fault:
-            raise DrawError(f"--at: the value of {name} {fault}") from fault
-        if value is None or not math.isfinite(value):
-            raise DrawError(f'--at: {name} = "{formula}" is no number; write --at {name}=0.3')
-        values[name] = float(value)
-    return values

@@ -12,8 +12,7 @@ from symdyn.emit.print import printed_text
 def run(options: argparse.Namespace) -> int:
     """Print the equations."""
     scene = read_scene_to_move(options)
-    with Waiting() as progress:
-        progress("expanding")
+    with Waiting("expanding"):
         text = printed_text(scene, options.format, options.group, options.angles, options.document, options.formulation)
     print_text(text)
     return 0

@@ -6,13 +6,7 @@ import argparse
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from symdyn.cli.scene_options import (
-    again,
-    closing_of,
-    functions_of,
-    read_scene,
-    say_values_alone,
-)
+from symdyn.cli.scene_options import again, closing_of, functions_of, read_scene, say_values_alone
 from symdyn.cli.talk import Waiting, asking, print_paths, say
 from symdyn.dynamics import Equations, LoopChoices, Requested, Workspace, kept_in_lines
 from symdyn.emit import TARGETS, emit, write
@@ -37,8 +31,7 @@ def run(options: argparse.Namespace) -> int:
     """Write the files and print their paths."""
     scene = read_scene(options)
     closing = closing_of(options, scene)
-    with Waiting() as progress:
-        progress("deriving")
+    with Waiting("deriving") as progress:
         target = TARGETS[options.target]
         asked = functions_of(options, scene)
         if asked is None and target.functions:

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.cli.scene_options import again, read_scene, say_values_alone
-from symdyn.cli.talk import Bar, Waiting, give, print_table, print_text, say, wrote
+from symdyn.cli.talk import Bar, Waiting, answer, give, print_table, print_text, say, wrote
 from symdyn.cli.trajectory_options import flattened, pairs, write_table
 from symdyn.emit import write
 from symdyn.errors import IdentifyError, SimulateError, choice
@@ -62,7 +62,6 @@ def _scene(outcome: Outcome, format: str) -> str:
 
 
 def _table(outcome: Outcome) -> str:
-    """Return the base parameters as CSV."""
     found = outcome.identification
     numbers = np.column_stack([found.before, found.after, found.errors, found.interval()])
     heads = ("parameter", "before", "after", "standard error", "from", "to")
@@ -131,8 +130,7 @@ def run_output_error(scene: Scene, options: argparse.Namespace) -> int:
     from symdyn.identification import output_error
 
     names = [name for part in split_commas(options.parameters or "") if (name := part.strip())]
-    with Waiting() as progress:
-        progress("fitting runs")
+    with Waiting("fitting runs"):
         found = output_error(scene, options.data, names or None, start=pairs(options.start, "--start") or None)
     for note in found.notes:
         say(note)
@@ -308,8 +306,7 @@ def run(options: argparse.Namespace) -> int:
     check_files(options)
     carried = payloads(options.payload)
     terms = [one.strip() for one in split_commas(options.friction or "")]
-    with Waiting() as progress:
-        progress("identifying")
+    with Waiting("identifying"):
         found = identify(
             scene,
             options.data,
@@ -323,10 +320,7 @@ def run(options: argparse.Namespace) -> int:
     for note in found.notes:
         say(note)
     write_files(found, options.output, options.total_mass, again(options))
-    if options.json:
-        give(finite(found.as_dict()))
-    else:
-        show(found)
+    answer(finite(found.as_dict()), lambda: show(found))
     return 0
 
 

@@ -15,7 +15,7 @@ from typing import Any
 
 from symdyn.cli.facts import gather, parts
 from symdyn.cli.scene_options import closing_of, read_scene
-from symdyn.cli.talk import Waiting, asking, give, print_json, print_table, say, short
+from symdyn.cli.talk import Waiting, answer, asking, print_json, print_table, say, short
 from symdyn.dynamics.outputs import Counts
 from symdyn.graph import growing
 from symdyn.scene import Scene, SceneUnits, schema
@@ -32,9 +32,7 @@ def run(options: argparse.Namespace) -> int:
     if options.schema:
         if options.scene is not None:
             options.parser.error(f"--schema is that of all scenes; leave {options.scene} out")
-        give(schema())
-        if not options.json:
-            print_json(schema())
+        answer(schema(), lambda: print_json(schema()))
         return 0
     if options.scene is None:
         options.parser.error("the following arguments are required: SCENE")
@@ -42,29 +40,18 @@ def run(options: argparse.Namespace) -> int:
     closing = closing_of(options, scene)
     if options.units:
         units = unit_facts(scene)
-        if options.json:
-            give(units)
-        else:
-            show_units(units)
+        answer(units, lambda: show_units(units))
         return 0
     if options.frames or options.base_parameters:
-        with Waiting() as progress:
-            progress("regrouping" if options.base_parameters else "choosing frames")
+        with Waiting("regrouping" if options.base_parameters else "choosing frames"):
             chosen = parts(scene, options.frames, options.base_parameters)
-        if options.json:
-            give(chosen)
-        else:
-            show_parts(chosen)
+        answer(chosen, lambda: show_parts(chosen))
         return 0
-    with Waiting() as progress:
-        progress("deriving and counting")
+    with Waiting("deriving and counting"):
         facts, left_out = gather(scene, options.formulation, closing)
     for reason in left_out:
         say(f"symdyn: {reason}")
-    if options.json:
-        give(facts)
-    else:
-        show(facts)
+    answer(facts, lambda: show(facts))
     return 0
 
 

@@ -7,14 +7,7 @@ from dataclasses import replace
 
 from symdyn.cli.scene_options import read_scene_to_move
 from symdyn.cli.talk import Waiting, fail, say
-from symdyn.cli.trajectory_options import (
-    check_outputs,
-    collected,
-    deliver,
-    flattened,
-    pairs,
-    reported_forces,
-)
+from symdyn.cli.trajectory_options import check_outputs, collected, deliver, flattened, pairs, reported_forces
 from symdyn.errors import SimulateError
 from symdyn.simulation import Problem, inverse
 
@@ -29,8 +22,7 @@ def run(options: argparse.Namespace) -> int:
     start, _ = collected(lambda: pairs(options.start, "--start"), lambda: check_outputs(scene, options))
     problem = replace(problem, start=start)  # type: ignore[arg-type]
     span = {"until": options.until, "every": options.every}
-    with Waiting() as progress:
-        progress(f"computing forces of {scene.name}")
+    with Waiting(f"computing forces of {scene.name}"):
         told = lambda line: say(f"symdyn: {line}")  # noqa: E731
         trajectory = inverse(problem, laws, (), options.reactions, told, path=paths, **span)
     deliver(trajectory, options)

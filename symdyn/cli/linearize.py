@@ -13,7 +13,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from symdyn.cli.scene_options import read_scene_to_move, split
-from symdyn.cli.talk import Waiting, give, print_paths, print_text, say
+from symdyn.cli.talk import Waiting, answer, give, print_paths, print_text, say
 from symdyn.cli.trajectory_options import collected, flattened, pairs, reel
 from symdyn.draw import Reel
 from symdyn.emit import Contents, write_file
@@ -193,12 +193,7 @@ def written(names: Sequence[str], table: Callable[[], str], picture: Callable[[s
     return [str(name) for name in names]
 
 
-ENDINGS = {
-    "bode": (".csv", *PICTURES),
-    "locus": (".csv", *PICTURES),
-    "gains": (".json",),
-    "animate": Reel.endings(),
-}
+ENDINGS = {"bode": (".csv", *PICTURES), "locus": (".csv", *PICTURES), "gains": (".json",), "animate": Reel.endings()}
 """What files may be, by the option that names them."""
 
 
@@ -277,21 +272,16 @@ def run(options: argparse.Namespace) -> int:
     scene = read_scene_to_move(options)
     check_flags(options)
     if options.over:
-        with Waiting() as progress:
-            progress("linearising")
+        with Waiting("linearising"):
             lines, data = locus_over_range(scene, options)
-        if options.json:
-            give(data)
-        else:
-            print_text("\n".join(lines))
+        answer(data, lambda: print_text("\n".join(lines)))
         return 0
     if options.along is not None and (options.start or options.start_rates):
         raise LinearizeError("--along takes its points from a run; leave --start and --start-rates out")
     if options.start == REST and options.start_rates:
         raise LinearizeError("--start rest has no velocities; leave --start-rates out, or say where with --start")
     file = SystemsFile(Path(options.output)) if options.output else None
-    with Waiting() as progress:
-        progress("linearising")
+    with Waiting("linearising"):
         systems, notes = _systems(scene, options)
         check_one(systems, options)
         told = [_json(one, options) if options.json else _text(one, options) for one in systems]

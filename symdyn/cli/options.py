@@ -85,7 +85,6 @@ class OpenChoices(tuple[Any, ...]):
     """Choices that help and shells tell; what reads the value knows which there are."""
 
     def __contains__(self, value: object) -> bool:
-        """Say yes."""
         return True
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import re
 import shlex
 import sys
@@ -12,8 +13,8 @@ from typing import TYPE_CHECKING
 
 from symdyn.cli.talk import say
 from symdyn.errors import DerivationError, SceneError, printable
-from symdyn.scene import Scene, bind, parse, read_noting, with_symbols
-from symdyn.scene.values import FormulaError, ask_for_units, split_commas
+from symdyn.scene import Scene, SceneUnits, bind, parse, read_noting, with_symbols
+from symdyn.scene.values import FormulaError, Unit, ask_for_units, fits, split_commas
 
 if TYPE_CHECKING:
     from symdyn.dynamics import LoopChoices
@@ -49,7 +50,6 @@ def closing_of(options: argparse.Namespace, scene: Scene) -> LoopChoices:
 
 
 def _rates(text: str) -> tuple[Fraction, Fraction]:
-    """Return alpha and beta."""
     try:
         alpha, beta = (Fraction(part.strip()) for part in split_commas(text))
     except (ValueError, ZeroDivisionError) as fault:
@@ -116,12 +116,16 @@ def scene_and_notes(options: argparse.Namespace) -> tuple[Scene, list[str]]:
     return bind(scene, _bindings(options, scene)) if options.bind is not None else scene, notes
 
 
-def read_bindings(text: str, option: str = "--bind") -> dict[str, str]:
+def read_bindings(
+    text: str, option: str = "--bind", what: str = "parameter", write: str = "m1=2.5,h1=1"
+) -> dict[str, str]:
     """Return name and formula of every part of `m1=2.5, h1=1/2`.
 
     Args:
         text: the parts.
-        option: what gives them, for messages.
+        option: what gives them, for messages; so are the next two.
+        what: what has a name.
+        write: parts that are some.
 
     Raises:
         SceneError: a part that is no name = value, a name that comes twice, or a value that is no formula.
@@ -130,7 +134,7 @@ def read_bindings(text: str, option: str = "--bind") -> dict[str, str]:
     for part in split_commas(text) or [""]:
         name, equals, value = (piece.strip() for piece in part.partition("="))
         if not name or not equals or not value:
-            raise SceneError(f'{option}: "{part.strip()}" gives no parameter a value; write m1=2.5,h1=1')
+            raise SceneError(f'{option}: "{part.strip()}" gives no {what} a value; write {write}')
         if name in values:
             raise SceneError(f"{option}: {name} gets two values, {values[name]} and {value}; give one of them")
         try:
@@ -138,6 +142,28 @@ def read_bindings(text: str, option: str = "--bind") -> dict[str, str]:
         except FormulaError as fault:
             raise SceneError(f"{option}: {name}: {fault}") from None
         values[name] = value
+    return values
+
+
+def read_numbers(text: str, scene: Scene | None = None) -> dict[str, float]:
+    """Return name and value of every part of `q1=0.3, q2=90 deg` of --at; with a scene, in units that fit its names.
+
+    Raises:
+        SceneError: a part that is no name = number, or a name that comes twice.
+    """
+    values, units = dict[str, float](), {} if scene is None else SceneUnits(scene).letters
+    given = read_bindings(text, "--at", "coordinate", "--at q1=0.3,q2=1")
+    if scene is not None:
+        ask_for_units(scene.parameters, given.items(), "--at")
+    for name, formula in given.items():
+        try:
+            fits(found := parse(formula), Unit.read(units[name]) if units.get(name) else None)
+            value = found.at({})
+        except FormulaError as fault:
+            raise SceneError(f"--at: the value of {name} {fault}") from fault
+        if value is None or not math.isfinite(value):
+            raise SceneError(f'--at: {name} = "{formula}" is no number; write --at {name}=0.3')
+        values[name] = float(value)
     return values
 
 

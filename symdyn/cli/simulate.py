@@ -4,20 +4,13 @@ from __future__ import annotations
 
 import argparse
 
+from symdyn.cli import CTRL_C
 from symdyn.cli.scene_options import read_scene_to_move
 from symdyn.cli.talk import Bar, fail, say
-from symdyn.cli.trajectory_options import (
-    check_outputs,
-    collected,
-    deliver,
-    pairs,
-    reported_forces,
-)
+from symdyn.cli.trajectory_options import check_outputs, collected, deliver, pairs, reported_forces
 from symdyn.errors import SimulateError
 from symdyn.rounding import in_digits
 from symdyn.simulation import Problem, Run, Trajectory, feedback_of, simulate
-
-CTRL_C = 130
 
 COARSE, NOTHING = 1e-3, 1e-12
 """Part of the energy by which a balance may be off and still holds, and what is rounding, J."""

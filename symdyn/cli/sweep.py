@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from symdyn.cli import CTRL_C
 from symdyn.cli.scene_options import read_scene
 from symdyn.cli.talk import Bar, fail, give, print_paths, print_table, say, wrote
 from symdyn.cli.trajectory_options import pairs, reported_forces
@@ -15,8 +16,6 @@ from symdyn.rounding import in_digits
 from symdyn.simulation import Problem, Run
 from symdyn.study import SUFFIX, Runs, beside, check_study_plot, sweep
 from symdyn.table import Table
-
-CTRL_C = 130
 
 TABLE = ".csv"
 

@@ -15,7 +15,7 @@ import re
 import sys
 import time
 import unicodedata
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextvars import ContextVar
 from typing import TYPE_CHECKING, Any, Self
 
@@ -47,7 +47,6 @@ class Answer:
     """
 
     def __init__(self, quiet: bool = False, json: bool = False) -> None:
-        """Begin with nothing."""
         self.quiet, self.json = quiet, json
         self.result: Any = None
         self.files, self.notes, self.errors = list[str](), list[str](), list[str]()
@@ -122,6 +121,14 @@ def print_text(text: str, end: str = "\n") -> None:
 def give(value: Any) -> None:
     """Keep a result for machines: a JSON value, which `--json` prints in the end."""
     _answer().result = value
+
+
+def answer(value: Any, show: Callable[[], None]) -> None:
+    """Keep a result for machines, or show it where nobody asked for JSON."""
+    if _answer().json:
+        give(value)
+    else:
+        show()
 
 
 def print_json(value: Any) -> None:
@@ -201,16 +208,13 @@ class _Late:
     """What a terminal is shown on stderr once something has taken longer than `PATIENCE`."""
 
     def __init__(self, stage: str) -> None:
-        """Start quiet."""
         self._stage = stage
         self._shown: Any = None
 
     def __enter__(self) -> Self:
-        """Start the clock."""
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Take it away again."""
         if self._shown is not None:
             self._shown.stop()
 
@@ -218,22 +222,19 @@ class _Late:
 class Waiting(_Late):
     """Tells what is being done."""
 
-    def __init__(self) -> None:
-        """Start quiet."""
+    def __init__(self, stage: str = "working") -> None:
         import threading
 
-        super().__init__("working")
+        super().__init__(stage)
         self._timer = threading.Timer(PATIENCE, self._show)
         self._timer.daemon = True
 
     def __enter__(self) -> Self:
-        """Start the clock, if there is a terminal to talk to."""
         if _shows_progress():
             self._timer.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Take the line away again."""
         self._timer.cancel()
         super().__exit__()
 
@@ -254,7 +255,6 @@ class Bar(_Late):
     """A progress bar."""
 
     def __enter__(self) -> Self:
-        """Start the clock."""
         self._begin = time.monotonic()
         return self
 

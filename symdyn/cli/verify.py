@@ -21,26 +21,16 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NoReturn
 
-from symdyn.algebra import BigFloats
 from symdyn.bounds import BOUNDS
 from symdyn.cli import Parser, generate
 from symdyn.cli.options import add_options
-from symdyn.cli.scene_options import (
-    closing_of,
-    functions_of,
-    read_bindings,
-    read_scene,
-    split,
-)
-from symdyn.cli.talk import Waiting, give, print_table
+from symdyn.cli.scene_options import closing_of, functions_of, read_numbers, read_scene, split
+from symdyn.cli.talk import Waiting, answer, print_table
 from symdyn.dynamics import Requested, Workspace
 from symdyn.emit import emit
-from symdyn.errors import SceneError, VerifyError, printable
-from symdyn.graph import Graph, evaluate
+from symdyn.errors import VerifyError, printable
 from symdyn.program import lower, prepare
 from symdyn.rounding import in_digits
-from symdyn.scene import Scene, SceneUnits, parse
-from symdyn.scene.values import Unit, UnitError, ask_for_units, fits
 from symdyn.table import Table
 from symdyn.verdict import Unclaimed, Verdict
 from symdyn.verify import Certificate, Rigorous, certify, rigorous, why_unread
@@ -59,21 +49,18 @@ def run(options: argparse.Namespace) -> int:
     if options.files is not None:
         with Waiting() as progress:
             found = _of_files(options, progress)
-        give(found.as_dict()) if options.json else show(found)
+        answer(found.as_dict(), lambda: show(found))
         return 0 if found.passed else 1
     scene = read_scene(options)
     closing = closing_of(options, scene)
     outputs = functions_of(options, scene)
     if options.rigorous:
-        at = None if options.at is None else numbers(options.at, scene)
+        at = None if options.at is None else read_numbers(options.at, scene)
         sampled = {} if options.states is None else {"states": options.states}
         code = {"seed": options.seed, "real": options.real, "formulation": options.formulation}
         with Waiting() as progress:
             bounds = rigorous(scene, outputs, at, progress=progress, closing=closing, **sampled, **code)
-        if options.json:
-            give(bounds.as_dict())
-        else:
-            show_bounds(bounds)
+        answer(bounds.as_dict(), lambda: show_bounds(bounds))
         return 0 if bounds.passed else 1
     with Waiting() as progress:
         certificate = certify(
@@ -88,10 +75,7 @@ def run(options: argparse.Namespace) -> int:
             split(options.targets),
             options.accuracy,
         )
-    if options.json:
-        give(certificate.as_dict())
-    else:
-        show(certificate)
+    answer(certificate.as_dict(), lambda: show(certificate))
     return 0 if certificate.passed else 1
 
 
@@ -123,26 +107,6 @@ def _of_files(options: argparse.Namespace, progress: Callable[[str], None]) -> C
     if said:
         raise VerifyError(f"{said[0]} goes without --files: what the files are, their headers say; leave {said[0]} out")
     return certify_files(options, progress)
-
-
-def numbers(text: str, scene: Scene) -> dict[str, float]:
-    """Return name and value of every part of `q1=0.3, q2=pi/2`, in units that fit those of the names.
-
-    Raises:
-        SceneError: a part that is no name = number, or a name that comes twice.
-    """
-    values, units, given = {}, SceneUnits(scene).letters, read_bindings(text, "--at")
-    ask_for_units(scene.parameters, given.items(), "--at")
-    for name, formula in given.items():
-        try:
-            said = parse(formula)
-            fits(said, Unit.read(units[name]) if units.get(name) else None)
-            values[name] = float(evaluate([said.express(Graph())], BigFloats(), {})[0])
-        except UnitError as error:
-            raise SceneError(f"--at {name}: {formula} {error}") from None
-        except (KeyError, ArithmeticError, ValueError, TypeError) as fault:
-            raise SceneError(f"{name}={formula} is no real number; write q1=0.3,q2=pi/2") from fault
-    return values
 
 
 def show_bounds(result: Rigorous) -> None:

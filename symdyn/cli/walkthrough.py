@@ -20,8 +20,7 @@ def run(options: argparse.Namespace) -> int:
     """Write the files and print their paths."""
     check_output(options)
     scene = read_scene(options)
-    with Waiting() as progress:
-        progress("deriving")
+    with Waiting("deriving") as progress:
         asked = Handout(
             scene, options.language, options.detail, options.until, options.formulation, options.seed,
             practised(options), options.grade or 2, split(options.ask) or (), options.sheet or "",

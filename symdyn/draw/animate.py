@@ -199,7 +199,6 @@ def _kept(t: Array, fps: float, most: int) -> Indices:
 
 
 def _traces(result: Places, view: View) -> tuple[Item, ...]:
-    """Return the paths of the named points."""
     items = []
     for name, (_, frame) in result.points.items():
         way = view.flat(frame.p)
@@ -279,7 +278,7 @@ def moving_picture(
         text = re.sub(r' width="[\d.]+" height="[\d.]+">', f' width="{width}" height="{height}">', text, count=1)
     text = re.sub(r' data-item="\d+"', "", text)
     if len(t) < 2:
-        return TAGGED.sub(_still, text)
+        return TAGGED.sub(r"<\g<element> \g<before>\g<after>\g<end>>", text)
     clock = f'dur="{t[-1] - t[0]:.6g}s"{_key_times(t)} {REPEATED[loop]}'
     if frames := _frames(drawing):
         moved = f'<animate attributeName="viewBox" values="{";".join(frames)}" {clock}/>'
@@ -302,10 +301,6 @@ def _key_times(t: Array) -> str:
     if np.abs(shares - np.linspace(0, 1, len(t))).max() < 1e-4:
         return ""
     return f' keyTimes="{";".join(f"{x:.5g}" for x in shares)}"'
-
-
-def _still(match: re.Match[str]) -> str:
-    return f"<{match['element']} {match['before']}{match['after']}{match['end']}>"
 
 
 def _animated(rows: Rows, clock: str, match: re.Match[str]) -> str:

@@ -62,13 +62,7 @@ def wrench(one: Wrench, view: View, id: str) -> tuple[tuple[Item, ...], tuple[La
         arrows = _turning(look, view, at, axis) if facing else _straight(look, view, at, axis, 2)
         drawn.append(("couple", f"{id}-couple", one.couple_name or one.name, arrows))
     items = tuple(
-        Item(
-            key,
-            Title("{type} {name}", type=what, name=Text.of_name(name).spoken),
-            2,
-            view.depth(at),
-            shapes,
-        )
+        Item(key, Title("{type} {name}", type=what, name=Text.of_name(name).spoken), 2, view.depth(at), shapes)
         for what, key, name, (shapes, _, _) in drawn
     )
     labels = (
@@ -185,7 +179,6 @@ def _wall(at: Array, other: Array, size: float, ground: bool = True) -> Shape:
 
 
 def _between(one: Strut, a: Array, b: Array, size: float) -> tuple[Shape, ...]:
-    """Return the mark of a strut between points of shape (N, 2)."""
     side = unit(np.stack([a[:, 1] - b[:, 1], b[:, 0] - a[:, 0]], axis=1)) * size * 0.75
     drawn = []
     for width, lines in FORCES[one.kind].lines.strokes:

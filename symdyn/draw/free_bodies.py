@@ -56,7 +56,8 @@ def free_body(
     found = stage.places
     alone = _alone(scene, found, body)
     seen = _closer(stage.view, alone, scene, body)
-    drawn = list(link(scene, found, found.body(body), seen, _colour(scene, body)))
+    colour = [one.name for one in scene.bodies].index(body) % COLOURS
+    drawn = list(link(scene, found, found.body(body), seen, colour))
     labels: list[Label] = []
     for hinge in alone.hinges:
         at = seen.flat(_cut(hinge, body))
@@ -141,7 +142,6 @@ def _stage(
 
 
 def _alone(scene: Scene, places: Places, body: str) -> Places:
-    """Return only the joints of a body."""
     hinges = tuple(h for h in places.hinges if body in (h.joint.parent, h.joint.child))
     return replace(places, hinges=hinges)
 
@@ -168,10 +168,6 @@ def _closer(view: View, alone: Places, scene: Scene, body: str) -> View:
     size = float(max((high - low).max(), 1e-12 * max(1.0, float(np.abs(flat).max()))))
     scale = min(240.0 / size, view.scale * 50)
     return replace(view, scale=scale, middle=(low + high) / 2, size=8.0)
-
-
-def _colour(scene: Scene, body: str) -> int:
-    return [one.name for one in scene.bodies].index(body) % COLOURS
 
 
 def _mass_name(value: object, body: str) -> str:

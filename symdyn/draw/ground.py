@@ -173,7 +173,6 @@ def _flight(hinge: JointAxis, view: View, part: MarkPart) -> tuple[Shape, ...]:
 
 
 def _wire(hinge: JointAxis, view: View, part: MarkPart) -> tuple[Shape, ...]:
-    """Return the curve that a joint runs along."""
     if hinge.wire is None:
         return (_apart("flight", hinge, view),)
     return (line("rail", *(view.flat(hinge.wire[:, k]) for k in range(hinge.wire.shape[1])), size=2.0),)
@@ -237,7 +236,6 @@ def ground(scene: Scene, places: Places, view: View) -> tuple[Item, ...]:
 
 
 def _seat(hinge: JointAxis) -> Array:
-    """Return where the joint sits on the ground, shape (N, 3)."""
     return hinge.fixed.p if hinge.joint.parent == Scene.GROUND else hinge.moved.p
 
 

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra import Floats
+from symdyn.algebra import Array, Floats
 from symdyn.dynamics.mechanism import Taut, body_placements, vector
 from symdyn.errors import SymdynError
 from symdyn.graph import Expr, Graph, Op, evaluate, substitute
@@ -26,8 +26,6 @@ from symdyn.scene.forces import FORCES, in_plane
 from symdyn.scene.joints import JOINTS, joint_motion, unit
 from symdyn.scene.values import OUTLINES, Body, Contact, Element, Joint, Load
 from symdyn.spatial import Mat, Transform, Vec, cross, dot, scale, zero_vector
-
-Array = np.ndarray[Any, np.dtype[np.float64]]
 
 BEYOND = 1e150  # what is drawn, m or N, whose squares still are doubles
 
@@ -211,7 +209,6 @@ def _principal(tensor: Array, centre: Array) -> tuple[Array, Array]:
 
 
 def _around(axes: Array, axis: Array, place: int) -> Array:
-    """Return three ways, one of which, by number, is the axis."""
     others = [axes[:, k] for k in range(3)]
     first = max((other - (other @ axis) * axis for other in others), key=lambda x: round(float(np.linalg.norm(x)), 9))
     first = first / np.linalg.norm(first)
@@ -231,7 +228,6 @@ def _about_centre(body: Body, graph: Graph, mass: Expr, centre: Vec) -> Mat:
 
 
 def _numbers(entries: Sequence[Expr], parameters: Mapping[str, float]) -> Array | None:
-    """Return values; None where there is none that a double holds."""
     if not entries:
         return np.zeros(0)
     graph = entries[0].graph

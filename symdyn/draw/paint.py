@@ -147,7 +147,6 @@ def _told(outline: list[Curve]) -> str:
 
 
 def _label(element: Element) -> str:
-    """Return a label: runs on the line, below and above it."""
     runs = [("", 0, element.text or "")]
     level = 0.0
     for child in element:

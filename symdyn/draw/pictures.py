@@ -399,7 +399,6 @@ def swing(stage: Stage, title: str, ghosts: str, prefix: str, titles: Mapping[st
 
 
 def _at(shape: Shape, k: int) -> Shape:
-    """Return a shape at one moment."""
     tilt = shape.tilt[k : k + 1] if len(shape.tilt) > 1 else shape.tilt
     return replace(shape, points=shape.points[min(k, len(shape.points) - 1)][None], tilt=tilt)
 

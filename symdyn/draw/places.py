@@ -423,7 +423,6 @@ def _best(label: Label, segments: Array, boxes: Array, most: float) -> Array | N
 
 
 def _led(one: Put) -> Array:
-    """Return the line that leads to a label, shape (N, 1, 2, 2)."""
     assert one.leader is not None, "asked only of labels far from their anchors"
     return np.stack([one.label.at + end for end in one.leader], axis=1)[:, None]
 

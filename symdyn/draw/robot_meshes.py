@@ -365,7 +365,6 @@ class _Shelf:
 
 
 def _turned(rpy: Array) -> Array:
-    """Return R = Rz(yaw) Ry(pitch) Rx(roll)."""
     (a, b, c), (d, e, f) = (list(map(g, rpy)) for g in (math.cos, math.sin))
     return np.array([
         [c * b, c * e * d - f * a, c * e * a + f * d],

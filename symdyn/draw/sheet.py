@@ -94,19 +94,13 @@ class Sheet:
         self.coordinates = list(self._coordinates(scene, starts, tips))
 
     def _point(self, at: Sequence[Expr]) -> int:
-        """Return the row of a point."""
         self.points.append(len(self.rows))
         return self._direction(at)
 
     def _direction(self, way: Sequence[Expr]) -> int:
-        """Return the row of a direction."""
         x, y, z = way
         self.rows.append((x, y, z))
         return len(self.rows) - 1
-
-    def _axes(self, frame: Sequence[Expr]) -> tuple[int, ...]:
-        """Return the rows of the axes of a frame, the columns of R."""
-        return tuple(self._direction((frame[k], frame[3 + k], frame[6 + k])) for k in range(3))
 
     def _made(self, kind: str, rows: tuple[int, ...], body: str, text: str = "", joint: str = "") -> Mark:
         return Mark(kind, rows, self._number[body], text, joint)
@@ -133,7 +127,7 @@ class Sheet:
             if sign.shape:
                 yield self._made(sign.shape, (place, way, at), joint.child, joint=joint.name)
             if not closes:
-                yield self._made("frame", (place, *self._axes(moved)), joint.child)
+                yield self._made("frame", (place, *(self._direction(moved[k:9:3]) for k in range(3))), joint.child)
 
     def _coordinates(self, scene: Scene, starts: dict[str, int], tips: dict[str, list[int]]) -> Iterator[Measured]:
         """Yield turns and slides that are a coordinate each."""
@@ -193,7 +187,6 @@ class Sheet:
                 yield self._made("ring", tuple(rows), name)
 
     def _masses(self, scene: Scene, starts: dict[str, int], tips: dict[str, list[int]]) -> Iterator[Mark]:
-        """Yield centres of mass, particles and named points."""
         for body in scene.bodies:
             for k in range(len(body.particles)):
                 at = self._point(self.found["particle", body.name, k][1:])
@@ -209,7 +202,6 @@ class Sheet:
             yield self._made("point", (at, starts.get(point.body, at)), point.body, point.name)
 
     def _acting(self, scene: Scene, tips: dict[str, list[int]]) -> Iterator[Mark]:
-        """Yield struts and loads."""
         acting: tuple[Element, ...] = (*scene.struts, *scene.loads, *scene.lasting_ropes)
         for one in acting:
             if ("tangent", one, 0) in self.found:

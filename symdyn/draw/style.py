@@ -132,7 +132,9 @@ class Text:
                 continue
             text = {"-": "−", "'": "′"}.get(text, text)
             face, face_ahead = face_ahead or face, ""
-            slanted = "i" if not face and len(text) == 1 and text.isalpha() and not _capital(text) else ""
+            plain = face or len(text) != 1 or not text.isalpha()
+            upright = plain or (text.isupper() and "GREEK" in unicodedata.name(text, ""))
+            slanted = "" if upright else "i"
             runs.append(LetterRun(text + ahead, (face or slanted).replace("r", ""), level_ahead or level))
             ahead, level_ahead = "", 0
         alike = groupby(runs, lambda run: (run.face, run.level))
@@ -155,11 +157,6 @@ def _letter(command: str) -> str:
         return SIGNS.get(command, command)
     size = "CAPITAL" if command[0].isupper() else "SMALL"
     return unicodedata.lookup(f"GREEK {size} LETTER {command.upper().replace('LAMBDA', 'LAMDA')}")
-
-
-def _capital(letter: str) -> bool:
-    """Return whether it is a Greek capital, which is upright."""
-    return letter.isupper() and "GREEK" in unicodedata.name(letter, "")
 
 
 def _wide(run: LetterRun) -> float:
@@ -269,7 +266,6 @@ def style(scheme: str) -> str:
 
 
 def _coloured(colours: dict[str, str]) -> str:
-    """Return the rules in one scheme."""
     rules = f"{RULES.strip()}\n.symdyn text{{font-size:{FONT:g}px}}\n"
     rules += "".join(
         f".symdyn .link.body{k}{{stroke:[body{k}]}}\n.symdyn .particle.body{k}{{fill:[body{k}]}}\n" for k in range(6)

@@ -87,7 +87,6 @@ class Criterion:
 
 
 def _lengths(A: Array) -> Array:
-    """Return the lengths of columns, 1 of those that are zero."""
     length = np.sqrt((A**2).sum(axis=(0, 1)))
     return np.where(length > 0, length, 1.0)
 

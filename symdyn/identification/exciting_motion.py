@@ -69,7 +69,6 @@ class Functions:
     """
 
     def __init__(self, scene: Scene, bounds: Sequence[Bound], noise: Array, seed: int) -> None:
-        """Derive and compile."""
         points = sorted({one.index // 3 for one in bounds if one.kind == "point"})
         self.points = {k: scene.points[k].name for k in points}
         self.forced = any(one.kind == "force" for one in bounds)
@@ -310,7 +309,6 @@ def excite(
 def _check(
     period: float, family: str, terms: int, criterion: str, starts: int, seed: int, every: float, faults: Faults
 ) -> None:
-    """Add what cannot be asked for."""
     for name, given, known in (("family", family, FAMILIES), ("criterion", criterion, CRITERIA)):
         if given not in known:
             faults.add(name, f"there is no {given!r:.60}; {choice(given, known)}")
@@ -345,7 +343,6 @@ def _noise(scene: Scene, noise: Mapping[str, float], faults: Faults) -> Array:
 
 
 def _bounds(scene: Scene, box: Box, faults: Faults) -> tuple[Bound, ...]:
-    """Return what must be kept."""
     try:
         return read_bounds(scene, Start.guess(scene).tolist(), box, faults)
     except SimulateError as fault:

@@ -285,12 +285,7 @@ class Fitted:
 
 
 def fitted(
-    model: LinearModel,
-    evidence: Evidence,
-    carried: Carried,
-    shown: Mapping[int, str],
-    band: float,
-    leave_out: bool,
+    model: LinearModel, evidence: Evidence, carried: Carried, shown: Mapping[int, str], band: float, leave_out: bool
 ) -> Fitted:
     """Return the regression of motions, outliers left out.
 
@@ -377,7 +372,6 @@ def _settled(rows: Rows, gains: Gains, names: Sequence[str], prior: Array, band:
 
 
 def _far(residuals: list[Array], used: list[Flags], taus: list[Array], rows: tuple[int, ...]) -> list[Flags]:
-    """Return which samples are far off, of each motion."""
     lengths = np.cumsum([len(one) for one in residuals])[:-1]
     every = far(np.concatenate(residuals), np.concatenate(used), np.concatenate(taus))
     passive = [j for j in range(every.shape[1]) if j not in rows]

@@ -215,10 +215,7 @@ def _residuals(identification: Identification) -> Iterator[Section]:
         told = f"{names[j]}: autocorrelation of the error over {len(lags)} lags"
         at = np.array([k + 0.5 for k in range(len(lags) + 1)])
         pictures.append(
-            Picture(
-                bars(told, "lag, half periods of the band", "correlation", at, lags, None, limit),
-                names[j],
-            )
+            Picture(bars(told, "lag, half periods of the band", "correlation", at, lags, None, limit), names[j])
         )
     words = (
         "Of each drive, first residuals of the fit by their standard deviation, beside a normal distribution; then "

@@ -2,11 +2,7 @@
 
 from .equilibrium import Equilibria as Equilibria, Equilibrium as Equilibrium
 from .formulas import Formulas as Formulas
-from .linearization import (
-    Linearization as Linearization,
-    Point as Point,
-    Stability as Stability,
-)
+from .linearization import Linearization as Linearization, Point as Point, Stability as Stability
 from .linearized import (
     linearize as linearize,
     linearize_along as linearize_along,
@@ -16,12 +12,16 @@ from .linearized import (
     systems as systems,
 )
 from .locus import RootLocus as RootLocus, root_locus as root_locus
-from .margins import Margins as Margins
 from .modes import Mode as Mode, Spectrum as Spectrum, animate_modes as animate_modes
 from .regulator import Compensator as Compensator, Observer as Observer, Regulator as Regulator
 from .responses import FrequencyResponse as FrequencyResponse, TimeResponse as TimeResponse
 from .state_space import StateSpace as StateSpace
 from .steady import steady_at_start as steady_at_start
 from .system import System as System, SystemsFile as SystemsFile, track as track
-from .transfer import Reach as Reach, Transfer as Transfer, poles_in_words as poles_in_words
+from .transfer import (
+    Margins as Margins,
+    Reach as Reach,
+    Transfer as Transfer,
+    poles_in_words as poles_in_words,
+)
 from .weights import Axis as Axis

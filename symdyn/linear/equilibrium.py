@@ -211,7 +211,6 @@ def _sorted(places: Sequence[Equilibrium]) -> tuple[Equilibrium, ...]:
 
 
 def _alike(x: Complexes, y: Complexes) -> bool:
-    """Tell whether two sets of eigenvalues are one."""
     if len(x) != len(y):
         return False
     apart, size = np.abs(x[:, None] - y[None, :]), max(float(np.abs(x).max(initial=0.0)), 1e-9)

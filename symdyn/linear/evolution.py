@@ -150,7 +150,6 @@ def _skew(axis: Array) -> Array:
 
 
 def _turn(spin: Array) -> Array:
-    """Return exp of a spin, shape (n, n)."""
     from scipy.linalg import expm  # late: it takes long to load
 
     return np.asarray(expm(spin), dtype=np.float64)

@@ -128,7 +128,6 @@ class Formulas(Shown):
 
 
 def _numbers(matrix: Any) -> Array:
-    """Return a SymPy matrix without symbols as an array."""
     return np.array([float(x) for x in matrix]).reshape(matrix.shape)
 
 
@@ -184,7 +183,6 @@ def formulas(system: Linearization) -> Formulas:
 
 
 def _point(prepared: Prepared, system: Linearization) -> dict[Expr, float]:
-    """Return the values of all symbols at the point."""
     point, n = system.point, len(system.scene.velocities)
     free = prepared.place(point.q, point.u, point.t, np.zeros(n + len(point.inputs))).point
     given = np.concatenate([point.tau - free.tau, point.inputs - free.inputs])  # beside formulas

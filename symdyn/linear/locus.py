@@ -104,6 +104,14 @@ def _number(text: str, where: str, letter: Parameter | None) -> float:
         raise LinearizeError(f"{where}: {text}: {error}") from None
 
 
+def array_of(given: object, kind: type[float] | type[complex] = float) -> Any:
+    """Return numbers as an array, which has no entries where they are none."""
+    try:
+        return np.array(given, dtype=kind)
+    except (TypeError, ValueError, OverflowError):
+        return np.zeros(0, dtype=kind)
+
+
 BRACKET = 2.0**-7
 """Part of a step to which bisection narrows."""
 
@@ -132,7 +140,6 @@ class Critical:
     grows: bool
 
     def __str__(self) -> str:
-        """Return it in words."""
         what = (
             f"a mode that oscillates at {in_digits(self.frequency, 6)} Hz"
             if self.frequency
@@ -267,10 +274,7 @@ def root_locus(
     Raises:
         LinearizeError: the values do not increase, or are too many; and what `system` raises.
     """
-    try:
-        x = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        x = np.zeros(0)
+    x = array_of(values)
     if x.ndim != 1 or not 2 <= len(x) <= MOST or not np.isfinite(x).all() or np.any(np.diff(x) <= 0):
         where = f"{argument('over')} {over}" if zeros is None else "gains"
         raise LinearizeError(
@@ -306,12 +310,7 @@ def _count(one: StateSpace) -> int:
 
 
 def _crossings(
-    system: Callable[[float], StateSpace],
-    low: float,
-    high: float,
-    below: int,
-    above: int,
-    left_over: int = CROSSINGS,
+    system: Callable[[float], StateSpace], low: float, high: float, below: int, above: int, left_over: int = CROSSINGS
 ) -> list[Critical]:
     """Return where counts change between two values, one crossing after the other."""
     if below == above or not left_over:

@@ -28,9 +28,6 @@ if TYPE_CHECKING:
 KINDS = ("svg", "pdf", "png")
 """Kinds of pictures."""
 
-POINTS = 20_000
-"""Points of curves that a notebook shows as lines."""
-
 WIDEST, HIGHEST = 6, 6
 """Inputs and outputs of a plot; further ones are left out, and the title says so."""
 
@@ -55,7 +52,7 @@ class Plotted(Answer):
 
     def plot(self) -> Figure:
         """Return the plot, a Figure of matplotlib; its axes can be changed, and `.savefig(...)` writes it."""
-        return self._figure().figure(POINTS)
+        return self._figure().figure(0)
 
     @checked(LinearizeError)
     def picture(self, kind: str) -> bytes:

@@ -238,7 +238,6 @@ def matrices(v: Variations, here: LinearPoint, choice: Choice, drives: Sequence[
 
 
 def _turning(v: Variations, u: Array) -> Array:
-    """Return ad_u, shape (nv, nv)."""
     found = np.zeros((len(u), len(u)))
     for (j, i), terms in v.w.directions.brackets.items():
         for k, value in terms:

@@ -28,6 +28,7 @@ from symdyn.algebra import Array
 from symdyn.arguments import argument
 from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError
+from symdyn.linear.locus import array_of
 from symdyn.linear.modes import SIDEWAYS, Complexes, balance, pairs_of, spectrum
 from symdyn.linear.plots import Plotted, pole_map
 from symdyn.linear.state_space import StateSpace
@@ -193,7 +194,6 @@ class Compensator(StateSpace):
     observer: Observer
 
     def __init__(self, regulator: Regulator, observer: Observer) -> None:
-        """Put both together; they are of one system and one period."""
         one, K, L = regulator.system, regulator.K, observer.L
         step, places = _opened(one, regulator.inputs, regulator.period)
         names = tuple(f"{name}_estimate" for name in one.states.names)
@@ -335,11 +335,7 @@ PLACED = 1e-6
 
 
 def _wanted(poles: Sequence[complex] | Array, names: tuple[str, ...]) -> Complexes:
-    """Return poles as they are asked for."""
-    try:
-        found = np.asarray(poles, dtype=np.complex128)
-    except (TypeError, ValueError, OverflowError):
-        found = np.zeros(0, dtype=np.complex128)
+    found: Complexes = array_of(poles, complex)
     if found.shape != (len(names),) or not np.isfinite(found).all():
         raise LinearizeError(f"poles: give {len(names)} finite numbers, one for each of {', '.join(names)}")
     for value in found:

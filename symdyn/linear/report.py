@@ -162,7 +162,6 @@ def where_in_words(system: Linearization) -> str:
 
 
 def _formulas(letter: str, rows: Rows, names: tuple[Sequence[str], Sequence[str]]) -> list[str]:
-    """Return the entries that are no numbers as formulas."""
     return [
         f"{letter}[{row}, {column}] = {_spelled(entry)}"
         for row, entries in zip(names[0], rows, strict=True)

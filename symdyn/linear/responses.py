@@ -18,7 +18,7 @@ from symdyn.algebra import Array
 from symdyn.arguments import argument, checked, native
 from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError
-from symdyn.linear.locus import RootLocus, numbers, root_locus
+from symdyn.linear.locus import RootLocus, array_of, numbers, root_locus
 from symdyn.linear.modes import SIDEWAYS, Complexes
 from symdyn.linear.plots import Plotted, bode, courses, nyquist
 from symdyn.table import Table
@@ -146,10 +146,7 @@ def _check_driven(one: StateSpace, what: str) -> None:
 
 
 def _frequencies(given: object, what: str, unit: str, period: float | None) -> Array:
-    try:
-        found = np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        found = np.zeros(0)
+    found: Array = array_of(given)
     if found.ndim != 1 or not len(found) or not np.isfinite(found).all() or np.any(found <= 0):
         raise LinearizeError(f"{what}: frequencies must be finite and above zero, in {unit}")
     most = math.inf if period is None else (math.pi if what == "omega" else 0.5) / period
@@ -328,7 +325,6 @@ def _final(one: StateSpace, kind: str) -> Array | None:
 
 
 def _usual_end(one: StateSpace) -> float:
-    """Return when the slowest mode has settled, or the fastest has grown, s."""
     values = [mode.value for mode in one.modes if math.isfinite(mode.value.real)]
     size = max(map(abs, values), default=0.0)
     growing = [value.real for value in values if value.real > SIDEWAYS * size]
@@ -343,7 +339,6 @@ def _usual_end(one: StateSpace) -> float:
 
 
 def _usual_count(one: StateSpace, end: float) -> int:
-    """Return how many times show what oscillates."""
     fastest = max((mode.frequency for mode in one.modes if mode.oscillates), default=0.0)
     return min(MOST, max(USUAL, math.ceil(ROUND * fastest * end) + 1))
 

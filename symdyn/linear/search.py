@@ -256,7 +256,6 @@ class Search:
 
     @cached_property
     def _rank(self) -> int:
-        """How many motions have an inertia at most places."""
         return int(self.ranks(self.drawn(PUSHED)).max(initial=0))
 
     def locked(self, q: Array) -> bool:

@@ -23,7 +23,6 @@ from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError
 from symdyn.extras import install
 from symdyn.linear.locus import RootLocus
-from symdyn.linear.margins import Margins, margins
 from symdyn.linear.modes import Complexes, Mode, Spectrum, spectrum
 from symdyn.linear.plots import Plotted, pole_map
 from symdyn.linear.responses import (
@@ -34,7 +33,16 @@ from symdyn.linear.responses import (
     locus_over_gain,
     time_response,
 )
-from symdyn.linear.transfer import Reach, Transfer, balanced, invariant_zeros, reach, transfers
+from symdyn.linear.transfer import (
+    Margins,
+    Reach,
+    Transfer,
+    balanced,
+    invariant_zeros,
+    margins,
+    reach,
+    transfers,
+)
 from symdyn.linear.weights import Axis, read_axis, read_matrix
 from symdyn.table import Table
 from symdyn.unlocked import cached_property
@@ -279,11 +287,7 @@ class StateSpace(Plotted):
 
     @checked(LinearizeError)
     def step(
-        self,
-        output: str | None = None,
-        input: str | None = None,
-        until: float | None = None,
-        points: int | None = None,
+        self, output: str | None = None, input: str | None = None, until: float | None = None, points: int | None = None
     ) -> TimeResponse:
         """Return how an output follows an input, or all follow each, which goes from 0 to 1 at t = 0, from x = 0.
 
@@ -300,11 +304,7 @@ class StateSpace(Plotted):
 
     @checked(LinearizeError)
     def impulse(
-        self,
-        output: str | None = None,
-        input: str | None = None,
-        until: float | None = None,
-        points: int | None = None,
+        self, output: str | None = None, input: str | None = None, until: float | None = None, points: int | None = None
     ) -> TimeResponse:
         """Return the same of an impulse of area 1, which a sampled system is given as 1/T for one period."""
         return time_response(self._chosen(output, input), "impulse", until, points)

@@ -29,8 +29,8 @@ from symdyn.simulation import Problem, opened
 BALANCED = 1e-6
 """Accelerations, over the largest entry of A or 1, that are none."""
 
-TRIES, CLOSE, FARTHEST, CLOSING = 40, 1e-9, 0.3, 6
-"""Newton steps to a steady motion, the step that is none, the longest, rad or m, and steps that close loops again."""
+TRIES, CLOSE, FARTHEST = 40, 1e-9, 0.3
+"""Newton steps to a steady motion, the step that is none, and the longest, rad or m."""
 
 LATER = (0.37, 1.1, 2.9)
 """Times, s, at which it is looked whether a point lasts where time itself acts."""
@@ -237,7 +237,6 @@ def _told(lasting: Lasting, time: float, full: Linearization) -> Linearization:
 
 
 def _rates_of_positions(requested: Prepared, system: Linearization) -> Array:
-    """Return how fast each independent position moves, shape (p,)."""
     labels = COLUMNS["q"](requested.functions.w)
     return np.array([system.point.u[labels.index(name)] for name in system.states.names[: system.positions]])
 
@@ -277,12 +276,8 @@ def _later(requested: Prepared, system: Linearization) -> tuple[Array, float]:
 
 
 def _closed(numbers: Numbers, q: Array) -> Array:
-    """Return the closed position next to one."""
     q = numbers.normalised(q)
-    for _ in range(CLOSING if numbers.scene.is_constrained else 0):
-        back = np.linalg.lstsq(numbers.residual_rates(q), -numbers.residual(q), rcond=1e-9)[0]
-        q = numbers.retract(q, np.asarray(back, dtype=np.float64))
-    return q
+    return numbers.newton(q, ()) if numbers.scene.is_constrained else q
 
 
 def _out_of_balance(requested: Prepared, system: Linearization, off: Sequence[int], still: bool) -> str:
@@ -324,7 +319,6 @@ def _precession(system: Linearization, off: Sequence[int]) -> str:
 
 
 def _rounded(x: float) -> str:
-    """Return a coordinate as a user would type it."""
     return f"{0.0 if abs(x) < CLOSE else x:.9g}"
 
 

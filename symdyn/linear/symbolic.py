@@ -128,7 +128,6 @@ def with_definitions(prepared: Prepared, system: Linearization, held: tuple[str,
 
 
 def _determinant(A: Sequence[Sequence[Expr]]) -> Expr:
-    """Return the determinant of a small matrix by its first row."""
     if len(A) == 1:
         return A[0][0]
     minors = ([[*row[:k], *row[k + 1 :]] for row in A[1:]] for k in range(len(A)))
@@ -400,7 +399,6 @@ def _true(field: Ratios, exact: Sequence[Rows], prepared: Prepared, system: Line
 
 
 def _roots(field: Ratios, A: Rows) -> tuple[Root, ...]:
-    """Return the eigenvalues that have a closed form."""
     found, nothing = [], field.form(field.zero)
     for monic, times in field.factors(field.characteristic(A)):
         form, degree = [field.form(x) for x in monic], len(monic) - 1

@@ -211,10 +211,7 @@ class Variations:
 
 @lru_cache(maxsize=16)
 def variations(
-    scene: Scene,
-    closing: LoopChoices,
-    formulas: tuple[tuple[int, Quantity], ...],
-    outputs: tuple[Quantity, ...],
+    scene: Scene, closing: LoopChoices, formulas: tuple[tuple[int, Quantity], ...], outputs: tuple[Quantity, ...]
 ) -> Variations:
     """Return the functions of a scene, its parameters free, under formulas of driving forces by velocity.
 
@@ -226,10 +223,7 @@ def variations(
 
 @growing()
 def _written(
-    scene: Scene,
-    closing: LoopChoices,
-    formulas: tuple[tuple[int, Quantity], ...],
-    outputs: tuple[Quantity, ...],
+    scene: Scene, closing: LoopChoices, formulas: tuple[tuple[int, Quantity], ...], outputs: tuple[Quantity, ...]
 ) -> Variations:
     refuse_ideal_friction(scene)
     w = Workspace(scene, closing)

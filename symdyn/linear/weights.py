@@ -15,7 +15,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.bounds import BOUNDS
 from symdyn.errors import LinearizeError, quoted, suggestion
-from symdyn.linear.locus import number_in
+from symdyn.linear.locus import array_of, number_in
 from symdyn.scene.values import Faults, FormulaError
 
 
@@ -27,7 +27,6 @@ class Axis:
     units: tuple[str, ...]
 
     def __len__(self) -> int:
-        """Return how many there are."""
         return len(self.names)
 
     def of(self, places: Sequence[int]) -> Axis:
@@ -165,10 +164,7 @@ def weight(name: str, given: Weights | None, axis: Axis, faults: Faults, definit
         if definite:
             found = np.where([one in given for one in axis.names], found, 1.0)
         return np.diag(found)
-    try:
-        M = np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        M = np.zeros(0)
+    M: Array = array_of(given)
     if M.shape in ((), (n,)):  # one for all, or a diagonal
         M = np.diag(np.broadcast_to(M, n))
     largest = float(np.abs(M).max(initial=0.0))
@@ -188,7 +184,6 @@ def weight(name: str, given: Weights | None, axis: Axis, faults: Faults, definit
 
 
 def _number(given: Any) -> float:
-    """Return a weight as a number; nan where it is none."""
     try:
         return float(given)
     except (TypeError, ValueError, OverflowError):
@@ -197,10 +192,7 @@ def _number(given: Any) -> float:
 
 def read_matrix(letter: str, given: object, faults: list[str]) -> Array:
     """Return a matrix; what is wrong with it goes to the faults."""
-    try:
-        found = np.array(given, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        found = np.zeros(0)
+    found: Array = array_of(given)
     if found.ndim != 2 or not np.isfinite(found).all():
         faults.append(f"{letter} is no matrix of finite numbers, as in [[0, 1], [-2, -3]]")
         return np.zeros((0, 0))

@@ -369,7 +369,6 @@ def _equations(page: Printable) -> Iterator[str]:
 
 
 def _constraints(page: Printable) -> Iterator[Markup]:
-    """Yield what multipliers are, and the rows."""
     found, write = page.constraints, page.writer()
     rows = [(formula(write.symbols[row.multiplier]), row.text, row.unit) for row in found.rows]
     yield table(("multiplier", "", "unit"), rows)

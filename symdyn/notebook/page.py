@@ -76,6 +76,18 @@ def picture(content: str | bytes, kind: str, text: str, dark: bool = True) -> Ma
     return Markup(f'<figure><img{style} alt="{in_html(text)}" src="{source}"></figure>')
 
 
+def plotted(drawn: Callable[[Any], bytes], points: int, text: str) -> Markup:
+    """Return a plot that is drawn as "svg", or as "png" where it has many points; or what it takes to show it."""
+    if not EXTRAS["plot"].there:
+        return note(f"plots need matplotlib: {install('plot')}")
+    kind = "svg" if points <= MOST_POINTS else "png"
+    return picture(drawn(kind), kind, text, dark=False)
+
+
+MOST_POINTS = 20_000
+"""Points of curves beyond which dots make a smaller picture than lines."""
+
+
 def frame(html: str, text: str) -> Markup:
     """Return a page in a frame of its own; its scripts reach nothing of the notebook."""
     return Markup(f'<iframe title="{in_html(text)}" sandbox="allow-scripts" srcdoc="{in_html(html)}"></iframe>')

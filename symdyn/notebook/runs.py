@@ -7,21 +7,16 @@ has the verdict, and behind it every claim.
 from __future__ import annotations
 
 from collections import Counter
-from typing import Literal
 
 from symdyn.algebra import Array
 from symdyn.errors import SimulateError
-from symdyn.extras import EXTRAS, install
 from symdyn.identification import Excitation
-from symdyn.notebook.page import Cell, Markup, folded, head, note, notes, picture, table, verdict
+from symdyn.notebook.page import Cell, Markup, folded, head, note, notes, plotted, table, verdict
 from symdyn.simulation import Feedback, Trajectory, Uncertainty
 from symdyn.study import Indices, Runs
 from symdyn.transcription import Collocation, Solution
 from symdyn.verdict import Claims, Verdict
 from symdyn.verify import Certificate, Finding, Rigorous
-
-MOST = 20_000
-"""Points of curves beyond which dots make a smaller picture than lines."""
 
 
 def trajectory(result: Trajectory) -> list[Markup]:
@@ -77,10 +72,7 @@ def excitation(result: Excitation) -> list[Markup]:
 def _plots(result: Trajectory) -> Markup:
     if not len(result.t):
         return Markup("")
-    if not EXTRAS["plot"].there:
-        return note(f"plots need matplotlib: {install('plot')}")
-    kind: Literal["svg", "png"] = "svg" if len(result.t) * len(result.names) <= MOST else "png"
-    return picture(result.drawn(kind), kind, f"plots of {result.scene.name}", dark=False)
+    return plotted(result.drawn, len(result.t) * len(result.names), f"plots of {result.scene.name}")
 
 
 def collocation(result: Collocation) -> list[Markup]:
@@ -187,9 +179,6 @@ def rigorous(result: Rigorous) -> list[Markup]:
     ]
 
 
-MOST_NUMBERS = 10_000
-"""Numbers beyond which dots make a smaller picture than lines."""
-
 SHARES = (0.05, 0.5, 0.95)
 """Quantiles that are shown."""
 
@@ -222,14 +211,10 @@ def runs(result: Runs) -> list[Markup]:
 def _picture(result: Runs) -> Markup:
     if not any(result.known(name).size for name in result.measures or result.outcomes):
         return note("no run has a value")
-    if not EXTRAS["plot"].there:
-        return note(f"plots need matplotlib: {install('plot')}")
-    kind: Literal["svg", "png"] = "svg" if len(result) <= MOST_NUMBERS else "png"
     try:
-        drawn = result.drawn(kind)
+        return plotted(result.drawn, 2 * len(result), f"plots of {result.scene}")
     except SimulateError as fault:  # too few groups for indices
         return note(str(fault))
-    return picture(drawn, kind, f"plots of {result.scene}", dark=False)
 
 
 def indices(result: Indices) -> list[Markup]:
@@ -257,14 +242,10 @@ def uncertainty(result: Uncertainty) -> list[Markup]:
         shares = zip(result.varied, result.shares(one.name)[-1], strict=True)
         due = ", ".join(f"{name} {100 * part:.3g} %" for name, part in shares)
         body.append([one.name, one.unit, float(result.run[one.name][-1]), float(result[one.name][-1]), due])
-    if EXTRAS["plot"].there:
-        kind: Literal["svg", "png"] = "svg" if len(result.t) * len(result.names) <= MOST_NUMBERS else "png"
-        drawn = picture(result.drawn(kind), kind, f"error bars of {result.run.scene.name}", dark=False)
-    else:
-        drawn = note(f"plots need matplotlib: {install('plot')}")
+    points = 2 * len(result.t) * len(result.names)  # curves, and the edges of bands
     return [
         head(result.run.scene.name, f"error bars to first order, by {', '.join(result.varied)}"),
         table(("column", "unit", f"at t = {result.t[-1]:g} s", "standard deviation", "variance is due to"), body),
-        drawn,
+        plotted(result.drawn, points, f"error bars of {result.run.scene.name}"),
         *notes(result.notes),
     ]

@@ -176,10 +176,7 @@ def functions_of(sources: Sources, library: ctypes.CDLL, threads: int = 1) -> tu
             dtype=real.dtype,
             text=routine.function.text,
             _call=bind(
-                library,
-                f"{opening}_{name}",
-                [a.scalar and not pair for a in routine.function.arguments],
-                real.dtype,
+                library, f"{opening}_{name}", [a.scalar and not pair for a in routine.function.arguments], real.dtype
             ),
             _rows=bind_rows(library, f"{opening}_{name}_rows", len(routine.function.arguments) + 1),
             _threads=threads,
@@ -272,7 +269,6 @@ class CFunction:
         ]
 
     def _batch(self, arrays: Sequence[Array]) -> tuple[int, ...]:
-        """Return the leading dimensions that all arguments broadcast to."""
         batches = [array.shape[:-1] for array in arrays]
         if not any(batches):
             return ()
@@ -288,7 +284,6 @@ class CFunction:
         return shared([name for name, _ in self.arguments])
 
     def _share_params(self, arrays: Sequence[Array]) -> bool:
-        """Tell whether all states have one set of params."""
         common = self._shared
         return all(
             array.size == prod(shape) or name != common
@@ -296,7 +291,6 @@ class CFunction:
         )
 
     def _run_rows(self, arrays: Sequence[Array], batch: tuple[int, ...], out: Array) -> None:
-        """Call the function once for all states."""
         common = self._shared
         rows = [
             np.ascontiguousarray(array) if name == common else _spread(array, batch)
@@ -319,7 +313,6 @@ class CFunction:
 
 
 def _addresses(array: Array, length: int, count: int) -> Sequence[Any]:
-    """Return where each of `count` states begins in contiguous memory."""
     first, step = array.ctypes.data, length * array.itemsize
     return [first + state * step for state in range(count)]
 
@@ -348,7 +341,6 @@ class Module:
     functions: tuple[CFunction, ...]
 
     def __getattr__(self, name: str) -> CFunction:
-        """Return the function called `name`."""
         for function in self.__dict__.get("functions", ()):
             if function.name == name:
                 found: CFunction = function

@@ -360,7 +360,7 @@ def binary_place(version: str, identifier: str) -> str:
 
 
 COMPLETED: dict[str, tuple[Callable[[Sources], Sources], str]] = {
-    "fmu": (with_binaries, "sources, and a binary for this platform"),
+    "fmu": (with_binaries, "sources, and a binary for this platform")
 }
 """By target: what adds to its sources, and what they hold then."""
 

@@ -43,14 +43,7 @@ from symdyn.runtime.cache import (
     warn,
 )
 from symdyn.runtime.commands import Needs, threads
-from symdyn.runtime.compiler import (
-    NOTHING,
-    PATIENCE,
-    Compiler,
-    CompilerFault,
-    compile_library,
-    find_compiler,
-)
+from symdyn.runtime.compiler import NOTHING, PATIENCE, Compiler, CompilerFault, compile_library, find_compiler
 
 SUFFIX = ".dll" if sys.platform == "win32" else ".so"
 
@@ -226,10 +219,7 @@ INCLUDE = Path(sysconfig.get_path("include"))
 
 
 def build_extension(
-    sources: Sources,
-    compiler: str | None = None,
-    patience: float = PATIENCE,
-    machine: str = "native",
+    sources: Sources, compiler: str | None = None, patience: float = PATIENCE, machine: str = "native"
 ) -> tuple[Path, ModuleType]:
     """Return the extension module of sources that `emit(program, "ufunc")` made, and its file.
 
@@ -258,9 +248,7 @@ def extension_kind(name: str) -> LibraryKind:
     """
     suffix = EXTENSION_SUFFIXES[0]
     needs = Needs(
-        headers=(python_headers(), np.get_include()),
-        libraries=python_libraries(),
-        loose=sys.platform == "darwin",
+        headers=(python_headers(), np.get_include()), libraries=python_libraries(), loose=sys.platform == "darwin"
     )
     return LibraryKind(suffix, needs, (sys.version, suffix, np.__version__), partial(imported, name))
 

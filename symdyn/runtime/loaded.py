@@ -85,7 +85,6 @@ class Loaded(Shown):
         return self._found(request) is not None
 
     def __iter__(self) -> Iterator[str]:
-        """Go through the names of the functions."""
         return iter(self.calls)
 
     def _found(self, request: object) -> NumericFunction | None:
@@ -166,7 +165,7 @@ def loaded(
     settings = (scene, requests, compiler, machine, prepared, closing, free, accuracy)
     calls = {}
     for call, head in zip(found, heads, strict=True):
-        one = numeric_function(scene, head.name, head, call, free, (_one_loaded, (*settings, head.name)))
+        one = numeric_function(scene, head.name, head, call, free, (one_of, (loaded, settings, head.name)))
         calls[head.name] = makers.module.named(one, call) if makers and isinstance(call, Later) else one
     told = {name: call.description for name, call in calls.items()}
     made = Loaded(scene, requests, calls, told, makers is not None, compiler, machine, prepared, closing, free)
@@ -181,13 +180,12 @@ def _heads(workspace: Workspace, requests: Sequence[str]) -> tuple[Function, ...
 
 
 def _program(scene: Scene, request: str, closing: LoopChoices) -> Program:
-    """Return the program of one function."""
     return lower(formulate(scene, (request,), closing=closing, lines=not C.loops))
 
 
-def _one_loaded(*settings: Any) -> NumericFunction:
-    """Return one of the functions of `loaded`, in a process that has none of them yet."""
-    return loaded(*settings[:-1]).calls[settings[-1]]
+def one_of(again: Callable[..., Loaded], settings: tuple[Any, ...], name: str) -> NumericFunction:
+    """Return one of the functions, in a process that has none of them yet."""
+    return again(*settings).calls[name]
 
 
 def usual(workspace: Workspace) -> tuple[str, ...]:

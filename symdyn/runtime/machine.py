@@ -66,7 +66,6 @@ def run_js(sources: Sources) -> SimpleNamespace:
 
 
 def _of_node(process: _Node, name: str, function: Function) -> Callable[..., Any]:
-    """Return one function as a callable."""
     scalars = [argument.scalar for argument in function.arguments]
 
     def call(*values: npt.ArrayLike) -> Any:
@@ -91,8 +90,6 @@ def _started(command: Sequence[str]) -> subprocess.Popen[bytes]:
 
 
 class _Node:
-    """One Node.js that answers a line with a line."""
-
     def __init__(self, node: str, text: str) -> None:
         """Start it and load a module; BuildError where it cannot be run or refuses that."""
         command = (node, "--input-type=module", "--eval", verbatim("js/calls.mjs"))
@@ -176,7 +173,6 @@ def compile_mex(folder: str, package: str) -> None:
 
 
 def _of_octave(process: _Octave, name: str, function: Function) -> Callable[..., Any]:
-    """Return one function as a callable."""
     scalars = [argument.scalar for argument in function.arguments]
 
     def call(*values: npt.ArrayLike) -> Any:
@@ -197,8 +193,6 @@ def _of_octave(process: _Octave, name: str, function: Function) -> Callable[...,
 
 
 class _Octave:
-    """One Octave that answers calls."""
-
     def __init__(self, octave: str, sources: Sources) -> None:
         """Write the package where it is found and start Octave; BuildError where it cannot be run."""
         self._folder = TemporaryDirectory()
@@ -300,7 +294,6 @@ def _compiler() -> dict[str, Any]:
 
 
 def _headers() -> dict[str, Any]:
-    """Return whether Python's headers are there."""
     try:
         return {"folder": python_headers(), "why": None, "without": None}
     except BuildError as fault:

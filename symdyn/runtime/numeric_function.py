@@ -85,7 +85,6 @@ class NumericFunction(Shown):
     words: ClassVar[frozenset[str]] = WORDS
 
     def __post_init__(self) -> None:
-        """Take over what help shows."""
         self.__dict__.update(__name__=self.name, __qualname__=self.name, __doc__=self.call.__doc__)
 
     def __call__(self, *given: Any, **named: Any) -> Any:
@@ -115,7 +114,6 @@ class NumericFunction(Shown):
 
     @property
     def __signature__(self) -> Signature:
-        """What editors and help show."""
         takes = [Parameter(one.name, Parameter.POSITIONAL_OR_KEYWORD) for one in self.operands]
         names = [name for one in self.operands if one.name in BY_NAME for name in one.entries if name.isidentifier()]
         taken = {one.name for one in self.operands} | self.words
@@ -124,7 +122,6 @@ class NumericFunction(Shown):
         return Signature([*takes, *free])
 
     def _completed(self, given: Sequence[Any], named: dict[str, Any]) -> tuple[Any, ...]:
-        """Return all arguments by place."""
         known = {one.name: value for one, value in zip(self.operands, given, strict=False)}
         faults = []
         for one in self.operands[len(given) :]:
@@ -145,7 +142,6 @@ class NumericFunction(Shown):
         return (*(known[one.name] for one in self.operands), *given[len(self.operands) :])
 
     def _strange(self, name: str, known: Mapping[str, Any]) -> str:
-        """Return what is wrong with a name."""
         if name in self.fixed:
             return (
                 f'{name} has the value {self.fixed[name]} in the scene and is a number here; load(…, free="{name}") '
@@ -192,14 +188,12 @@ class NumericFunction(Shown):
         return array.shape if array.dtype.kind in REAL else None
 
     def _together(self, values: Sequence[Any]) -> Any:
-        """Return entries as one array, along its last dimension."""
         try:
             return self._stack(values)
         except (ValueError, RuntimeError) as error:
             raise ArgumentError(f"values by name do not broadcast: {error}") from error
 
     def _stack(self, values: Sequence[Any]) -> Any:
-        """Return the same; ValueError where they do not broadcast."""
         return np.stack(np.broadcast_arrays(*values), axis=-1)
 
 

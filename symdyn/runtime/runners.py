@@ -118,8 +118,6 @@ def run_heyoka(sources: Sources) -> SimpleNamespace:
 
 
 def _call(written: Callable[..., Any], function: Function) -> Callable[..., Any]:
-    """Return one function as a callable of arrays."""
-
     @cache
     def compiled() -> Any:
         heyoka = importlib.import_module("heyoka")
@@ -287,16 +285,12 @@ def compiled_kernels(sources: Sources) -> tuple[Any, Any]:
     context = cl.Context([_device(cl, sources.real)])
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # that a compiler had something to say
+        text = next(text for name, text in sources.texts.items() if name.endswith(".cl"))
         try:
-            built = cl.Program(context, _opencl(sources)).build()
+            built = cl.Program(context, text).build()
         except cl.Error as fault:
             raise BuildError(f"OpenCL refused the code: {fault}") from fault
     return cl.CommandQueue(context), built
-
-
-def _opencl(sources: Sources) -> str:
-    """Return the file for OpenCL."""
-    return next(text for name, text in sources.texts.items() if name.endswith(".cl"))
 
 
 def _device(cl: Any, real: str) -> Any:
@@ -343,11 +337,11 @@ class Runner:
 
     run: Callable[[Sources], Any]
     batches: bool
-    many: str
-    measured: str
-    usual: bool
-    by_name_only: bool
-    aside: bool
+    many: str = ""
+    measured: str = ""
+    usual: bool = False
+    by_name_only: bool = False
+    aside: bool = False
 
 
 def run_python(sources: Sources) -> Any:
@@ -364,25 +358,19 @@ def run_python(sources: Sources) -> Any:
 
 
 RUNNERS: dict[str, Runner] = {
-    "numpy": Runner(run_python, batches=True, many="", measured="", usual=False, by_name_only=False, aside=False),
-    "c": Runner(build, batches=True, many="batch", measured="", usual=False, by_name_only=False, aside=True),
+    "numpy": Runner(run_python, batches=True),
+    "c": Runner(build, batches=True, many="batch", aside=True),
     "ufunc": Runner(
-        lambda sources: build_extension(sources)[1],
-        batches=True,
-        many="",
-        measured="doubles",
-        usual=True,
-        by_name_only=False,
-        aside=True,
+        lambda sources: build_extension(sources)[1], batches=True, measured="doubles", usual=True, aside=True
     ),
-    "casadi": Runner(run_casadi, batches=True, many="", measured="", usual=False, by_name_only=True, aside=False),
-    "heyoka": Runner(run_heyoka, batches=True, many="", measured="", usual=False, by_name_only=True, aside=False),
-    "js": Runner(run_js, batches=False, many="", measured="", usual=False, by_name_only=False, aside=True),
-    "json": Runner(run_json, batches=False, many="", measured="", usual=False, by_name_only=True, aside=False),
-    "gpu": Runner(run_opencl, batches=True, many="", measured="", usual=False, by_name_only=True, aside=False),
-    "matlab": Runner(run_matlab, batches=False, many="", measured="", usual=False, by_name_only=True, aside=True),
-    "cpp": Runner(run_cpp, batches=True, many="batch", measured="", usual=False, by_name_only=True, aside=True),
-    "rust": Runner(run_rust, batches=True, many="batch", measured="", usual=False, by_name_only=True, aside=True),
+    "casadi": Runner(run_casadi, batches=True, by_name_only=True),
+    "heyoka": Runner(run_heyoka, batches=True, by_name_only=True),
+    "js": Runner(run_js, batches=False, aside=True),
+    "json": Runner(run_json, batches=False, by_name_only=True),
+    "gpu": Runner(run_opencl, batches=True, by_name_only=True),
+    "matlab": Runner(run_matlab, batches=False, by_name_only=True, aside=True),
+    "cpp": Runner(run_cpp, batches=True, many="batch", by_name_only=True, aside=True),
+    "rust": Runner(run_rust, batches=True, many="batch", by_name_only=True, aside=True),
 }
 
 

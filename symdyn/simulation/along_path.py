@@ -69,7 +69,6 @@ class Branch:
     """Places along a path that smooth coordinates come to."""
 
     def __init__(self, equations: PathEquations, span: tuple[float, float]) -> None:
-        """Take the equations and the first and last time at which paths and laws are known."""
         self.equations, self.span = equations, span
         self.passed: list[Passed] = []
 

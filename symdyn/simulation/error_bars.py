@@ -286,11 +286,12 @@ class Uncertainty(Shown):
             SimulateError: matplotlib is not installed.
         """
         check_arguments(Uncertainty.plot, locals(), UnknownNameError)
-        return _figure(self, [one for some in names for one in ([some] if isinstance(some, str) else some)])
+        filled = _filled(self, [one for some in names for one in ([some] if isinstance(some, str) else some)])
+        check_plot()
+        return filled.figure(3 * len(self.t) * len(self.names))
 
 
 def _columns(run: Trajectory, requested: Sequence[str]) -> tuple[str, ...]:
-    """Return the columns that are chosen, or the usual ones."""
     if requested:
         names = chosen(run.names, requested, run.scene.name)
         lacking = [name for name in names if name in UNTOLD or name == "t"]
@@ -299,13 +300,6 @@ def _columns(run: Trajectory, requested: Sequence[str]) -> tuple[str, ...]:
         return names
     moving = {one.name for one in run.columns if one.kind == FORCES and run[one.name].any()}
     return tuple(one.name for one in run.columns if one.kind in USUAL and (one.kind != FORCES or one.name in moving))
-
-
-def _figure(uncertainty: Uncertainty, names: Sequence[str]) -> Figure:
-    """Return the figure. Errors as of `Uncertainty.plot`."""
-    filled = _filled(uncertainty, names)
-    check_plot()
-    return filled.figure(3 * len(uncertainty.t) * len(uncertainty.names))
 
 
 def _filled(uncertainty: Uncertainty, names: Sequence[str]) -> FilledFigure:

@@ -73,7 +73,6 @@ class Following:
     """The equations of the module's legend at a time and a position."""
 
     def __init__(self, tied: Tied, given: Sequence[str], laws: Known, quasi: Mapping[int, Known]) -> None:
-        """Prepare the laws of the coordinates `given`."""
         self.tied = tied
         self.numbers, self.functions, self.holding = tied.numbers, tied.functions, tied.holding
         self.given, self.laws, self.quasi = list(given), laws, quasi
@@ -223,34 +222,18 @@ class Following:
         return _rank(self.matrix(q)) > _rank(self.matrix(q, holding=True))
 
     def integrated(self, t: Array, q: Array) -> Iterator[Array]:
-        """Yield positions at times by integration of the velocities, each of shape (nq,).
-
-        Raises:
-            SimulateError: the velocities have no finite value on the way.
-        """
-        from scipy.integrate import DOP853
+        """Yield positions at times by integration of the velocities, each of shape (nq,); errors as of `integrated`."""
 
         def rates(now: float, at: Array) -> Array:
             here = at.copy()
             here[self.places] = self.at(now)[0]
             return np.asarray(self.functions("kinematics", here, self.still) @ self.velocities(now, here))
 
-        yield q
-        if len(t) < 2:
-            return
-        solver = DOP853(rates, t[0], q, t[-1], rtol=RTOL, atol=ATOL)
-        curve = None
-        for now in t[1:]:
-            while solver.t < now:
-                solver.step()
-                curve = None
-                if solver.status == "failed":
-                    raise SimulateError(
-                        f"motion: t = {solver.t:.6g} s: what follows through the rows has no finite rate there; "
-                        f"let the motion end sooner, or give laws for other coordinates than {', '.join(self.given)}"
-                    )
-            curve = curve or solver.dense_output()
-            yield np.asarray(curve(now), dtype=np.float64)
+        told = (
+            "what follows through the rows has no finite rate there; let the motion end sooner, or give laws for "
+            f"other coordinates than {', '.join(self.given)}"
+        )
+        return integrated(rates, t, q, ATOL, "motion: t = {:.6g} s: " + told)
 
     def undetermined(self, q: Array) -> tuple[str, ...]:
         """Return which coordinates rest and which motions are idle.
@@ -294,6 +277,28 @@ def _velocities_of(scene: Scene) -> Iterator[tuple[Joint, range]]:
     for joint in scene.moving:
         yield joint, range(first, first + len(joint.rates))
         first += len(joint.rates)
+
+
+def integrated(rates: Callable[[float, Array], Array], t: Array, q: Array, atol: float, told: str) -> Iterator[Array]:
+    """Yield what is q at the first of some times, at all of them.
+
+    Raises:
+        SimulateError: there are no finite rates on the way, in the words `told`, which have a place for the time.
+    """
+    from scipy.integrate import DOP853
+
+    yield q
+    if len(t) < 2:
+        return
+    solver, curve = DOP853(rates, t[0], q, t[-1], rtol=RTOL, atol=atol), None
+    for now in t[1:]:
+        while solver.t < now:
+            solver.step()
+            curve = None
+            if solver.status == "failed":
+                raise SimulateError(told.format(solver.t))
+        curve = curve or solver.dense_output()
+        yield np.asarray(curve(now), dtype=np.float64)
 
 
 def shortest(A: Array, b: Array) -> Array:

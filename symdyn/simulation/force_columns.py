@@ -90,15 +90,8 @@ def reaction_columns(motion: Trajectory, given: bool, axes: str = "body") -> dic
     """
     scene = motion.scene
     name = "forward_reactions" if scene.is_constrained and (given or not any(scene.drives)) else "reactions"
-    request, found = name if axes == "body" else f"{name}:{axes}", opened(scene)
-
-    def make() -> Compiled:
-        equations = formulate(found.scene, (request,), closing=found.closing)
-        return compiled(found.scene, equations.graph, equations.functions)
-
-    made = compiled_once((request, found.scene, choices(scene, axes)), make)
-    function = made.program.routines[0].function
-    values = _over(motion, made, found, function).reshape(len(motion.t), -1)
+    ((function, values),) = _unique(motion, (name if axes == "body" else f"{name}:{axes}",), axes)
+    values = values.reshape(len(motion.t), -1)
     wrenches = dict(zip(reaction_names(scene, function.unique, axes), values.T, strict=True))
     return wrenches | multiplier_columns(motion)
 
@@ -109,16 +102,21 @@ def tension_columns(motion: Trajectory) -> dict[str, Array]:
     Raises:
         DerivationError: one is not unique.
     """
+    requests = tuple(f"tension:{one.name}" for one in opened(motion.scene).scene.ropes)
+    return {function.name: values for function, values in _unique(motion, requests)}
+
+
+def _unique(motion: Trajectory, requests: tuple[str, ...], axes: str = "body") -> list[tuple[Function, Array]]:
+    """Return functions that are asked for, of forces that the motion determines, and their values at all samples."""
     found = opened(motion.scene)
-    requests = tuple(f"tension:{one.name}" for one in found.scene.ropes)
 
     def make() -> Compiled:
         equations = formulate(found.scene, requests, closing=found.closing)
         return compiled(found.scene, equations.graph, equations.functions)
 
-    made = compiled_once((requests, found.scene, choices(motion.scene, "body")), make)
+    made = compiled_once((requests, found.scene, choices(motion.scene, axes)), make)
     functions = [routine.function for routine in made.program.routines]
-    return {one.name: _over(motion, made, found, one) for one in functions}
+    return [(one, _over(motion, made, found, one)) for one in functions]
 
 
 def columns_for(motion: Trajectory, names: Iterable[str]) -> dict[str, Array]:

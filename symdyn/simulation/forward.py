@@ -31,15 +31,7 @@ from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.initial import Start, beyond_doubles, singular
 from symdyn.simulation.integrate import METHODS, InitialValueProblem
 from symdyn.simulation.integrate.heyoka_expressions import overlooks, refuses, size
-from symdyn.simulation.integrate.integration import (
-    DOUBLES,
-    END,
-    INTERRUPTED,
-    STOPPED,
-    Integration,
-    Method,
-    integrated,
-)
+from symdyn.simulation.integrate.integration import DOUBLES, END, INTERRUPTED, STOPPED, Integration, Method, integrated
 from symdyn.simulation.integrate.valueless import valueless
 from symdyn.simulation.prescribed.forces import Forces, held
 from symdyn.simulation.problem import Problem, Run
@@ -121,7 +113,6 @@ def choose(
 
 
 def _finer() -> str:
-    """Return the method with the most digits."""
     return min(METHODS, key=lambda name: METHODS[name].finest)
 
 
@@ -306,7 +297,6 @@ def check_start(system: StateEquations, x: Array) -> None:
 
 
 def _method(choice: Choice, rtol: float, atol: float) -> str:
-    """Return what is said about the method."""
     tolerance = f"tolerance {rtol:g}" if rtol == atol else f"tolerances {rtol:g} relative, {atol:g} absolute"
     reason = f" ({choice.reason})" if choice.reason else ""
     return f"method: {choice.name} ({choice.method.library}), {tolerance}{reason}"

@@ -128,7 +128,6 @@ def _called(
 
 
 def _compiled(scene: Opened, points_on_paths: Sequence[str]) -> Compiled:
-    """Return functions of a scene, its parameters free."""
     w = Workspace(scene.scene, scene.closing)
     names = ["inverse_dynamics"]
     if w.scene.is_constrained:
@@ -149,7 +148,6 @@ def _kinematics(w: Workspace) -> Function:
 
 
 def _compiled_rates(scene: Opened, points_on_paths: Sequence[str]) -> Compiled:
-    """Return the rates of kinematics, rows and Jacobians."""
     w = Workspace(scene.scene, scene.closing)
     names = ["constraint_jacobian"] if w.scene.is_constrained else []
     names += [f"jacobian:{name}" for name in points_on_paths]

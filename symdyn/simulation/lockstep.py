@@ -105,7 +105,7 @@ def lockstep(
         )
         if entries
     ]  # fmt: skip
-    made = prepare(_with_parameters(w, functions))
+    made = prepare(lower(Equations(w.scene, w.graph, tuple(functions))))
     if not made.is_prepared:
         return Lockstep(made, (), 0, len(seen), len(watched), len(both))
     first = made[Program.PREPARE].function
@@ -148,10 +148,6 @@ def jacobian_at(made: Lockstep, parameters: Mapping[str, float], x: Array) -> Ca
         return np.where(np.isfinite(J), J, 0.0)
 
     return jacobian
-
-
-def _with_parameters(w: Workspace, functions: Sequence[object]) -> Program:
-    return lower(Equations(w.scene, w.graph, tuple(functions)))  # type: ignore[arg-type]
 
 
 KEPT = 8

@@ -98,17 +98,7 @@ def write_whole(path: Path, contents: Contents) -> None:
         raise SimulateError(str(fault)) from None
 
 
-USUAL = (
-    "coordinates",
-    "velocities",
-    "inputs",
-    "states",
-    FORCES,
-    "reactions",
-    "multipliers",
-    "outputs",
-    ENERGIES,
-)
+USUAL = ("coordinates", "velocities", "inputs", "states", FORCES, "reactions", "multipliers", "outputs", ENERGIES)
 """Kinds of columns that are drawn where nobody chooses."""
 
 PUSHING = (FORCES, "reactions", "multipliers")
@@ -205,7 +195,6 @@ def chosen(every: Sequence[str], names: Iterable[str], where: str) -> tuple[str,
 
 
 def _moved(forces: Sequence[Column], numbers: Mapping[str, Array]) -> list[Column]:
-    """Return the forces that are not zero all the time."""
     sizes = [float(np.abs(numbers[one.name]).max(initial=0.0)) for one in forces]
     return [one for one, size in zip(forces, sizes, strict=True) if not size <= NOTHING * max(1.0, *sizes)]
 
@@ -318,7 +307,6 @@ def draw(trajectory: Trajectory, kind: str, names: Names = (), width: float | st
 
 
 def _plot(trajectory: Trajectory, parts: Sequence[Panel], size: PlotSize, over: Curve | None = None) -> FilledFigure:
-    """Return the panels of a run, one below the other."""
     lines = [min(len(part.curves), MOST_LINES) * size.headed for part in parts]
     heights = [max(size.height, 0.3 + size.letters / 48 * count) for count in lines]  # of legends beside them
 
@@ -375,7 +363,6 @@ def _label(curve: Curve, mixed: bool = False) -> str:
 
 
 def _facts(trajectory: Trajectory) -> list[tuple[str, str]]:
-    """Return what is known of the run."""
     facts = [("scene", trajectory.scene.name)]
     if trajectory.method:
         facts += [

@@ -23,7 +23,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.arguments import argument
 from symdyn.errors import DerivationError, SimulateError
-from symdyn.simulation.following import CLOSED, NEGLIGIBLE, RTOL, Following, shortest
+from symdyn.simulation.following import CLOSED, NEGLIGIBLE, Following, integrated, shortest
 from symdyn.simulation.prescribed.point_path import Approach, PathRequest, PointPath
 
 AGREED = 1e-7
@@ -126,7 +126,6 @@ class PathEquations:
         return np.concatenate(found)
 
     def _rate(self, t: float, q: Array, u: Array) -> Array:
-        """Return Ȧ."""
         rates = self.rates(q, u)
         following = self.following
         found = [rates["kinematics"][[following.places[k] for k in following.moving]]]
@@ -282,12 +281,7 @@ class PathEquations:
     # Least velocities
 
     def integrated(self, t: Array, first: PathPlace) -> Iterator[Array]:
-        """Yield positions at times by integration of the least velocities.
-
-        Raises:
-            SimulateError: they have no finite value on the way.
-        """
-        from scipy.integrate import DOP853
+        """Yield positions at times by integration of the least velocities; errors as of `integrated`."""
 
         def rates(now: float, at: Array) -> Array:
             here = at.copy()
@@ -295,16 +289,5 @@ class PathEquations:
             A = self.matrix(now, here)
             return np.asarray(self.functions("kinematics", here, self.following.still) @ self.velocities(now, here, A))
 
-        yield first.q
-        if len(t) < 2:
-            return
-        solver = DOP853(rates, t[0], first.q, t[-1], rtol=RTOL, atol=1e-13)
-        curve = None
-        for now in t[1:]:
-            while solver.t < now:
-                solver.step()
-                curve = None
-                if solver.status == "failed":
-                    raise SimulateError(f"path: t = {solver.t:.6g} s: the velocities have no finite value there")
-            curve = curve or solver.dense_output()
-            yield np.asarray(curve(now), dtype=np.float64)
+        told = "path: t = {:.6g} s: the velocities have no finite value there"
+        return integrated(rates, t, first.q, 1e-13, told)

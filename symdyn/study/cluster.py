@@ -138,7 +138,8 @@ class Cluster:
         except NoValidWorkerError as fault:
             raise StudyError(f"block {number}: no worker may compute it ({fault})") from fault
         except ModuleNotFoundError as fault:
-            raise StudyError(_missing(self.place, fault)) from fault
+            lacks = f"a worker has no {fault.name}; install what this process has where workers run"
+            raise StudyError(f"{self.place}: {lacks}") from fault
         except (CancelledError, OSError) as fault:
             raise StudyError(_gone(self.place)) from fault
 
@@ -156,10 +157,6 @@ def _all_that_ended(ended: queue.SimpleQueue[Task]) -> list[Task]:
 
 def _gone(reported: str) -> str:
     return f"{reported}: the connection is lost; what is done is kept, and the same call goes on, there or elsewhere"
-
-
-def _missing(reported: str, fault: ModuleNotFoundError) -> str:
-    return f"{reported}: a worker has no {fault.name}; install what this process has where workers run"
 
 
 def _job(job: Any, made_by: str) -> Any:

@@ -17,6 +17,7 @@ again with a seed, so that the same runs give the same bytes.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -86,17 +87,9 @@ def _sobol(lengths: Sequence[int], count: int, seed: int, first: int, last: int)
     sequence = qmc.Sobol(len(lengths), scramble=True, seed=np.random.default_rng(seed))
     if first:
         sequence.fast_forward(first)
-    with np.errstate(all="ignore"):
-        return _quiet(sequence, last - first)
-
-
-def _quiet(sequence: Any, count: int) -> Array:
-    """Return points of a sequence, a number of which that is no power of two is reported by `sweep` alone."""
-    import warnings
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)
-        return np.asarray(sequence.random(count))
+    # that their number is no power of two is reported by `sweep` alone
+    with np.errstate(all="ignore"), warnings.catch_warnings(action="ignore", category=UserWarning):
+        return np.asarray(sequence.random(last - first))
 
 
 @lru_cache(maxsize=1)

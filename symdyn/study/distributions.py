@@ -367,7 +367,6 @@ def _toleranced(scene: Scene, name: str, specified: str, faults: Faults) -> Dist
 
 
 def _listed(name: str, specified: Any, faults: Faults) -> Distribution | None:
-    """Return numbers of Python as a list."""
     try:
         numbers = np.asarray(specified, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
@@ -382,12 +381,7 @@ def _listed(name: str, specified: Any, faults: Faults) -> Distribution | None:
 
 
 def _arguments(
-    called: str,
-    parts: Sequence[str],
-    values: Mapping[str, Quantity],
-    where: str,
-    faults: Faults,
-    letter: Letter,
+    called: str, parts: Sequence[str], values: Mapping[str, Quantity], where: str, faults: Faults, letter: Letter
 ) -> dict[str, float] | None:
     """Return arguments by key, in the order of the kind; None after a fault."""
     kind, texts, before = DISTRIBUTIONS[called], dict[str, str](), len(faults.lines)

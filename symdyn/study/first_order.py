@@ -240,11 +240,7 @@ class Beside:
 
 
 def beside(
-    runs: Runs,
-    problem: Problem,
-    run: Run,
-    over: Mapping[str, Any] | Iterable[str] | str,
-    measures: Sequence[str],
+    runs: Runs, problem: Problem, run: Run, over: Mapping[str, Any] | Iterable[str] | str, measures: Sequence[str]
 ) -> tuple[Beside, ...]:
     """Return the standard deviations of measures to first order beside those of runs of that problem and run.
 

@@ -91,7 +91,6 @@ def places_job(
 
 
 def _entries(scene: Scene, function: str, faults: Faults) -> tuple[str, ...]:
-    """Return names of the entries of the arguments."""
     try:
         arguments = derive_one(Workspace(scene), function).arguments
     except DerivationError as fault:

@@ -199,7 +199,6 @@ def _checked(scene: Scene, one: Measured, faults: Faults) -> Measured:
 
 
 def _letters(forces: Any) -> tuple[str, ...]:
-    """Return what words formulas of forces have."""
     several = forces if isinstance(forces, Sequence) else [forces]  # a function, for one, has no formulas
     texts = forces.values() if isinstance(forces, Mapping) else [spoken(one).partition("=")[2] for one in several]
     return tuple(dict.fromkeys(word for text in texts for word in re.findall(r"[A-Za-z]\w*", spoken(text))))

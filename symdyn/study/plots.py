@@ -59,7 +59,6 @@ class Plot:
 
 
 def _known(runs: Runs, measure: str) -> tuple[Array, Array]:
-    """Return values and a measure of the runs that have one."""
     column = runs[measure]
     there = np.isfinite(column)
     return runs.values[there], column[there]
@@ -259,7 +258,8 @@ def _filled(runs: Runs, measures: Sequence[str], kind: str | None) -> FilledFigu
             raise SimulateError(f"{runs.scene}: {name} is no measure; {choice(name, runs.outcomes)}")
     kind = kind or fitting(runs)
     if fault := PLOTS[kind].fault(runs):
-        raise SimulateError(f"{runs.scene}: {fault}; of these runs there are {', '.join(_possible(runs))}")
+        possible = [name for name, row in PLOTS.items() if not row.fault(runs)]
+        raise SimulateError(f"{runs.scene}: {fault}; of these runs there are {', '.join(possible)}")
     empty = [name for name in names if not np.isfinite(runs[name]).any()]
     if empty:
         raise SimulateError(f"{runs.scene}: no run has a value of {', '.join(empty)}, so that there is nothing to plot")
@@ -273,10 +273,6 @@ def _filled(runs: Runs, measures: Sequence[str], kind: str | None) -> FilledFigu
 
     height = 0.5 + PLOTS[kind].height(len(runs.names)) * len(shown)
     return FilledFigure(runs.scene, (8.0, max(2.4, height)), fill)
-
-
-def _possible(runs: Runs) -> dict[str, Plot]:
-    return {kind: row for kind, row in PLOTS.items() if not row.fault(runs)}
 
 
 def _title(runs: Runs, measure: str, more: int) -> str:

@@ -221,7 +221,6 @@ def _told(path: Path) -> Iterator[None]:
 
 
 def _flat(reported: Mapping[str, Any], front: str = "") -> dict[str, Any]:
-    """Return nested tables as one, for messages."""
     found: dict[str, Any] = {}
     for key, value in reported.items():
         if isinstance(value, Mapping):

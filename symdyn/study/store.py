@@ -210,7 +210,6 @@ class InMemory:
     """Arrays of this process."""
 
     def __init__(self, job: Job) -> None:
-        """Make room for the results of a job."""
         self.job, self.block = job, job.block
         self.measures = np.full((job.design.count, len(job.measures)), np.nan)
         self.codes = np.zeros(job.design.count, dtype=np.uint8)
@@ -239,7 +238,6 @@ class OnDisk:
     """A group of Zarr."""
 
     def __init__(self, path: Path, group: Any, arrays: Mapping[str, Any]) -> None:
-        """Take an open group and its arrays, those of `KINDS`."""
         self.path, self.group, self.arrays = path, group, arrays
         self.about: Mapping[str, Any] = dict(group.attrs)
         self.hashes = Chunks(path / "hashes", arrays["hashes"])

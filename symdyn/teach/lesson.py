@@ -42,7 +42,7 @@ def described(scene: Scene) -> dict[str, dict[str, str]]:
     bodies = {one.name: one.text for one in scene.bodies if one.text}
     joints = {one.name: one.text for one in (*scene.joints, *scene.loops) if one.text}
     places = dict.fromkeys(("body", "bodies", "parent", "child", "on", "carries"), bodies)
-    return {**places, **dict.fromkeys(("joint", "joints", "leader"), joints)}
+    return {**places, **dict.fromkeys(("joint", "joints", "leader", "owner"), joints)}
 
 
 @dataclass(frozen=True)

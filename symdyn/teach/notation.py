@@ -74,7 +74,8 @@ def acting_steps(lesson: Prose) -> list[Step]:
         if joint.dry is not None:
             rows.append((lesson.kind(joint.dry.kind, FORCES[joint.dry.kind].words), where))
         if any(x != Quantity.ZERO for x in joint.forces):
-            rows.append((lesson.say("acting.force"), where))
+            forces = [Form.of(x.express(Graph())) for x in joint.forces if x != Quantity.ZERO]
+            rows.append((lesson.say("acting.force"), Words((f"{where}: ", *together(forces).parts))))
     for one in (*scene.struts, *scene.loads):
         ends = " – ".join(
             lesson.text("ground") if end.body == Scene.GROUND else str(lesson.shown("body", end.body))

@@ -31,7 +31,6 @@ class Shaken(Arithmetic):
     """An arithmetic whose results are off by the roundoff u of an operation, or v of a function, up or down."""
 
     def __init__(self, numbers: BigFloats | Midpoints, roundoff: Any, function_roundoff: Any, rng: random.Random):
-        """Shake exact enough numbers."""
         self.numbers = numbers
         self.factors = [1 + sign * numbers.context.mpf(roundoff) for sign in (-1, 1)]
         self.function_factors = [1 + sign * numbers.context.mpf(function_roundoff) for sign in (-1, 1)]
@@ -211,12 +210,7 @@ def _case_by_lot(
 
 
 def _compare(
-    function: Function,
-    module: str,
-    call: Callable[..., Any],
-    cases: Sequence[_Case],
-    real: str,
-    bounded: bool,
+    function: Function, module: str, call: Callable[..., Any], cases: Sequence[_Case], real: str, bounded: bool
 ) -> Accuracy:
     if not cases:
         return Accuracy(function.name, module, real, 0, nan, nan, nan, Verdict.of(0), bounded)

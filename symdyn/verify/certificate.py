@@ -62,7 +62,6 @@ class InRows:
         self._varying = {name: [a != shared(taken) for a in taken] for name, taken in names.items()}
 
     def __getattr__(self, name: str) -> Callable[..., Any]:
-        """Return the function called `name`, of one state."""
         call = getattr(self._module, name)
 
         def of_many(*operands: Any) -> Any:
@@ -354,6 +353,5 @@ class _Composed:
         self._module = module
 
     def __getattr__(self, name: str) -> Callable[..., Any]:
-        """Return the function called `name`, of params."""
         call = getattr(self._module, name)
         return lambda *operands: call(*operands[:-1], self._module.prepare(operands[-1]))

@@ -327,11 +327,7 @@ def taken(
 
 
 def claims_of(
-    workspace: Workspace,
-    outputs: Sequence[str],
-    preferred: Sequence[Function],
-    program: Program,
-    laws: Sequence[Claim],
+    workspace: Workspace, outputs: Sequence[str], preferred: Sequence[Function], program: Program, laws: Sequence[Claim]
 ) -> tuple[list[Claim], list[Unclaimed]]:
     """Return that all formulations agree, that laws hold, and that the program is what the preferred ones gave.
 

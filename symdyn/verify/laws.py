@@ -139,7 +139,6 @@ LAWS_OF_LOOPS: tuple[Law, ...] = (
 
 
 def _reactions(w: Workspace) -> list[Wrench]:
-    """Return the derived reactions, axes of the child bodies."""
     return _wrenches(entries(w, "reactions"))
 
 

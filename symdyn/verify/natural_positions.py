@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra import Floats
+from symdyn.algebra import Array, Floats
 from symdyn.arguments import argument
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.reactions import Equilibrium, why_no_reactions
@@ -46,8 +46,6 @@ RANK = 1e-9
 
 SINGLE = 8
 """Angles that are set to zero one by one."""
-
-Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
 @dataclass(frozen=True)
@@ -216,7 +214,6 @@ def _state(
 
 
 def _entries(w: Workspace) -> list[Expr]:
-    """Return the entries of M, h, γ and prescribed accelerations."""
     h = substitute(w.forces(list(w.state.qdd)), dict.fromkeys(w.state.qdd, w.graph.zero))
     M = [x for row in w.composite_mass for x in row]
     return [*M, *h, *w.loops.gamma(w.loops.recursive), *w.prescribed.acceleration]
@@ -295,7 +292,6 @@ def _reactions(w: Workspace, name: str, states: Sequence[_State]) -> tuple[Findi
 
 
 def _apart(values: Array, expected: Array) -> float:
-    """Return the largest difference over the largest entry."""
     return float(np.abs(values - expected).max(initial=0.0)) / (1.0 + float(np.abs(expected).max(initial=0.0)))
 
 

@@ -175,7 +175,6 @@ class Bounds:
     """Bounds of many differences: what was found of a node is kept, and a divisor of several of them is one."""
 
     def __init__(self, needs: Needs) -> None:
-        """Start without nodes."""
         self._algebra = Degrees(needs)
         self._known: dict[Expr, Degree] = {}
         self._below: dict[Expr, int] = {}  # bit k: list k of `_hashed` is of a node below

@@ -25,7 +25,6 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.draw import Stage, pose
 from symdyn.dynamics.loops import Numbers
-from symdyn.dynamics.mechanism import quaternions
 from symdyn.emit import in_html, render
 from symdyn.errors import DerivationError, DrawError, SymdynError, printable
 from symdyn.scene import Scene, SceneUnits
@@ -208,7 +207,6 @@ class _Handler(BaseHTTPRequestHandler):
 
 
 def _json(body: bytes) -> Any:
-    """Return what JSON says, None where it is none."""
     try:
         return json.loads(body)
     except (ValueError, RecursionError):
@@ -276,7 +274,7 @@ class Standing:
     q: Array
     values: dict[str, float]
     spans: tuple[tuple[str, str, float, float], ...]
-    numbers: Numbers | None = field(default=None, compare=False)
+    numbers: Numbers = field(compare=False)
 
     def sliders(self) -> tuple[Slider, ...]:
         """Return the sliders where they are."""
@@ -290,9 +288,9 @@ class Standing:
             DrawError: they do not close there.
         """
         k, q = self.scene.coordinates.index(name), self.q.copy()
-        if self.numbers is None:
+        if not self.scene.is_constrained:
             q[k] = value
-            return replace(self, q=_normalised(self.scene, q))
+            return replace(self, q=self.numbers.normalised(q))
         rate, names = velocity_name(name), list(self.scene.velocities)
         held = [names.index(rate)] if rate in names else []
         legs = min(LEGS, max(1, math.ceil(abs(value - q[k]) / LEG)))
@@ -323,19 +321,8 @@ def standing(scene: Scene, at: dict[str, float]) -> Standing:
         low, high = joint.range(values)
         low, high = (x if math.isfinite(x) else sign * wide[unit] for x, sign in ((low, -1), (high, 1)))
         spans.append((name, scene.shown_unit(unit), low, high))
-    numbers = Numbers(scene) if scene.is_constrained else None
-    if numbers is not None:
-        numbers = numbers.bound_to({p.name: values[p.name] for p in scene.free_parameters})
+    numbers = Numbers(scene).bound_to({p.name: values[p.name] for p in scene.free_parameters})
     return Standing(scene, q, values, tuple(spans), numbers)
-
-
-def _normalised(scene: Scene, q: Array) -> Array:
-    names = list(scene.coordinates)
-    for group in quaternions(scene):
-        part = slice(names.index(group[0]), names.index(group[0]) + 4)
-        length = float(np.linalg.norm(q[part]))
-        q[part] = q[part] / length if length else (1.0, 0.0, 0.0, 0.0)
-    return q
 
 
 def _lines(fault: Exception) -> tuple[str, ...]:
@@ -359,7 +346,6 @@ class Show:
     """
 
     def __init__(self, title: str, load: Callable[[], Loaded], draw: Drawn, at: dict[str, float]) -> None:
-        """Take how the file is read, how a scene is drawn, and where coordinates begin."""
         self._load, self._draw, self._at = load, draw, at
         self._pulled: dict[str, float] = {}
         self._standing: Standing | None = None

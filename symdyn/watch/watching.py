@@ -36,7 +36,6 @@ class EditedFile:
     """A file, followed by its name, so that editors may write it in place or put another in its place."""
 
     def __init__(self, path: Path, clock: Callable[[], float] = time.monotonic) -> None:
-        """Take the file as it is now."""
         self.path, self._clock = path, clock
         self._stamp, self._content, self._seen = self._looked(), self._read(), clock()
 
@@ -102,7 +101,6 @@ class EquationsProcess:
     """One process at a time, which derives the equations of the scene that was asked for last."""
 
     def __init__(self) -> None:
-        """Start the process, which is then ready when it is first asked."""
         self._start()
 
     def _start(self) -> None:

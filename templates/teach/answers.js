@@ -1,7 +1,7 @@
 "use strict";
 // Typed answers, judged by value: as results, on the motions of the scene, and by the mistakes that give them.
 const Answers = (() => {
-  const {free, points, values, words, speeds, balances, mistakes, marks, pairs, drawn, twins, bound, rounded, enough, scaled, terms, motions, called} = QUESTIONS;
+  const {dotted, free, points, values, words, speeds, balances, mistakes, marks, pairs, drawn, twins, bound, rounded, enough, scaled, terms, motions, called} = QUESTIONS;
   const {Fault, has, members, label, parsed: formula, formula: formula_of} = Formulas;
 
   const TOLERANCE = 1e-9, ROUNDED = 1e-4;  // of the largest value: doubles lose some digits, wrong answers all of them
@@ -34,30 +34,68 @@ const Answers = (() => {
         }
       });
       if (!formulas.length) throw new Fault("fault.quantity", named.find(Boolean));
-      const moving = settled(key, formulas, named.some(name => name.startsWith("tau")));
-      const drawnValues = formulas.map(one => points.map(one.of));
-      const told = drawnValues.every(mine => mine.every(Number.isFinite)) ? compared(key, drawnValues) : said(false, "answer.undefined");
-      if (moving && moving.another) return forgot(["other", "", ""]);
-      if (moving && !moving.right && !told.right) return apart(key, formulas, told);
-      if (!moving || moving.right === told.right) return told;
-      return moving.right ? said(true, moving.word) : forgot(["other", "", ""]);
+      const cut = [...new Set(parts.filter((_, k) => !named[k]).flatMap(Formulas.starred))].join(", ");
+      return {...settledBy(key, formulas, named), stars: cut && words["answer.stars"].replace("{text}", () => cut)};
     } catch (fault) {
       if (!(fault instanceof Fault)) throw fault;
       return said(false, fault.key, fault.text);
     }
   }
+  function settledBy(key, formulas, named) {
+    const energy = motions && free.includes(key), names = energy ? motions.multipliers.filter(name => formulas.some(one => Terms.used(one.of, points[0]).has(name))) : [];
+    if (!names.length) return judgedAs(key, formulas, named);
+    if (!formulas.every(one => conditions(one.of))) return forgot(["multiplier", "", ""]);
+    const none = Object.fromEntries(names.map(name => [name, 0])), alone = formulas.map(one => ({of: p => one.of({...p, ...none}), near: []}));
+    const told = judgedAs(key, alone, named);
+    return told.right ? said(true, "answer.multiplied", names.join(", ")) : told;
+  }
+  // Whether an energy has every multiplier once, times a condition of positions that holds on the motions, no two the same
+  function conditions(of) {
+    const {multipliers, groups, names, keeps} = motions, on = groups[0].on.map(row => Object.fromEntries(row.map((x, k) => [names[k], x])));
+    const at = (p, ...used) => of({...p, ...Object.fromEntries(multipliers.map((name, k) => [name, used[k] || 0]))});
+    const each = multipliers.map((_, k) => (p, times = 1) => at(p, ...Array(k).fill(0), times) - at(p));
+    const places = on.length / 2, size = Math.max(...points.slice(0, drawn).map(p => Math.max(...each.map(f => Math.abs(f(p))))));
+    const small = x => Math.abs(x) <= 1e-7 * size, rates = Object.values(dotted).flat();
+    const faster = p => ({...p, ...Object.fromEntries(rates.map(name => [name, 2 * p[name] + 1]))});
+    const fair = points.slice(0, drawn).every(p => small(at(p, ...multipliers.map(() => 1)) - at(p) - each.reduce((sum, f) => sum + f(p), 0)) && each.every(f => small(f(p, 2) - 2 * f(p)) && small(f(faster(p)) - f(p))));
+    const holds = each.every(f => on.every(p => small(f(p))) || (keeps && on.slice(0, places).every((p, k) => small(f(p) - f(on[places + k])))));
+    const slopes = each.map(f => Object.keys(dotted).map(q => (f({...on[0], [q]: on[0][q] + 1e-4}) - f({...on[0], [q]: on[0][q] - 1e-4})) / 2e-4));
+    const left = [];  // what each has beside those before it
+    for (const row of slopes) left.push(left.reduce((rest, other) => rest.map((x, k) => x - inner(rest, other) / inner(other, other) * other[k]), row));
+    return fair && holds && left.every((row, k) => inner(row, row) > 1e-8 * inner(slopes[k], slopes[k]));
+  }
+  const inner = (a, b) => a.reduce((sum, x, k) => sum + x * b[k], 0);
+  function judgedAs(key, formulas, named) {
+    const moving = settled(key, formulas, named.some(name => name.startsWith("tau")));
+    const drawnValues = formulas.map(one => points.map(one.of));
+    const told = drawnValues.every(mine => mine.every(Number.isFinite)) ? compared(key, drawnValues) : said(false, "answer.undefined");
+    if (moving && (moving.row || moving.another)) return forgot([moving.row ? "row" : "other", "", ""]);
+    if (moving && !moving.right && !told.right) return apart(key, formulas, told);
+    if (!moving || moving.right === told.right) return told;
+    return moving.right ? said(true, moving.word) : forgot(["other", "", ""]);
+  }
 
   // A wrong answer's words, led by the terms that differ where these can be told apart
   function apart(key, formulas, told) {
     if (told.whole || !has(terms, key) || QUESTIONS.apart.whole.includes(told.rule)) return told;
+    const rule = told.rule === "nothing" ? "" : told.rule;  // it gives way to every reason
     const [first, second] = formulas, {before} = motions.asked[key], front = before ? formula_of(before) : null;
-    const found = Terms.told(key, p => first.of(p) - (second ? second.of(p) : front ? front(p) : 0), told.rule);
-    if (!found) return told;
+    const whole = p => first.of(p) - (second ? second.of(p) : front ? front(p) : 0), found = Terms.told(key, whole, rule);
+    if (!found) return told.rule || !mixed(key, whole) ? told : forgot(["dimension", "", ""]);
     const text = found.rules.map((rule, k) => k || rule !== told.rule ? words.mistakes[rule] : told.reason).join(words.mistakes.and);
     return {...told, ...found, text: words["answer.mistake"].replace("{rule}", () => text)};
   }
+  // Whether terms of an equation differ in units, see symdyn.teach.student.diagnosis
+  function mixed(key, of) {
+    if (!has(QUESTIONS.named, key)) return false;
+    const used = Terms.used(of, points[0]), near = [-4, -3, -2, -1, 0, 1, 2, 3, 4];
+    const ratio = of(points[scaled]) / of(points[0]), [kg, m, s] = QUESTIONS.scales;
+    if (!QUESTIONS.named[key].every(name => used.has(name)) || !Number.isFinite(ratio) || ratio === 0) return false;
+    return !near.some(a => near.some(b => near.some(c => Math.abs(kg ** a * m ** b * s ** c / ratio - 1) < 1e-9)));
+  }
   function compared(key, formulas) {
     const told = has(balances, key) ? balanced(key, formulas) : formulas.map(mine => valued(key, mine));
+    if (!has(balances, key) && motions && has(motions.asked[key] || {}, "equation") && told.some(one => !one.right)) return said(false, "answer.wrong");
     return told.find(one => !one.right) || told.find(one => one.text !== words["answer.right"]) || told[0];
   }
 
@@ -76,7 +114,7 @@ const Answers = (() => {
     if (!motions || !has(motions.asked, key)) return null;
     const unset = Object.fromEntries(motions.multipliers.map(name => [name, NaN]));  // they stand in equations alone
     const asked = motions.asked[key], point = row => Object.fromEntries(row.map((x, k) => [motions.names[k], x]));
-    let another = false;
+    let another = false, row = false;
     const right = motions.groups.map((group, g) => {
       const on = group.on.map(point), places = on.length / 2;
       if (!has(asked, "equation")) return formulas.every(one => same(one, on.map(p => ({...p, ...unset})), asked.values[g].on, places, motions.free.some(begin => asked.left.startsWith(begin))));
@@ -93,11 +131,16 @@ const Answers = (() => {
           return Number.isFinite(there) && there !== 0 && Math.abs(here) <= 1e-7 * Math.abs(there) + few && Math.abs(there) >= 10 * few;
         });
       });
+      const ties = ([left, other]) => {
+        const value = p => left.of(p) - other.of(p), size = Math.max(...points.slice(0, drawn).map(p => Math.abs(value(p))));
+        return [...on, ...group.off.flat().map(point)].every(p => Math.abs(value(p)) <= 1e-7 * size);
+      };
+      row = row || (motions.multipliers.length && formulas.length > 1 && sides.every(ties));
       another = another || (formulas.length > 1 && group.off.some((off, i) => i !== asked.equation && held(off.map(point))));
       return held(group.off[asked.equation].map(point));
     });
     const found = right.indexOf(true), word = motions.groups[Math.max(found, 0)].declared ? "answer.numbers" : formulas.some(one => one.near.length) ? "answer.digits" : "answer.motions";
-    return {right: found >= 0, word, another: another && found < 0};
+    return {right: found >= 0, word, row, another: another && found < 0};
   }
   function same({of, near}, on, right, places, constant) {
     const mine = on.map(of), few = on.map((p, k) => near.reduce((total, one) => total + Math.abs(one(p) - mine[k]), 0));
@@ -120,7 +163,7 @@ const Answers = (() => {
     if (rounded.includes(key) && points.length > bound && agrees(1, bound, points.length, enough)) return said(true, "answer.right");
     if (near(1, ROUNDED)) return whole("answer.rounded");
     const changes = free.includes(key), rule = mistaken(key, (changes ? marks.free : marks.plain).map(k => mine[k]), changes);
-    if (mine.every(x => x === 0) && !(rule && ["product", "slope"].includes(rule.rule))) return {...forgot(["nothing", "", ""]), whole: true};
+    if (mine.every(x => x === 0) && !(rule && ["product", "slope"].includes(rule.rule))) return forgot(["nothing", "", ""]);
     if (rule) return rule;
     if (near(-1)) return whole("answer.turned");
     const size = Math.max(...values[key].slice(0, drawn).map(Math.abs)), k = values[key].findIndex(x => Math.abs(x) > 0.1 * size);
@@ -166,12 +209,12 @@ const Answers = (() => {
   function equation(key, mine, zero) {
     if (mine.every(x => Math.abs(x) <= 1e-12)) return said(false, "answer.always");
     const {drive} = balances[key];
-    if (drive && mine.every((x, i) => Math.abs(x) === Math.abs(points[i][drive]))) return {...forgot(["nothing", "", ""]), whole: true};
     if (proportional(mine, zero, 0)) return said(true, "answer.right");
     if (points.length > bound && proportional(mine, zero, bound)) return said(true, "answer.numbers");
     const held = (one, k) => [k, k + 2].every(j => mine[pairs[j - 3]] * one[j] !== 0 && close(mine[pairs[j - 3]] * one[j + 1], mine[pairs[j - 2]] * one[j]));
     const row = (mistakes[key] || []).find(one => [3, 7].some(k => one.length > k + 3 && held(one, k)));
-    return row ? forgot(row) : said(false, "answer.wrong");
+    const alone = drive && mine.every((x, i) => Math.abs(x) === Math.abs(points[i][drive]));
+    return row ? forgot(row) : alone ? forgot(["nothing", "", ""]) : said(false, "answer.wrong");
   }
   return {judge};
 })();

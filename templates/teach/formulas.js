@@ -164,6 +164,19 @@ const Formulas = (() => {
     return found[0];
   }
 
+  // Runs of names among tokens with the stars that are read into them: m*g*l for mgl
+  function starred(list) {
+    const shown = part => part.name || (part.function && `${part.function}(...)`) || `${part.short[0]}(${part.short[1].join(" + ")})`;
+    return list.filter(token => token.kind === "word").flatMap(token => {
+      try {
+        const pieces = read(token.text);
+        return pieces.length > 1 ? [pieces.map(shown).join("*")] : [];
+      } catch {
+        return [];
+      }
+    });
+  }
+
   const FUNCTIONS = {...Object.fromEntries(Object.getOwnPropertyNames(Math).map(name => [name, Math[name]])), cot: x => 1 / Math.tan(x), sec: x => 1 / Math.cos(x)};
   // Parts of a formula are numbers, or functions of a point
   const at = (part, point) => typeof part === "number" ? part : part(point);
@@ -322,5 +335,5 @@ const Formulas = (() => {
     if (peek()) throw new Fault("fault.here", take().text);
     return p => at(value, p);
   }
-  return {Fault, has, members, label, read, parsed: formula, formula: text => formula(tokens(text))};
+  return {Fault, has, members, label, read, starred, parsed: formula, formula: text => formula(tokens(text))};
 })();

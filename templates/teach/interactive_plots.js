@@ -145,16 +145,18 @@ for (const choice of [chosen, pairing]) choice?.addEventListener("change", () =>
 
 const single = Object.fromEntries(["t", "K", "P", "E", "drift"].map(name => [name, one(`[data-out=${name}]`)]));
 const RAISED = Object.fromEntries([..."-0123456789"].map((x, i) => [x, "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"[i]]));
-const OFTEN = 50; // ms from one plot to the next while it moves
-let plottedAt = 0, energetic = 0;
-const plotted = (always = !running) => {
-  const now = performance.now();
-  if (!always && now - plottedAt < OFTEN) return;
-  plottedAt = now;
+const OFTEN = 50; // ms from one drawing of a plot to its next while it moves; no two are drawn in one picture
+const plotEnergiesNow = () => {
   const K = call("kinetic_energy"), P = call("potential_energy");
-  if (!panels.energies.hidden) plotEnergies([K, P, K + P]);
-  if (!panels.plots.hidden) plotTimes();
-  if (!panels.phase.hidden) plotPhase();
+  plotEnergies([K, P, K + P]);
+};
+const PLOTS = { energies: plotEnergiesNow, plots: plotTimes, phase: plotPhase };
+let plottedAt = 0, plotNext = 0, energetic = 0;
+const plotted = (always = !running) => {
+  const now = performance.now(), open = Object.keys(PLOTS).filter(name => !panels[name].hidden);
+  if (!open.length || (!always && now - plottedAt < OFTEN / open.length)) return;
+  plottedAt = now;
+  for (const name of always ? open : [open[plotNext++ % open.length]]) PLOTS[name]();
 };
 const energies = () => {
   const K = call("kinetic_energy"), P = call("potential_energy");

@@ -74,7 +74,8 @@
       if (Object.prototype.hasOwnProperty.call(choices, form.dataset.key)) right = chosen(form, verdict);
       else {
         const told = Answers.judge(form.dataset.key, form.elements.answer.value);
-        ({right, text: verdict.textContent} = told);
+        right = told.right;
+        verdict.textContent = [told.text, told.stars].filter(Boolean).join(" ");
         tries += !right;
         differing(told, tries, verdict);
       }

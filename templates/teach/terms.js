@@ -14,20 +14,37 @@ const Terms = (() => {
 
   // What differs in a wrong answer: rules, kinds and terms, the cheapest first; null where that cannot be told
   function told(key, of, rule) {
-    const {rows, right, handles, free, tied} = QUESTIONS.terms[key], {points} = apart;
-    const mine = points.map(of), scaled = handles.length ? [] : [mine];
-    for (const [steps, slope] of handles) {
-      const slopes = linear(mine.map((x, k) => [x, ...[1, 2].map(n => of(moved(points[k], steps[k], n)))]));
-      if (slopes) scaled.push(mine.map((x, k) => x * slope[k] / slopes[k]));
-    }
-    const found = scaled.map(values => search(rows, right, free, tied, values)).filter(Boolean).reduce((a, b) => a && a.cost <= b.cost ? a : b, null);
-    if (!found || (rule && !found.sure && !found.rules.includes(rule))) return null;
+    const every = QUESTIONS.terms[key], multipliers = QUESTIONS.motions.multipliers, used = symbols(of, apart.points[0]);
+    const tied = multipliers.some(name => used.has(name));
+    const ways = every.filter(one => one.multipliers || !tied).map(one => [one, explained(one, of)]).filter(([one, found]) => found && (tied || !one.multipliers || found.rules.join() === "untied"));
+    if (!ways.length) return null;
+    const [{rows}, found] = ways.reduce((a, b) => a[1].cost <= b[1].cost ? a : b);
+    if (rule && !found.sure && !found.rules.includes(rule)) return null;
     const of_ = found.columns.map(k => rows[k]).filter(row => row[1]), rules = [...new Set(found.rules)];
     if (rule && rules.every(one => apart.vague.includes(one)) && of_.some(([kind]) => (apart.suits[kind] || []).includes(rule))) rules.unshift(rule);
     return {rules, kinds: [...new Set(of_.map(([kind]) => kind))], terms: of_.map(row => row[1])};
   }
+  function explained(one, of) {
+    const {handles} = one, {points} = apart, mine = points.map(of), scaled = handles.length ? [] : [[0, mine]], [dear, untied] = apart.prices;
+    for (const [steps, slope, name] of handles) {
+      const slopes = linear(mine.map((x, k) => [x, ...[1, 2].map(n => of(moved(points[k], steps[k], n)))]));
+      if (!slopes || (name && mine.every((x, k) => Math.abs(x - points[k][name] * slopes[k]) <= CLOSE * Math.abs(x)))) continue;
+      const by = slope.map((b, k) => b / slopes[k]), cost = by.every(x => Math.abs(Math.abs(x) - 1) < CLOSE) ? 0 : dear;
+      scaled.push([cost + untied * one.multipliers, mine.map((x, k) => x * by[k])]);
+    }
+    const found = [];
+    for (const deep of [false, true]) if (!found.length) for (const [more, values] of scaled) {  // two terms at once only where no single one tells
+      const told = search(one, values, deep);
+      if (told) found.push({...told, cost: told.cost + more});
+    }
+    if (!found.length && !handles.length) for (const [times, rule] of apart.times) {
+      const other = search(one, mine.map(x => times * x), false);
+      if (other) found.push({...other, cost: other.cost + 1, rules: [rule, ...other.rules]});
+    }
+    return found.length ? cheapest(found) : null;
+  }
 
-  function search(columns, right, free, tied, mine) {
+  function search({rows: columns, right, free, tied, beside}, mine, deep) {
     const e = mine.map((x, k) => x - right[k]), size = Math.max(largest(mine), ...columns.map(one => largest(one[2])));
     if (!Number.isFinite(size) || largest(e) <= CLOSE * size) return null;
     const half = e.length / 2, change = row => free ? row.slice(half).map((x, k) => x - row[k]) : row;
@@ -38,7 +55,7 @@ const Terms = (() => {
     const others = some.flatMap(k => replaced(columns[k], e).map(([cost, rules]) => ({cost: 2 + cost, rules, columns: [k]})));
     for (const j of fine) for (const k of fine) if (j < k) {  // the same in both
       const both = columns[j][2].map((x, n) => x + columns[k][2][n]);
-      others.push(...replaced([columns[k][0], columns[k][1], both], e).map(([cost, rules]) => ({cost: 2.5 + cost, rules, columns: [j, k]})));
+      others.push(...replaced([columns[k][0], columns[k][1], both, columns[k][3]], e).map(([cost, rules]) => ({cost: 2.5 + cost, rules, columns: [j, k]})));
     }
     for (let j = 0; j < columns.length; j++) for (let k = j + 1; k < columns.length; k++) {
       const both = shares(left, rows[j], rows[k], size);
@@ -46,11 +63,19 @@ const Terms = (() => {
       const at = [j, k], told = at.map((n, i) => states(columns[n], both[i])), cost = 0.25 + sum(at.map((n, i) => price(both[i]) + 0.1 * !columns[n][1]));
       if (told.every(rules => rules.length)) others.push({cost, rules: told.flat(), columns: at, sure: both.every(c => price(c) < FACTOR)});
     }
-    if (!others.length && !tied) for (const j of fine) for (const c of [-1, -2]) {
-      const rest = e.map((x, k) => x - c * columns[j][2][k]);
-      for (const k of fine) if (k !== j) for (const [cost, rules] of replaced(columns[k], rest)) others.push({cost: 3.5 + cost, rules: [...states(columns[j], c), ...rules], columns: [j, k]});
+    const known = [...fine.map(k => columns[k]), ...(deep ? [] : beside)];
+    if (!free) others.push(...extra(known, beside, e, size));
+    if (!others.length && !tied && deep) for (const j of fine) for (const c of [-1, -2]) {
+      const rest = e.map((x, k) => x - c * columns[j][2][k]), rules = states(columns[j], c);
+      for (const k of fine) if (k !== j) for (const [cost, told] of replaced(columns[k], rest)) others.push({cost: 3.5 + cost, rules: [...rules, ...told], columns: [j, k]});
+      if (!free) for (const one of extra(known, beside, rest, size)) others.push({cost: 1.5 + one.cost, rules: [...rules, ...one.rules], columns: [j]});
     }
     return others.length ? cheapest(others) : null;
+  }
+  // What is too much: a term of another equation, or a term of this one with another symbol in it
+  function extra(known, beside, e, size) {
+    const told = beside.map(one => share(e, one[2], size)).filter(c => c !== null).map(c => ({cost: 2 + (price(c - 1) - 1) / 4, rules: ["extra"], columns: []}));
+    return told.length ? told : known.flatMap(one => times(one, e).map(([cost]) => ({cost: 2.6 + cost, rules: ["extra"], columns: []})));
   }
   const cheapest = list => list.reduce((a, b) => a.cost <= b.cost ? a : b);
   // What one column tells that accounts for a difference: a term, and what one rule makes
@@ -66,7 +91,8 @@ const Terms = (() => {
   function states([kind, form], c) {
     const [lost, turned, scaled] = apart.states[kind].map((rule, k) => rule || (form ? apart.plain[k] : ""));
     if (!turned && c < -1 - CLOSE) return [];
-    return (Math.abs(c + 1) < CLOSE ? [lost] : Math.abs(c + 2) < CLOSE ? [turned] : c < -1 ? [turned, scaled] : [scaled]).filter(Boolean);
+    const vague = ["spring", "friction"].includes(turned) ? [turned, "termsign"] : [turned];  // they say no sign
+    return (Math.abs(c + 1) < CLOSE ? [lost] : Math.abs(c + 2) < CLOSE ? vague : c < -1 ? [turned, scaled] : [scaled]).filter(Boolean);
   }
   const price = c => Math.abs(c + 1) < CLOSE ? 1 : Math.abs(c + 2) < CLOSE ? 1.1 : FACTOR;
   function share(e, row, size) {
@@ -79,23 +105,41 @@ const Terms = (() => {
     const ea = dot(e, one), eb = dot(e, two), c = (ea * bb - eb * ab) / det, d = (eb * aa - ea * ab) / det;
     return e.every((x, k) => Math.abs(x - c * one[k] - d * two[k]) <= CLOSE * size) ? [c, d] : null;
   }
-  // What stands for something else in a term, t n a/b in place of t, with a price
-  function replaced([kind, , t], e) {
-    if (t.some((x, k) => x === 0 || Math.abs(x + e[k]) <= 1e-9 * Math.abs(x))) return [];
-    const ratio = t.map((x, k) => 1 + e[k] / x), found = [];
-    for (const [f, a, unit, top] of apart.atoms) for (const [g, b, below, bottom] of apart.atoms) {
-      if (f === g && a === b) continue;
-      const n = ratio[0] * bottom[0] / top[0];
-      if (!ratio.every((r, k) => Math.abs(r * bottom[k] - n * top[k]) <= 1e-7 * Math.abs(n * top[k]))) continue;
+  // What stands for something else in a term, t n a/b in place of t, or t n a b, or t n/(a b), with a price
+  const replaced = (column, e) => times(column, column[2].map((x, k) => x + e[k]));
+  function times([kind, , t, squared], mine) {
+    if (t.some((x, k) => x === 0 || Math.abs(mine[k]) <= 1e-9 * Math.abs(x))) return [];
+    const ratio = mine.map((y, k) => y / t[k]), found = [];
+    for (const [a, b, both] of pairs()) {
+      const [top, bottom] = [a[3], b[3]], n = ratio[0] * over(top[0], bottom[0], both);
+      if (!ratio.every((r, k) => Math.abs(r * over(top[k], bottom[k], both) - n) <= 1e-7 * Math.abs(n))) continue;
       const beside = [...(n < 0 ? [apart.states[kind][1] || "termsign"] : []), ...(Math.abs(Math.abs(n) - 1) > 1e-6 ? ["termfactor"] : [])];
-      found.push([0.1 * !!(a && b) + 0.2 * beside.length, [exchanged(f, g, unit, below), ...beside]]);
+      found.push([0.1 * !!(a[1] && b[1]) + 0.2 * beside.length + 0.15 * !!both, [...exchanged(a, b, both, squared), ...beside]]);
     }
     return found;
   }
-  function exchanged(f, g, unit, below) {
-    if (f && f === g) return "absolute";
-    if (f || g) return (f && g) || [unit, below].some(x => x === "1" || x === "rad") ? "trig" : "dimension";
-    return unit === below ? "index" : "dimension";
+  const over = (a, b, both) => both ? (a * b) ** -both : b / a;
+  let made = null;
+  function pairs() {
+    if (made) return made;
+    made = [];
+    const unlike = (a, b) => a[0] !== b[0] || a[1] !== b[1], list = apart.atoms;
+    for (const a of list) for (const b of list) if (unlike(a, b)) made.push([a, b, 0]);
+    list.forEach((a, j) => list.slice(j + 1).forEach(b => { if (j && unlike(a, b)) made.push([a, b, 1], [a, b, -1]); }));
+    return made;
   }
-  return {told};
+  function exchanged([f, a, unit], [g, b, below], both, squared) {
+    const units = [unit, below].some(x => !["1", "rad", "rad^2"].includes(x)), alone = f || g;
+    if (both || !(a && b)) return alone && !both ? [squared.includes(alone) ? "power" : "trig"] : units ? ["power", "dimension"] : ["power"];
+    if (f && f === g) return ["absolute"];
+    if (f || g) return [(f && g) || !units ? "trig" : "dimension"];
+    return [unit === below ? "index" : "dimension"];
+  }
+  // The symbols that a formula asks for
+  function symbols(of, point) {
+    const names = new Set();
+    of(new Proxy(point, {get: (values, name) => { names.add(name); return values[name]; }}));
+    return names;
+  }
+  return {told, used: symbols};
 })();

@@ -22,8 +22,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 import numpy as np
-import numpy.typing as npt
 
+from symdyn.algebra import Array
 from symdyn.bench.measurements import Case, energy_drift, of_motion, worst
 from symdyn.bench.stress.scenes import (
     free_top,
@@ -37,8 +37,6 @@ from symdyn.bench.stress.scenes import (
 )
 from symdyn.scene import Scene, Starter, read_text
 from symdyn.simulation import METHODS, Trajectory, simulate
-
-Array = npt.NDArray[np.float64]
 
 TIGHTEST = 1e-15
 

@@ -14,8 +14,8 @@ import warnings
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from symdyn.algebra import Array
 from symdyn.bench.measurements import Case, worst
 from symdyn.bench.reference import positions_of
 from symdyn.bench.stress.scenes import Calls, arm, calls, looked_at, one_body, rubbing
@@ -26,8 +26,6 @@ from symdyn.errors import SceneError
 from symdyn.graph import reachable
 from symdyn.scene import Scene, read_text
 from symdyn.verdict import Unclaimed
-
-Array = npt.NDArray[np.float64]
 
 STATES = 4
 
@@ -53,10 +51,7 @@ def _of(kind: str, one: Scene) -> Iterator[Case]:
     made = calls(one, names)
     given = _states(one, made, names)
     yield Case(
-        f"NaN in one entry, {kind}",
-        "results that hide a NaN they depend on",
-        0.0,
-        *_hidden(made, given, np.nan),
+        f"NaN in one entry, {kind}", "results that hide a NaN they depend on", 0.0, *_hidden(made, given, np.nan)
     )
     infinite = worst([_hidden(made, given, np.inf), _hidden(made, given, -np.inf)])
     if infinite[0] is not None:  # some entry has a sine
@@ -131,7 +126,8 @@ def _minus_zero(made: Calls, given: dict[str, Array]) -> tuple[float | None, str
     for routine in made.program.routines:
         function = routine.function
         zeros = {name: np.zeros_like(value) if name != "params" else value for name, value in given.items()}
-        zeros["q"] = given["q"] * 0 if "1" not in _units(function) else given["q"]
+        units = next((a.units for a in function.arguments if a.name == "q"), ())
+        zeros["q"] = given["q"] * ("1" in units)
         minus = {name: np.where(value == 0, -0.0, value) for name, value in zeros.items()}
         plain = made.results(function.name, zeros)
         for way, computed in made.results(function.name, minus).items():
@@ -142,10 +138,6 @@ def _minus_zero(made: Calls, given: dict[str, Array]) -> tuple[float | None, str
             gap = np.abs(np.where(np.isfinite(computed), computed, np.inf) - np.where(known, plain[way], 0.0))[known]
             found.append((float(np.max(gap, initial=0.0)) / (2.0**-52 * size), f"{function.name}, {way}"))
     return worst(found)
-
-
-def _units(function: Function) -> tuple[str, ...]:
-    return next((a.units for a in function.arguments if a.name == "q"), ())
 
 
 def _nothing() -> Case:

@@ -12,10 +12,9 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from flint import arb_mat
 
-from symdyn.algebra import Balls, Floats
+from symdyn.algebra import Array, Balls, Floats
 from symdyn.bench.reference import Reference, column, norm, reference
 from symdyn.dynamics import Equations, Function, Requested, Workspace, derive_one, row_of
 from symdyn.emit import emit
@@ -210,8 +209,6 @@ def parallelogram(second: bool = False) -> Scene:
     return read_text("\n".join([*lines, f"loop = [{', '.join(rings)}]"]))
 
 
-Array = npt.NDArray[np.float64]
-
 SINGULAR_BITS = 600
 """Bits of the reference where a mass matrix is inverted: condition numbers reach 1e30."""
 
@@ -267,7 +264,6 @@ class Interpreted:
     """A program's functions by name, run operation by operation in doubles: for those too long to be compiled."""
 
     def __init__(self, program: Program) -> None:
-        """Take the functions of a program."""
         self.functions = {routine.function.name: routine.function for routine in program.routines}
 
     def __getattr__(self, name: str) -> Callable[..., Array]:

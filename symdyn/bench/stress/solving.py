@@ -28,9 +28,8 @@ from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
-import numpy.typing as npt
 
-from symdyn.algebra import Floats
+from symdyn.algebra import Array, Floats
 from symdyn.bench.measurements import Case, worst
 from symdyn.bench.reference import Positions, Solve, linear, positions_of
 from symdyn.bench.stress.scenes import (
@@ -54,8 +53,6 @@ from symdyn.errors import DerivationError
 from symdyn.graph import evaluate
 from symdyn.scene import Scene
 from symdyn.simulation.prescribed import parameter_values
-
-Array = npt.NDArray[np.float64]
 
 C = 10.0
 FORWARD = ("forward_dynamics",)
@@ -212,7 +209,6 @@ def _inverse(name: str, n: int, absolute: bool) -> Case:
 
 
 def _doubles(made: Calls, name: str, q: Array) -> Array:
-    """Return a function of q in plain doubles, shape (N, size)."""
     function = made.function(name)
     return np.array([evaluate(function.entries, Floats(), function.values([row])) for row in q], float)
 

@@ -1,7 +1,11 @@
 """The functions of a scene for JAX: jit, vmap, grad, jacfwd, jacrev, in double and in float.
 
-XLA calls the C by its foreign function interface, on a card kernels (`jax_card.py`). Code is made when a program is
-lowered for a platform, for that platform alone. A call's arguments are put into the form that the primitive takes.
+XLA calls the C by its foreign function interface. Code is made when a program is lowered for a platform, for that
+platform alone. A call's arguments are put into the form that the primitive takes.
+
+On a card XLA calls kernels, on the stream that it computes on. What a handler takes there is (entries, states), all
+leading dimensions one after another. XLA turns rows into that on the card, and where (7, n) was transposed before, it
+does neither; what lacks a leading dimension it broadcasts before the call. Nothing leaves the card.
 
 One primitive calls one word (`words.py`) and knows its shape, and what becomes of it under vmap, jvp and transposition.
 What moves with what is in `rules.py`, and JAX differentiates nothing by itself. Where vmap gives one state many
@@ -10,35 +14,146 @@ directions, as jacfwd does, all of J is computed once and multiplied.
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from math import prod
+from pathlib import Path
 from typing import Any
 
 import jax
 import jax.numpy as jnp
+import jaxlib
 from jax.extend.core import Primitive
 from jax.interpreters import ad, batching, mlir
 
-from symdyn.dynamics import LoopChoices
+from symdyn.emit import C, Entries, Sources, emit
 from symdyn.errors import ArgumentError, BuildError
-from symdyn.runtime.backends.jax_card import CARDS, over_columns, register
+from symdyn.program import Program, shared
 from symdyn.runtime.backends.rules import Array, Arrays, Named, all_columns, all_rows, cotangent, tangent, whole
 from symdyn.runtime.backends.words import (
     ALL,
     ALONG,
     BACK,
     DerivativeRule,
+    Kernels,
     Library,
     Word,
+    architecture,
+    compiled,
     is_weak,
-    loaded_for,
+    several,
     weights_of,
 )
-from symdyn.runtime.loaded import Loaded
-from symdyn.scene import Scene
+from symdyn.runtime.commands import Needs
+from symdyn.runtime.compiler import PATIENCE, find_compiler
+from symdyn.runtime.library import SUFFIX, LibraryKind, load_library
 
 REALS = {"float64": "double", "float32": "float"}
+
+HEADERS, ABI = (jax.ffi.include_dir(),), ("xla", jaxlib.__version__)
+"""Where XLA's header is, and whose it is."""
+
+REGISTERED: dict[str, ctypes.CDLL] = {}
+"""Libraries whose handlers XLA knows, by what they are called there: they stay loaded as long as XLA may call them."""
+
+
+def register(
+    program: Program, real: str, columns: Sequence[int], compiler: str | None, machine: str
+) -> Mapping[tuple[str, str], str]:
+    """Return what XLA calls the handlers of a program, by function and kind; one without entries has none.
+
+    A name has the hash of all that the code is made of in it: what JAX keeps compiled on disk finds the same code in
+    another process, or none.
+
+    Raises:
+        BuildError: no compiler, or its own words when it refuses.
+        EmitError: the program cannot be written in this type.
+    """
+    sources = emit(program, C.name, real, option="batch")
+    entries = Entries.of_xla(sources, columns)
+    needs = Needs(headers=HEADERS, exports=tuple(entries.symbols.values()))
+    kind = LibraryKind(SUFFIX, needs, ABI, ctypes.CDLL)
+    path, library = load_library(entries.files, find_compiler(compiler, machine), PATIENCE, kind)
+    return hand_over("cpu", sources, entries, path, library)
+
+
+def hand_over(
+    platform: str, _: Sources, entries: Entries, path: Path, library: ctypes.CDLL
+) -> Mapping[tuple[str, str], str]:
+    """Return what XLA calls handlers of a library, by function and kind, when it knows them for a platform."""
+    known = {}
+    for key, symbol in entries.symbols.items():
+        known[key] = target = f"symdyn_{path.stem}_{symbol}"
+        if target not in REGISTERED:
+            REGISTERED[target] = library
+            jax.ffi.register_ffi_target(target, jax.ffi.pycapsule(getattr(library, symbol)), platform=platform)
+    return known
+
+
+@dataclass(frozen=True)
+class Card:
+    """How kernels come to one of JAX's platforms.
+
+    Attributes:
+        machine: returns the architecture of its devices, as the compiler calls it.
+        build: returns the library of files for an architecture, and its path.
+        open: hands a library over to XLA, and returns what it calls the handlers.
+    """
+
+    machine: Callable[[], str]
+    build: Callable[[Mapping[str, str], str], tuple[Path, ctypes.CDLL]]
+    open: Callable[[Sources, Entries, Path, ctypes.CDLL], Mapping[tuple[str, str], str]]
+
+    @property
+    def kernels(self) -> Kernels:
+        """What makes handlers for the devices that are there."""
+        return Kernels(self.machine(), self.build, Entries.of_xla, self.open)
+
+
+def over_columns(handler: str, platform: str, word: Word, leading: tuple[int, ...], *given: Array) -> Array:
+    """Return what a handler computes, (*leading, *shape of the word), of arrays with these dimensions in front, or 1.
+
+    Raises:
+        ArgumentError: several sets of parameters; a kernel takes one for all states.
+    """
+    common, states = shared(word.names), prod(leading)
+    columns = []
+    for (name, core), one in zip(word.arguments, given, strict=True):
+        if name == common:
+            count = prod(one.shape[: one.ndim - len(core)])
+            if count != 1:
+                raise several(word.routine.function.name, platform, name, count)
+            columns.append(one.reshape(prod(core), 1))
+        else:
+            columns.append(_turned(jnp.broadcast_to(one, leading + core), len(leading)).reshape(prod(core), states))
+    result = jax.ShapeDtypeStruct((prod(word.shape), states), given[0].dtype)
+    found = jax.ffi.ffi_call(handler, result)(*columns)
+    return _turned(found.reshape(word.shape + leading), len(word.shape))
+
+
+def _turned(array: Array, front: int) -> Array:
+    """Return an array with so many of its dimensions from the front at the end."""
+    return array.transpose(*range(front, array.ndim), *range(front))
+
+
+def _architecture() -> str:
+    """Return the architecture of the cards that JAX sees; of several kinds the oldest, whose code newer ones take."""
+    try:
+        devices = jax.local_devices(backend="cuda")
+    except RuntimeError as fault:
+        raise BuildError(
+            f"JAX sees no card ({fault}), and kernels are compiled for the one that is there; "
+            "lower for the CPU, or where a card is"
+        ) from fault
+    return architecture(min(tuple(map(int, one.compute_capability.split("."))) for one in devices))
+
+
+KIND = LibraryKind(SUFFIX, Needs(headers=HEADERS), ("cuda", *ABI), ctypes.CDLL)
+
+CARDS: dict[str, Card] = {"cuda": Card(_architecture, partial(compiled, kind=KIND), partial(hand_over, "CUDA"))}
+"""By JAX's name of a platform; one that has no row has no kernels."""
 
 
 def lower_by_platform(primitive: Any, rule: Callable[..., Any]) -> None:
@@ -71,7 +186,6 @@ def times_lowered(
 
 
 def _handler(platform: str, word: Word, result: Any, kind: str = "") -> str:
-    """Return what XLA calls a word."""
     name, card = word.routine.function.name, CARDS.get(platform)
     made = word.code.ready(REALS[result.dtype.name], None if card is None else card.kernels)
     found: str | None = made.get((name, kind))
@@ -81,12 +195,10 @@ def _handler(platform: str, word: Word, result: Any, kind: str = "") -> str:
 
 
 def _as_written(function: Callable[..., Any], context: Any, *operands: Any) -> Any:
-    """Return the program of a function of JAX's arrays."""
     return mlir.lower_fun(function, multiple_results=False)(context, *operands)
 
 
 def _nowhere_else(context: Any, *operands: Any, word: Word, **_: Any) -> Any:
-    """Refuse another platform."""
     others = ", ".join(context.module_context.platforms)
     raise BuildError(
         f"{word.routine.function.name} runs on the CPU and on CUDA, there is no kernel for {others}; "
@@ -116,7 +228,6 @@ ARRAYS = Arrays(Names, lambda word, given: call(word, *given))
 
 
 def _leading(word: Word, shapes: Sequence[tuple[int, ...]]) -> tuple[int, ...]:
-    """Return the dimensions that arguments broadcast to."""
     own = [shape[: len(shape) - len(core)] for shape, (_, core) in zip(shapes, word.arguments, strict=True)]
     return tuple(next((n for n in column if n != 1), 1) for column in zip(*own, strict=True))
 
@@ -173,7 +284,6 @@ batching.primitive_batchers.__setitem__(call_p, _batched)
 
 
 def _moved(given: Sequence[Array], rates: Sequence[Any], *, word: Word) -> tuple[Array, Any]:
-    """Return the result, and how it moves."""
     result = call(word, *given)
     named = dict(zip(word.names, given, strict=True))
     moving = {name: d for name, d in zip(word.names, rates, strict=True) if type(d) is not ad.Zero}
@@ -187,7 +297,6 @@ ad.primitive_jvps.__setitem__(call_p, _moved)
 
 
 def _transposed(y: Any, *given: Any, word: Word) -> list[Any]:
-    """Return the derivatives of the arguments in which the word is linear."""
     wanted = [name for name, one in zip(word.names, given, strict=True) if ad.is_undefined_primal(one)]
     if type(y) is ad.Zero:
         return [ad.Zero(one.aval) if ad.is_undefined_primal(one) else None for one in given]
@@ -338,18 +447,4 @@ def stacked(values: Sequence[Any]) -> Any:
     return jnp.stack(jnp.broadcast_arrays(*map(_array, values)), axis=-1)
 
 
-def loaded(
-    again: Callable[..., Loaded],
-    scene: Scene,
-    requests: tuple[str, ...] | None,
-    compiler: str | None,
-    machine: str,
-    prepare: bool,
-    closing: LoopChoices,
-    free: Mapping[str, float],
-) -> Loaded:
-    """Return the functions of a scene for JAX; see `symdyn.load`."""
-    real = REALS[jnp.result_type(float).name]
-    make = partial(register, compiler=compiler, machine=machine)
-    library = Library("JAX", real, make, placed, stacked)
-    return loaded_for("jax", library, scene, requests, compiler, machine, prepare, closing, free, again)
+LIBRARY = Library("JAX", lambda: REALS[jnp.result_type(float).name], register, placed, stacked)

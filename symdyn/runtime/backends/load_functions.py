@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
+from importlib import import_module
 from importlib.util import find_spec
 from typing import Any
 
@@ -32,22 +34,17 @@ class Backend:
     load: Callable[..., Loaded]
 
 
-def _jax(*settings: Any) -> Loaded:
-    from symdyn.runtime.backends import jax_functions
+def _over(backend: str, *settings: Any) -> Loaded:
+    from symdyn.runtime.backends.words import loaded_for
 
-    return jax_functions.loaded(_again, *settings)
-
-
-def _torch(*settings: Any) -> Loaded:
-    from symdyn.runtime.backends import torch_functions
-
-    return torch_functions.loaded(_again, *settings)
+    library = import_module(f"symdyn.runtime.backends.{backend}_functions").LIBRARY
+    return loaded_for(library, _again, backend, *settings)
 
 
 BACKENDS: dict[str, Backend] = {
     "numpy": Backend("NumPy", "", loaded),
-    "jax": Backend("JAX", "jax", _jax),
-    "torch": Backend("PyTorch", "torch", _torch),
+    "jax": Backend("JAX", "jax", partial(_over, "jax")),
+    "torch": Backend("PyTorch", "torch", partial(_over, "torch")),
 }
 
 
@@ -145,5 +142,4 @@ def find_backend(name: str) -> Backend:
 
 
 def _again(backend: str, *settings: Any) -> Loaded:
-    """Return the functions of a backend, in another process."""
     return find_backend(backend).load(*settings)

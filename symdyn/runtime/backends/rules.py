@@ -168,20 +168,17 @@ def _base(word: Word) -> tuple[Word, DerivativeRule | None]:
 
 
 def _product(k: Arrays, word: Word, way: DerivativeRule, given: Named, moved: Named) -> Array:
-    """Return J d."""
     steps = {way.direction(name): d for name, d in moved.items()}
     return k.word(way.word(ALONG), {**given, **steps})
 
 
 def _pulled(k: Arrays, word: Word, way: DerivativeRule, given: Named, y: Array, requested: Sequence[str]) -> Named:
-    """Return wᵀ J for wᵀ = y, by argument."""
     flat = _flat(y, word) if word.shape else y
     parts = _split(way, _weighed(k, way, given, flat))
     return {name: part for name, part in parts.items() if name in requested}
 
 
 def _flat(array: Array, word: Word) -> Array:
-    """Return a word's entries along one dimension."""
     return array.reshape((*array.shape[: array.ndim - len(word.shape)], prod(word.shape)))
 
 
@@ -234,12 +231,10 @@ def _rows(
 
 
 def _named(way: DerivativeRule, parts: Named) -> Named:
-    """Return directions by the names that a word takes them by."""
     return {way.direction(name): d for name, d in parts.items()}
 
 
 def _blocks(way: DerivativeRule, columns: Array) -> Named:
-    """Return the blocks of the last dimension by argument."""
     found, at = {}, 0
     for name, length in way.varied:
         found[name] = columns[..., at : at + length]

@@ -22,7 +22,6 @@ from typing import Any
 import numpy as np
 import torch
 
-from symdyn.dynamics import LoopChoices
 from symdyn.emit import TARGETS, Entries, Sources, emit
 from symdyn.errors import ArgumentError, BuildError
 from symdyn.program import Program, shared
@@ -36,14 +35,11 @@ from symdyn.runtime.backends.words import (
     architecture,
     compiled,
     is_weak,
-    loaded_for,
     several,
     weights_of,
 )
 from symdyn.runtime.library import build_extension
-from symdyn.runtime.loaded import Loaded
 from symdyn.runtime.runners import run_or_python
-from symdyn.scene import Scene
 
 REALS = {torch.float64: "double", torch.float32: "float"}
 
@@ -123,7 +119,7 @@ CARDS: dict[str, Card] = {
         compiled,
         torch.cuda.device,
         lambda device: torch.cuda.current_stream(device).cuda_stream,
-    ),
+    )
 }
 """By type of device; one that has no row has no kernels."""
 
@@ -251,7 +247,6 @@ def _ready(word: Word, given: Sequence[Any]) -> bool:
 
 
 def _computes(device: Any) -> bool:
-    """Tell whether there is code for a device."""
     return device.type == "cpu" or device.type in CARDS
 
 
@@ -311,23 +306,10 @@ def stacked(values: Sequence[Any]) -> Any:
     return torch.stack(torch.broadcast_tensors(*(_tensor(one, dtype, strong[0].device) for one in values)), -1)
 
 
-def _made(compiler: str | None, machine: str, program: Program, *_: Any) -> list[Callable[..., Any]]:
-    """Return the ufuncs of a program, which take both real types."""
+def _made(program: Program, *_: Any, compiler: str | None, machine: str) -> list[Callable[..., Any]]:
     sources = emit(program, UFUNC.name)
     calls = run_or_python(sources, lambda one: build_extension(one, compiler, machine=machine)[1], compiler)[0]
     return list(calls.values())
 
 
-def loaded(
-    again: Callable[..., Loaded],
-    scene: Scene,
-    requests: tuple[str, ...] | None,
-    compiler: str | None,
-    machine: str,
-    prepare: bool,
-    closing: LoopChoices,
-    free: Mapping[str, float],
-) -> Loaded:
-    """Return the functions of a scene for PyTorch; see `symdyn.load`."""
-    library = Library("PyTorch", "double", partial(_made, compiler, machine), placed, stacked)
-    return loaded_for("torch", library, scene, requests, compiler, machine, prepare, closing, free, again)
+LIBRARY = Library("PyTorch", lambda: "double", _made, placed, stacked)

@@ -39,7 +39,7 @@ from symdyn.graph import Expr, gradient, tangents
 from symdyn.program import Program, Routine, formulate, lower, prepare as prepare_program
 from symdyn.runtime.compiler import CUDA, NOTHING, find_compiler
 from symdyn.runtime.library import SUFFIX, LibraryKind, load_library
-from symdyn.runtime.loaded import Loaded, usual
+from symdyn.runtime.loaded import Loaded, one_of, usual
 from symdyn.runtime.numeric_function import NumericFunction, numeric_function, signature
 from symdyn.scene import Scene
 from symdyn.unlocked import cached_property
@@ -304,7 +304,6 @@ def _derived(of: Word, kind: str) -> Program:
 
 
 def _along(of: Word, argument: Argument) -> Argument:
-    """Return the direction of an argument, as an argument."""
     name = of.directions[argument.name]
     graph = of.code.program.graph
     symbols = tuple(graph.symbol(f"{name}[{k}]") for k in range(len(argument.symbols)))
@@ -317,16 +316,16 @@ class Library:
 
     Attributes:
         title: what people call it.
-        real: the type that is made ready at once.
+        real: returns the type that is made ready at once.
         make: returns what it calls, of a program and a real type ("double", "float"), and of the columns of each
-            argument where the program returns J.
+            argument where the program returns J; by a `compiler` for a `machine`.
         call: returns what a word computes of arguments given by place: ValueError where they do not fit.
         stack: returns entries as one array, along its last dimension.
     """
 
     title: str
-    real: str
-    make: Callable[[Program, str, tuple[int, ...]], Any]
+    real: Callable[[], str]
+    make: Callable[..., Any]
     call: Callable[..., Any]
     stack: Callable[[Sequence[Any]], Any]
 
@@ -354,8 +353,9 @@ def is_weak(value: Any) -> bool:
 
 
 def loaded_for(
-    backend: str,
     library: Library,
+    again: Callable[..., Loaded],
+    backend: str,
     scene: Scene,
     requests: tuple[str, ...] | None,
     compiler: str | None,
@@ -363,15 +363,14 @@ def loaded_for(
     prepare: bool,
     closing: LoopChoices,
     free: Mapping[str, float],
-    again: Callable[..., Loaded],
 ) -> Loaded:
-    """Return the functions of a scene for one backend; `again` makes them in another process."""
+    """Return the functions of a scene for one backend, as `symdyn.load` does; `again` makes them in another process."""
     requests = usual(Workspace(scene, closing)) if requests is None else requests
     program = lower(formulate(scene, requests, closing=closing))
     program = prepare_program(program) if prepare else program
     settings = (backend, scene, requests, compiler, machine, program.is_prepared, closing, free)
-    code = Code(program, library.make)
-    code.ready(library.real)
+    code = Code(program, partial(library.make, compiler=compiler, machine=machine))
+    code.ready(library.real())
     told = _docstrings(program)
     asked = [Program.PREPARE] * (len(program.routines) - len(requests)) + list(requests)
     calls = {}
@@ -380,7 +379,7 @@ def loaded_for(
         source = None if request == Program.PREPARE else (scene, request, closing)
         call = partial(library.call, Word(VALUE, None, code, place, source))
         call.__doc__ = told[name]
-        one = numeric_function(scene, name, routine.function, call, free, (_one_of, (again, settings, name)))
+        one = numeric_function(scene, name, routine.function, call, free, (one_of, (again, settings, name)))
         fields = {key: getattr(one, key) for key in NumericFunction.__dataclass_fields__ if key != "words"}
         calls[name] = BackendFunction(**fields, stack=library.stack)
     functions = [one.function for one in program.routines]
@@ -389,11 +388,6 @@ def loaded_for(
         scene, requests, calls, signatures, True, compiler, machine, program.is_prepared, closing, free,
         library.title, (again, settings),
     )  # fmt: skip
-
-
-def _one_of(again: Callable[..., Loaded], settings: tuple[Any, ...], name: str) -> NumericFunction:
-    """Return one of the functions, in a process that has none of them yet."""
-    return again(*settings).calls[name]
 
 
 def _docstrings(program: Program) -> dict[str, str]:

@@ -166,7 +166,6 @@ class Kept(Generic[T]):
     """What was made for the last few keys, of which the one that was longest not asked for goes first."""
 
     def __init__(self, most: int = 16) -> None:
-        """Hold so many at most."""
         self._most = most
         self._things: dict[Any, T] = {}
 

@@ -380,12 +380,7 @@ def _ranges(feedback: Feedback, names: Sequence[str], faults: Faults) -> dict[st
 
 
 def feedback_of(
-    scene: Scene,
-    file: str,
-    period: float | None,
-    delay: float | None,
-    limits: Mapping[str, str],
-    until: float,
+    scene: Scene, file: str, period: float | None, delay: float | None, limits: Mapping[str, str], until: float
 ) -> Feedback:
     """Return the controller of a file, with other times and limits; what is None or nothing stays as it is there.
 

@@ -294,7 +294,6 @@ def _finite(value: object) -> bool:
 
 
 def _reference(scene: Scene, specified: Mapping[str, float], faults: Faults) -> tuple[Array, Array]:
-    """Return q0, shape (nq,), and u0, shape (nu,)."""
     moving = (*scene.velocities, *(one.name for one in scene.states))
     names = (*scene.coordinates, *moving)
     for name, value in specified.items():

@@ -110,7 +110,6 @@ def _in_ground_axes(w: Workspace, joint: Joint, own: Sequence[Expr]) -> list[tup
 
 
 def _state(scene: Scene, graph: Graph, k: int) -> dict[Expr, float]:
-    """Return the k-th random state, with unit quaternions."""
     rng = random.Random(f"{scene.name}:{k}")
     values = {graph.symbol(name): rng.uniform(-1.0, 1.0) for name in (*scene.plain_names, TIME)}
     for group in quaternions(scene):

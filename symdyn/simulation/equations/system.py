@@ -237,7 +237,6 @@ class StateEquations:
 
     @cached_property
     def _takes(self) -> Mapping[str, tuple[str, ...]]:
-        """Names of the arguments of every function."""
         return {r.function.name: tuple(self.compiled.takes(r.function.name)) for r in self.program.routines}
 
     def rates(self, t: float, x: Array) -> Array:
@@ -365,7 +364,6 @@ class Projection:
     """
 
     def __init__(self, system: StateEquations, limit: float) -> None:
-        """Prepare the projection of a system's states."""
         self.system, self.limit = system, limit
         held = set(system.scene.prescribed_velocities)
         self._loose = np.array([k for k in range(system.nv) if k not in held], dtype=int)

@@ -279,7 +279,6 @@ def _flowing(system: StateEquations) -> Function:
 
 
 def _written(system: StateEquations, parameters: tuple[str, ...], sweep: str) -> Compiled:
-    """Return the functions of the module's legend but for f."""
     nq, nv, nu, f = system.nq, system.nv, system.nu, _flowing(system)
     graph, entries = f.entries[0].graph, f.entries[: nq + nu]
     w = Workspace(system.opened.scene, system.opened.closing)

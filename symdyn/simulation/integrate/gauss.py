@@ -138,7 +138,6 @@ def refuses(system: StateEquations) -> str:
 
 
 def _library(system: StateEquations) -> Callable[..., int]:
-    """Return the compiled loop, from the cache if it was compiled before."""
     program = _program(system)
     sources = emit(program, C.name, "dd", option="batch")
     opening = sources.stem
@@ -200,7 +199,6 @@ def tableau() -> dict[str, Any]:
 
 
 def _pairs(numbers: Sequence[Any]) -> dict[str, list[str]]:
-    """Return high and low parts as text."""
     found = []
     for x in numbers:
         sign, mantissa, exponent, _ = x._mpf_

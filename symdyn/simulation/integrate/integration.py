@@ -357,7 +357,6 @@ class Outlook:
     """Looks at the pace of a run."""
 
     def __init__(self, until: float, say: Callable[[str], None] | None) -> None:
-        """Start the clock; `say` is told."""
         self.until, self.say = until, say
         self.next, self.t, self.begin = FIRST, 0.0, time.perf_counter()
         self.last, self.hopeless = self.begin, False

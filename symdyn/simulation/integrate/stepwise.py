@@ -109,7 +109,6 @@ class Pace:
     """Part of the time by which so many steps must advance it: less is a motion that goes beyond all bounds."""
 
     def __init__(self, problem: InitialValueProblem) -> None:
-        """Look whether anything jumps."""
         self.jumps = problem.system.once(_jumps)
         self.until, self.begin, self.steps = problem.until, problem.begin, 0
 

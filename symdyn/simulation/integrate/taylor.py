@@ -25,14 +25,7 @@ from symdyn.algebra import Array
 from symdyn.interrupts import interrupts_wait
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.integrate import heyoka_expressions
-from symdyn.simulation.integrate.heyoka_expressions import (
-    guarded,
-    library,
-    parameters,
-    refuses,
-    size,
-    translate,
-)
+from symdyn.simulation.integrate.heyoka_expressions import guarded, library, parameters, refuses, size, translate
 from symdyn.simulation.integrate.integration import Hit, InitialValueProblem, IntegrationError, Method, Piece
 from symdyn.simulation.integrate.watch import IntegrationStep, Watch
 
@@ -129,7 +122,6 @@ class Stretch:
     """Some steps of heyoka's, the samples in them, and the events that are `found`."""
 
     def __init__(self, ta: Any, problem: InitialValueProblem) -> None:
-        """Take an integrator that stands at the start."""
         self.ta, self.problem = ta, problem
         self.watch, self.found = Watch(problem), list[Hit]()
         self.begin = problem.begin
@@ -166,7 +158,8 @@ class Stretch:
                 self.longest = (ta.time - begin) / 2 if finite else 0.0
                 ta.time, ta.state[:] = begin, start
                 if self.longest <= SMALLEST * max(1.0, begin):
-                    return _states(rows, start), steps, _stuck(begin)
+                    why = "the motion leaves what doubles hold, or a formula has no real value"
+                    return _states(rows, start), steps, f"{why}, after t = {begin:g} s"
                 continue
             self.longest *= 2
             steps += 1
@@ -206,15 +199,10 @@ def _states(rows: list[Array], like: Array) -> Array:
     return np.array(rows, dtype=np.float64).reshape(-1, len(like))
 
 
-def _stuck(t: float) -> str:
-    return f"the motion leaves what doubles hold, or a formula has no real value, after t = {t:g} s"
-
-
 class Guard:
     """Looks whether the series of a step has the rates that the equations have."""
 
     def __init__(self, problem: InitialValueProblem) -> None:
-        """Take the tolerance of a problem."""
         self.system, self.limit = problem.system, SLACK * problem.rtol
 
     def holds(self, series: Array, t: float, h: float) -> bool:

@@ -253,7 +253,6 @@ class Watch:
     armed: Array
 
     def __init__(self, problem: InitialValueProblem) -> None:
-        """Stand at the begin."""
         self.problem, self.kinds = problem, problem.system.kinds
         self.slack = np.array([kind.slack for kind in self.kinds])
         self.bent: int | None = None
@@ -384,7 +383,6 @@ class Watch:
         return found
 
     def _look(self, times: Array, states: Array) -> Array:
-        """Return the values at states (N, nx), shape (N, events)."""
         found: Array = self.problem.system.evaluate("events", times, states) - self.slack
         return found
 

@@ -188,7 +188,6 @@ def _dimensions(value: Any) -> int:
 
 
 def _spoken(value: Any) -> str:
-    """Return what something is, short."""
     kind = type(value).__name__
     return f"an array of shape {value.shape}" if isinstance(value, np.ndarray) else f"{kind} {quoted(value)}"
 

@@ -186,6 +186,7 @@ class Constrained(Lesson):
         rows = differentiated(self.scene, self.graph, self.state)
         owned = {cut.owner: cut for cut in rows.cuts}
         found: list[Condition] = []
+        rods = {joint.name for joint in self.scene.loops if joint.type == "rod"}
         for owner, loop in dict.fromkeys((rows.labels[k].owner, rows.labels[k].loop) for k in kept):
             own = [k for k in kept if (rows.labels[k].owner, rows.labels[k].loop) == (owner, loop)]
             cut = owned.get(owner)
@@ -197,6 +198,8 @@ class Constrained(Lesson):
             for k in own:
                 label = rows.labels[k]
                 words, axis = self._words(label.name, label.wrench)
+                if loop and owner in rods:
+                    words, axis = "tie.rod", ""
                 sides = (cut.parent, cut.child) if cut is not None else ("", "")
                 residual = rows.residual[k] if label.holonomic else None
                 found.append(

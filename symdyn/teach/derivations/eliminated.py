@@ -1,12 +1,14 @@
 """Steps: the equations of motion of a tied mechanism without multipliers and without dependent rates; what stays.
 
 With u_d = Y u, the equation of an independent velocity k is E_k + Σ Y_jk E_j = 0, in which u_d and its derivative are
-put in. Where it is the derivative of p_k + Σ Y_jk p_j, that momentum is conserved.
+put in; and the dependent coordinates, where their closed forms hold no root. Where it is the derivative of
+p_k + Σ Y_jk p_j, that momentum is conserved.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from symdyn.algebra import Form, Number, Ratios, Symbol
 from symdyn.dynamics.mechanism import TIME, generalized_forces
@@ -15,6 +17,7 @@ from symdyn.teach.derivations.constrained import Constrained
 from symdyn.teach.derivations.multiplier_steps import meaning, multiplier, valued
 from symdyn.teach.derivations.precession import NO_FORM, shortened
 from symdyn.teach.derivations.solved import LONGEST, NO_SHORT_FORM, accelerations
+from symdyn.teach.derivations.solved_ties import closed_positions
 from symdyn.teach.derivations.velocities import length
 from symdyn.teach.document import Block, Formula, Section, Step
 from symdyn.teach.lesson import named, together
@@ -28,11 +31,11 @@ def eliminated_steps(lesson: Constrained, chosen: Chosen) -> list[Step]:
     """Return the equations with dependent rates put in, and solved where that is short; none without their ratios."""
     if not _ratios(lesson):
         return []
-    put, blocks, long = _put_in(lesson), list[Block](), list[Form]()
+    put, blocks, long = PutIn.of(lesson), list[Block](), list[Form]()
     for k in lesson.partition.independent:
         own = lesson.scene.drives[k]
         right: Form = Symbol(own) if own else Number.ZERO
-        form = _sorted(lesson, _equation(lesson, k, put))
+        form = _sorted(lesson, put.equation(k))
         if form is None or length(form) > LONGEST:
             long.append(right if own else named(lesson.state.qdd[k]))
         else:
@@ -41,8 +44,13 @@ def eliminated_steps(lesson: Constrained, chosen: Chosen) -> list[Step]:
         return [Step("eliminated", lesson.say("eliminated.long", names=together(long)), ())]
     if long:
         blocks.append(lesson.say("eliminated.long", names=together(long)))
-    dependent = together([named(lesson.state.qd[k]) for k in lesson.partition.dependent])
-    claim = lesson.say("eliminated", dependent=dependent)
+    symbols = lesson.state.q if put.positions else lesson.state.qd
+    dependent, free = (
+        together([named(symbols[k]) for k in some])
+        for some in (lesson.partition.dependent, lesson.partition.independent)
+    )
+    key = "eliminated.closed" if put.positions else "eliminated"
+    claim = lesson.say(key, dependent=dependent, independent=free)
     step = Step("eliminated", claim, tuple(blocks), lesson.say("eliminated.reason"))
     return [step, *([] if long else _solved(lesson, put, chosen))]
 
@@ -51,15 +59,17 @@ def conserved_sections(lesson: Constrained) -> list[Section]:
     """Return what is conserved: momenta along independent velocities, and the energy."""
     steps = list[Step]()
     if _ratios(lesson):
-        put = _put_in(lesson)
+        put = PutIn.of(lesson)
         for k in lesson.partition.independent:
-            p = _together(lesson, k, gradient(lesson.energy.K, lesson.state.qd), put)
-            (rate,) = substitute(tangents([p], lesson.state.acceleration), put)
+            p = put.together(k, gradient(lesson.energy.K, lesson.state.qd))
+            (rate,) = put.into(tangents([p], lesson.state.acceleration))
             form = _sorted(lesson, p)
-            if form is None or not form.terms or lesson.scene.drives[k] or length(form) > LONGEST:
+            if form is None or not form.terms or length(form) > LONGEST:
                 continue
-            if _same(rate, _equation(lesson, k, put)):
-                claim = lesson.say("eliminated.momentum", q=named(lesson.state.qd[k]), momentum=form)
+            if _same(rate, put.equation(k)):
+                own, q = lesson.scene.drives[k], named(lesson.state.qd[k])
+                key = "eliminated.momentum.driven" if own else "eliminated.momentum"
+                claim = lesson.say(key, q=q, momentum=form, **({"drive": Symbol(own)} if own else {}))
                 steps.append(Step(f"conserved:{k + 1}", claim, (), lesson.say("eliminated.momentum.reason")))
     acting = generalized_forces(lesson.scene, lesson.graph)
     moved = reachable([lesson.L, *(x for tie in lesson.ties for x in tie.nodes)])
@@ -80,28 +90,53 @@ def _ratio(lesson: Constrained, j: int, k: int) -> Expr:
     return lesson.graph.zero if name is None or name.node is None else name.node
 
 
-def _put_in(lesson: Constrained) -> Mapping[Expr, Expr]:
-    """Return dependent rates and their derivatives by those of the independent ones."""
-    state, graph, parts = lesson.state, lesson.graph, lesson.partition
-    rates = [graph.total(_ratio(lesson, j, k) * state.qd[k] for k in parts.independent) for j in parts.dependent]
-    put = dict(zip((state.qd[j] for j in parts.dependent), rates, strict=True))
-    faster = substitute(tangents(rates, state.acceleration), put)
-    return put | dict(zip((state.qdd[j] for j in parts.dependent), faster, strict=True))
+@dataclass(frozen=True)
+class PutIn:
+    """What is put into equations.
 
+    Attributes:
+        ratios: Y_jk of dependent velocities j and independent ones k.
+        positions: dependent coordinates, and waves of them, by the others; none where they have no such form.
+        rates: dependent rates and their derivatives by those of the independent ones.
+    """
 
-def _together(lesson: Constrained, k: int, nodes: Sequence[Expr], put: Mapping[Expr, Expr]) -> Expr:
-    """Return what belongs to velocity k, and to the dependent ones times their ratios, with those put in."""
-    whole = nodes[k] + lesson.graph.total(_ratio(lesson, j, k) * nodes[j] for j in lesson.partition.dependent)
-    return substitute([whole], put)[0]
+    lesson: Constrained
+    ratios: Mapping[tuple[int, int], Expr]
+    positions: Mapping[Expr, Expr]
+    rates: Mapping[Expr, Expr]
 
+    @classmethod
+    def of(cls, lesson: Constrained) -> PutIn:
+        """Return what is put into the equations of a lesson."""
+        state, graph, parts = lesson.state, lesson.graph, lesson.partition
+        places = [(j, k) for j in parts.dependent for k in parts.independent]
+        positions = closed_positions(lesson, parts.dependent) if len(state.q) == state.n else {}
+        ratios = {
+            (j, k): gradient(positions[state.q[j]], [state.q[k]])[0] if positions else _ratio(lesson, j, k)
+            for j, k in places
+        }
+        rates = [graph.total(ratios[j, k] * state.qd[k] for k in parts.independent) for j in parts.dependent]
+        put = dict(zip((state.qd[j] for j in parts.dependent), rates, strict=True))
+        faster = substitute(tangents(rates, state.acceleration), put)
+        put |= dict(zip((state.qdd[j] for j in parts.dependent), faster, strict=True))
+        return cls(lesson, ratios, positions, put)
 
-def _equation(lesson: Constrained, k: int, put: Mapping[Expr, Expr]) -> Expr:
-    """Return what is equal to the drive of velocity k, or zero without one."""
-    given = list(lesson.drives)
-    for j in lesson.partition.dependent:
-        if own := lesson.scene.drives[j]:
-            given[j] = given[j] - lesson.graph.symbol(own)
-    return _together(lesson, k, given, put)
+    def into(self, nodes: Sequence[Expr]) -> list[Expr]:
+        """Return nodes with rates put in, and coordinates."""
+        return list(substitute(substitute(nodes, self.rates), self.positions))
+
+    def together(self, k: int, nodes: Sequence[Expr]) -> Expr:
+        """Return what belongs to velocity k, and to the dependent ones times their ratios, with those put in."""
+        others = (self.ratios[j, k] * nodes[j] for j in self.lesson.partition.dependent)
+        return self.into([nodes[k] + self.lesson.graph.total(others)])[0]
+
+    def equation(self, k: int) -> Expr:
+        """Return what is equal to the drive of velocity k, or zero without one."""
+        given = list(self.lesson.drives)
+        for j in self.lesson.partition.dependent:
+            if own := self.lesson.scene.drives[j]:
+                given[j] = given[j] - self.lesson.graph.symbol(own)
+        return self.together(k, given)
 
 
 def _sorted(lesson: Constrained, node: Expr) -> Form | None:
@@ -130,14 +165,14 @@ def _same(a: Expr, b: Expr) -> bool:
     try:
         field = Ratios([difference := a - b])
         return evaluate([difference], field, field.values())[0].is_zero
-    except NO_SHORT_FORM:
+    except NO_FORM:
         return False
 
 
 # Solved
 
 
-def _solved(lesson: Constrained, put: Mapping[Expr, Expr], chosen: Chosen) -> list[Step]:
+def _solved(lesson: Constrained, put: PutIn, chosen: Chosen) -> list[Step]:
     """Return accelerations, and with them put in the multipliers, as far as they have a short form."""
     state, free = lesson.state, lesson.partition.independent
     found = None if lesson.scene.prescribed_velocities else accelerations(lesson, _told(lesson, put), free, chosen)
@@ -146,12 +181,12 @@ def _solved(lesson: Constrained, put: Mapping[Expr, Expr], chosen: Chosen) -> li
     blocks, forms = found
     known = {state.qdd[k]: valued(lesson, form) for k, form in zip(free, forms, strict=True)}
     for j in lesson.partition.dependent:
-        if (form := _written(lesson, substitute([put[state.qdd[j]]], known)[0])) is not None:
+        if (form := _written(lesson, substitute([put.rates[state.qdd[j]]], known)[0])) is not None:
             blocks.append(Formula("", named(state.qdd[j]), right=form))
     steps = [Step("eliminated:solved", lesson.say("eliminated.solved"), tuple(blocks), lesson.say("explicit.signs"))]
     exerted = list[Block]()
     for tie in lesson.ties:
-        node = substitute(substitute([valued(lesson, multiplier(tie))], put), known)[0]
+        node = substitute(put.into([valued(lesson, multiplier(tie))]), known)[0]
         if (form := _written(lesson, node)) is not None:
             said = lesson.say("eliminated.meaning", name=multiplier(tie), meaning=meaning(lesson, tie))
             exerted += [Formula("", multiplier(tie), right=form), said]
@@ -168,11 +203,11 @@ def _written(lesson: Constrained, node: Expr) -> Form | None:
         return None
 
 
-def _told(lesson: Constrained, put: Mapping[Expr, Expr]) -> list[Expr]:
+def _told(lesson: Constrained, put: PutIn) -> list[Expr]:
     """Return what vanishes in a motion, a node each independent velocity."""
     graph, drives = lesson.graph, lesson.scene.drives
     own = {k: graph.zero if (drive := drives[k]) is None else graph.symbol(drive) for k in lesson.partition.independent}
-    return [_equation(lesson, k, put) - force for k, force in own.items()]
+    return [put.equation(k) - force for k, force in own.items()]
 
 
 def resting_step(lesson: Constrained, chosen: Chosen) -> Step | None:
@@ -182,7 +217,7 @@ def resting_step(lesson: Constrained, chosen: Chosen) -> Step | None:
         return None
     drives = [graph.symbol(own) for own in lesson.scene.drives if own]
     still = dict.fromkeys((*state.qd, *state.qdd, *drives), graph.zero)
-    forces = substitute(_told(lesson, _put_in(lesson)), still)
+    forces = substitute(_told(lesson, PutIn.of(lesson)), still)
     forms = [form for x in forces if (form := _written(lesson, x)) is not None]
     moving = {str(x.value) for x in (*state.q, graph.symbol(TIME))}
     if len(forms) < len(forces) or any(moving.intersection(form.symbols) for form in forms):

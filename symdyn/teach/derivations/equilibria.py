@@ -199,24 +199,24 @@ def _places(
     scene, units = lesson.scene, SceneUnits(lesson.scene).coordinates
     told = {one.name: [_attitude(lesson, one, place) for place in places] for one in scene.moving if one.velocities}
     told = {name: words for name, words in told.items() if all(words)}
+    bodies = {one.name: one.child for one in scene.moving}
     turned = {q for one in scene.moving if one.name in told for q in one.coordinates[-4:]}
     shown = [k for k, q in enumerate(scene.coordinates) if q not in idle and q not in turned]
     rows: list[list[str | Words]] = [
         [
             *(_with_unit(lesson, float(place.q[k]) + 0.0, units[k]) for k in shown),
-            *(lesson.say(words[n], body=_child(scene, name)) for name, words in told.items()),
+            *(lesson.say(words[n], body=bodies[name]) for name, words in told.items()),
         ]
         for n, place in enumerate(places)
     ]
     for row, one in zip(rows, systems, strict=False):  # there may be none
+        states = zip(scene.states, one.point.u[len(scene.velocities) :], strict=True)
+        row += [_with_unit(lesson, float(x), state.unit or "1") for state, x in states]
         row += [lesson.say(f"closed.{one.stability.verdict}"), eigenvalues(lesson, _moving(one))]
-    heads = ("equilibria.kind", "closed.values") if systems else ()
-    attitudes = ["closed.attitude"] * len(told)
-    return lesson.table([*(Symbol(scene.coordinates[k]) for k in shown), *attitudes, *heads], rows)
-
-
-def _child(scene: Scene, joint: str) -> str:
-    return next(one.child for one in scene.joints if one.name == joint)
+    heads: list[str | Symbol] = [*(Symbol(scene.coordinates[k]) for k in shown), *["closed.attitude"] * len(told)]
+    if systems:
+        heads += [*(Symbol(one.name) for one in scene.states), "equilibria.kind", "closed.values"]
+    return lesson.table(heads, rows)
 
 
 def _attitude(lesson: Prose, joint: Joint, place: Equilibrium) -> str:
@@ -261,11 +261,11 @@ def _steady(lesson: Prose, idle: Sequence[str]) -> Step | None:
     rows = [(Symbol(scene.coordinates[k]), _with_unit(lesson, float(one.point.q[k]), units[k])) for k in q]
     rows += [(Symbol(scene.velocities[k]), f"{lesson.written(float(one.point.u[k]))} {rates[k]}/s") for k in u]
     verdict = lesson.say(f"closed.{one.stability.verdict}")
-    told = lesson.say("closed.next", kind=verdict, values=eigenvalues(lesson, _moving(one)))
+    key = "closed.next.driven" if any(scene.drives) else "closed.next"
+    told = lesson.say(key, kind=verdict, values=eigenvalues(lesson, _moving(one)))
     blocks = (lesson.table(("table.symbol", "table.value"), rows), told)
-    return Step(
-        "steady", lesson.say("closed.steady"), blocks, lesson.say("closed.steady.reason"), show=("centrifugal",)
-    )
+    claim, reason = lesson.say("closed.steady"), lesson.say("closed.steady.reason")
+    return Step("steady", claim, blocks, reason, show=("centrifugal",))
 
 
 def _with_unit(lesson: Prose, x: float, unit: str) -> str:

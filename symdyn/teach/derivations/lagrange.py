@@ -146,8 +146,8 @@ def power_steps(lesson: Lesson, page: Printable, chosen: Chosen) -> list[Step]:
     told = None if supports.is_zero else lesson.name("told:", "W", "s", node=supports)
     nodes, power = (nodes, power) if told is None else ([*nodes, supports], [*power, told])
     left, *parts = chosen.of(rate, *nodes)
-    parts = [0.0 if abs(x) <= NONE * max(map(abs, parts)) else x for x in parts]
     size = sum(map(abs, (*parts, *rates_of(lesson.energy, state, chosen))))
+    left, *parts = (0.0 if abs(x) <= NONE * size else x for x in (left, *parts))
     assert abs(left - sum(parts)) <= 1e-9 * (1 + size), "the power of the drives is not the rate of K + P"
     blocks: list[Block] = [Formula("E:", Form.sum((Symbol("K:"), Symbol("P:")))), Formula(symbol.name, Form.sum(power))]
     blocks += [] if told is None else [lesson.say("power.told", power=told, P=Symbol("P:"))]

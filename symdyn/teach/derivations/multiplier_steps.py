@@ -18,6 +18,9 @@ from symdyn.teach.derivations.velocities import PAGE, folded, length
 from symdyn.teach.document import Block, Formula, Letter, Matrix, Name, Step, Words
 from symdyn.teach.lesson import named, together
 
+ROD = "tie.rod"
+"""Key of the sentence about the multiplier of a rod: the condition is that of its length."""
+
 ROPE = "tie.tension"
 """Key of the sentence about the multiplier of a rope."""
 
@@ -111,6 +114,7 @@ def _owner(lesson: Constrained, ties: list[Condition]) -> Step:
     claim = lesson.say(key.removesuffix(".wound"), owner=first.owner, **places)
     told = first.words == ROPE or (first.loop and first.words == "tie.force")
     reason = lesson.once(f"{key}.reason") if told else Words(())
+    reason = lesson.once("ties.rod.reason") if first.words == ROD else reason
     show = (f"joint:{first.owner}", "velocities") if first.loop else ("velocities",)
     return Step(f"tie:{first.owner}", claim, tuple(blocks), reason, show=show)
 

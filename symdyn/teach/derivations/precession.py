@@ -14,6 +14,7 @@ Reference: Goldstein, Classical Mechanics, 5.7.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -38,7 +39,10 @@ NO_FORM = (*NO_SHORT_FORM, DerivationError)
 WIDEST = 240
 """Characters of the frequency of nutation."""
 
-TWO = Number(Fraction(2))
+TWO, HALF = Number(Fraction(2)), Fraction(1, 2)
+
+PARTS = (Fraction(1, 6), Fraction(1, 3), HALF, Fraction(2, 3), Fraction(5, 6))
+"""Inclinations in the table of precessions, over π."""
 
 
 @dataclass(frozen=True)
@@ -90,12 +94,15 @@ class Precession:
         return P if push.is_zero else P + lowest(push**2 / self.around / 2)
 
 
-def precession_steps(left: Reduced, momenta: Mapping[int, Symbol] | None = None) -> list[Step]:
+def precession_steps(
+    left: Reduced, momenta: Mapping[int, Symbol] | None = None, spins: Mapping[int, float] | None = None
+) -> list[Step]:
     """Return the steps on steady motions in closed form; none where a motion is prescribed, or nothing is short.
 
     Args:
         left: the one freedom that is left.
         momenta: by cyclic coordinate, what its momentum is called; p1, p2 by the number of the coordinate.
+        spins: by cyclic coordinate, rad/s, for which precessions are told in numbers; those of the state when left out.
     """
     if not left.cyclic or not left.couples:
         return []
@@ -109,7 +116,8 @@ def precession_steps(left: Reduced, momenta: Mapping[int, Symbol] | None = None)
         return []
     steps = list[Step]()
     kinds: tuple[Callable[[], list[Step]], ...] = (
-        lambda: _effective(one, p, told), lambda: _steady(one), lambda: _upright(one), lambda: _nutation(one)
+        lambda: _effective(one, p, told), lambda: _steady(one, spins or {}), lambda: _upright(one),
+        lambda: _nutation(one),
     )  # fmt: skip
     for kind in kinds:
         try:
@@ -208,7 +216,7 @@ def _effective(one: Precession, p: Mapping[int, Symbol], told: list[Block]) -> l
     return [Step("effective", claim, tuple(blocks), reason, show=("phase", "momenta"))]
 
 
-def _steady(one: Precession) -> list[Step]:
+def _steady(one: Precession, spins: Mapping[int, float]) -> list[Step]:
     """Return the rates at which r stays: of a quadratic equation both, and where they are real."""
     lesson, q, u = one.left.lesson, named(one.left.q), named(one.rate)
     a, b, d = (shortened(lesson, x) if not x.is_zero else Number.ZERO for x in (one.a, one.b, one.d))
@@ -220,7 +228,7 @@ def _steady(one: Precession) -> list[Step]:
         blocks.append(Formula("", u.power(2), right=shortened(lesson, -one.d / one.a)))
         blocks += [lesson.say("precession.conical")] if _hangs_alone(one) else []
     else:
-        blocks += _both(one, a, b)
+        blocks += [*_both(one, a, b), *_in_numbers(one, spins)]
     blocks += [lesson.say("precession.still", rate=u)] if one.still else []
     claim = lesson.say("precession", q=q, rate=u)
     return [Step("precession", claim, tuple(blocks), show=("centrifugal", "weights"))]
@@ -246,6 +254,29 @@ def _both(one: Precession, a: Form, b: Form) -> list[Block]:
             ends = (shortened(lesson, -one.d / one.b), shortened(lesson, -one.b / one.a))
             blocks.append(lesson.say("precession.fast", spin=named(spin), slow=ends[0], fast=ends[1]))
     return blocks
+
+
+def _in_numbers(one: Precession, spins: Mapping[int, float]) -> list[Block]:
+    """Return what is left where the first coefficient vanishes, and both rates over the inclination."""
+    lesson, left, rate = one.left.lesson, one.left, named(one.rate)
+    level = lesson.graph.cos(left.q)
+    if len(one.spins) != 1 or not left.turns or not lowest(substitute([one.a], {level: lesson.graph.zero})[0]).is_zero:
+        return []
+    ((s, spin),) = one.spins.items()
+    value = spins.get(s) or left.chosen.of(lesson.momenta[s] / one.M[s, s])[0]
+    rows = list[list[str | Form]]()
+    for part in PARTS:
+        at = left.chosen.with_values({left.q: float(part) * math.pi, spin: value})
+        a, b, d = (0.0 if part == HALF else at.of(one.a)[0], *at.of(one.b, one.d))
+        root, slow = b * b - 4 * a * d, -1 if b < 0 else 1
+        found = (
+            [-d / b] if not a else [] if root < 0 else [(-b + k * slow * math.sqrt(root)) / (2 * a) for k in (1, -1)]
+        )
+        told = [f"{lesson.written(x)} rad/s" for x in found]
+        rows.append([Form.product((Number(part), Pi())), *told, *["–"] * (2 - len(told))])
+    said = lesson.say("precession.level", wave=Form.of(level), rate=rate, slow=shortened(lesson, -one.d / one.b))
+    table = lesson.table([named(left.q), "precession.slow", "precession.quick"], rows)
+    return [said, lesson.say("precession.numbers", spin=named(spin), value=f"{lesson.written(value)} rad/s"), table]
 
 
 def _hangs_alone(one: Precession) -> bool:

@@ -12,11 +12,12 @@ from math import sqrt
 
 from symdyn.algebra import Form, Number, Symbol
 from symdyn.emit.print import latex_symbols
-from symdyn.graph import Expr, tangents
-from symdyn.scene import Scene, SceneUnits, without_hidden_zeros
+from symdyn.graph import Expr, reachable, tangents
+from symdyn.scene import Quantity, Scene, SceneUnits, without_hidden_zeros
 from symdyn.scene.joints import joint_motion
 from symdyn.scene.values import Joint
 from symdyn.spatial import Mat
+from symdyn.teach.derivations.eliminated import conserved_sections
 from symdyn.teach.derivations.equilibria import closed_sections
 from symdyn.teach.derivations.lagrange import scene_picture, state_step, task_step, with_figures
 from symdyn.teach.derivations.multiplier_steps import (
@@ -224,7 +225,7 @@ def quaternions_walkthrough(scene: Scene, language: str = "en", until: str = "nu
     Raises:
         DerivationError: no joint turns by a quaternion, or the equations are too long to be read.
     """
-    lesson = Turning(without_hidden_zeros(scene), language)
+    lesson = _without_idle_masses(Turning(without_hidden_zeros(scene), language))
     chosen = choose_tied_motion(lesson, None if lesson.ties else choose_turned(lesson))
     last, right = UNTIL.index(until), right_sides(lesson)
     shown = scene_step(lesson, scene_picture(lesson, chosen), numbered=False)
@@ -248,12 +249,28 @@ def quaternions_walkthrough(scene: Scene, language: str = "en", until: str = "nu
     if last >= 2:
         sections += _equations(lesson, right)
     if last >= 3:
-        sections += [*closed_sections(lesson), *turning_sections(lesson, chosen)]
+        kept = conserved_sections(lesson) if lesson.ties else turning_sections(lesson, chosen)
+        sections += [*closed_sections(lesson), *kept]
         steps = [state_step(lesson, chosen), forces_step(lesson, chosen), *tied_power_steps(lesson, right, chosen)]
         sections.append(lesson.section("numbers", steps))
     sections = [with_figures(section, lesson.masses) for section in sections]
     title = lesson.text("title.quaternions", scene=called(lesson.scene))
     return Document(title, language, lesson.scene, lesson.graph, lesson.names, tuple(sections), "quaternions")
+
+
+def _without_idle_masses(lesson: Turning) -> Turning:
+    """Return a lesson without letters of masses that no equation holds: of a body about a fixed point moments count."""
+    used = {str(x.value) for x in reachable([lesson.L, *lesson.acting])}
+    parameters = lesson.scene.parameters
+    idle = {
+        Quantity.symbol(one.name): one.value for one in parameters if one.name not in used and one.value is not None
+    }
+    bodies = tuple(replace(one, mass=idle.get(one.mass, one.mass)) for one in lesson.scene.bodies)
+    if bodies == lesson.scene.bodies:
+        return lesson
+    gone = {one.mass for one in lesson.scene.bodies} & idle.keys()
+    kept = tuple(one for one in parameters if Quantity.symbol(one.name) not in gone)
+    return Turning(replace(lesson.scene, bodies=bodies, parameters=kept), lesson.language)
 
 
 def _equations(lesson: Turning, right: tuple[Form, ...]) -> list[Section]:

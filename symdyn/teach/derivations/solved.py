@@ -37,6 +37,9 @@ LARGE = 20
 SMALL = 1e-9
 """Of a comparison in numbers, relative."""
 
+LARGE = 20
+"""A number below the line that is no fraction of a textbook."""
+
 NO_SHORT_FORM = (DerivationError, KeyError, OverflowError, ZeroDivisionError)
 """What says that no quotient of polynomials in sines is found, or none that is short."""
 
@@ -67,7 +70,7 @@ class Quotients:
         if under and letters and len(sums) == 1 and len(above[sums[0]].terms) == 2:
             spread = _divided(above[sums[0]], under)
             above, under = ([*above[: sums[0]], spread, *above[sums[0] + 1 :]], []) if spread else (above, under)
-        return sorted(above, key=self._place), sorted(under, key=self._place)
+        return _in_decimals(self.lesson, sorted(above, key=self._place), sorted(under, key=self._place))
 
     def _place(self, form: Form) -> tuple[int, int]:
         """Return where a factor stands: numbers, parameters, other letters, functions of letters, sums, what moves.
@@ -118,6 +121,20 @@ def shortest(node: Expr, scene: Scene, state: State) -> Form | None:
         return Compactor.of([node], (*state.q, *state.qd, *state.qdd), parallel)(node)
     except (DerivationError, KeyError):
         return None
+
+
+def _in_decimals(lesson: Lesson, above: list[Form], under: list[Form]) -> tuple[list[Form], list[Form]]:
+    """Return a quotient without a number below the line that decimals of the scene have made: 981/100 is 9.81."""
+    number = under[0].value if under and isinstance(under[0], Number) else Fraction(1)
+    if number < LARGE or 10**9 % number:
+        return above, under
+    sums = [k for k, x in enumerate(above) if isinstance(x, Sum)]
+    small = not isinstance(above[0], Number) or abs(above[0].value) < LARGE
+    if len(sums) == 1 and small:
+        divided = in_sines(lesson, above[sums[0]].express(lesson.graph) / number)
+        if divided is not None:
+            return [*above[: sums[0]], _plus_first(divided), *above[sums[0] + 1 :]], under[1:]
+    return [Form.product((Number(1 / number), *above))], under[1:]
 
 
 def quotient(above: Sequence[Form], under: Sequence[Form]) -> Form:

@@ -60,6 +60,15 @@ def solutions(lesson: Constrained, unknown: Sequence[Symbol]) -> dict[Form, Form
             found |= _others(lesson, atom, value, at, forms)
 
 
+def closed_positions(lesson: Constrained, unknown: Sequence[int]) -> dict[Expr, Expr]:
+    """Return coordinates and waves of them by the others; none where one has a root, or does not follow alone."""
+    graph, q = lesson.graph, [lesson.state.q[k] for k in unknown]
+    found = {x.express(graph): value.express(graph) for x, value in solutions(lesson, list(map(named, q))).items()}
+    used = reachable(list(found.values()))
+    known = found.keys() >= set(q) and not set(q).intersection(used) and not any(x.op is Op.SQRT for x in used)
+    return found if known else {}
+
+
 def _told(wave: Form, found: Solutions) -> bool:
     """Tell whether a wave is one of an angle that is found itself."""
     return isinstance(wave, Function) and any(x in found for x in wave.args)

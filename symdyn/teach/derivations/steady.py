@@ -15,7 +15,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Op, gradient, reachable, substitute
 from symdyn.scene import SceneUnits
 from symdyn.teach.derivations.reduced import Reduced, at_bound
-from symdyn.teach.derivations.solved import in_decimals, in_sines
+from symdyn.teach.derivations.solved import in_decimals, in_sines, quotient
 from symdyn.teach.derivations.velocities import length
 from symdyn.teach.document import Block, Formula, Step, Words
 from symdyn.teach.lesson import Lesson, named, together
@@ -43,12 +43,16 @@ def steady_step(lesson: Lesson, left: Reduced) -> Step | None:
         whole = factored = Number.ZERO
     if whole != Number.ZERO and length(whole) <= LONGEST and length(factored) <= LONGEST:
         symbol = lesson.slope(W.name, r.name, slope)
-        blocks += [Formula(W.name, whole), lesson.say("steady.level"), Formula(symbol.name, factored)]
+        blocks += [
+            Formula(W.name, whole),
+            lesson.say("steady.level"),
+            Formula(symbol.name, waves_first(lesson, factored)),
+        ]
         turning = {str(lesson.state.qd[k].value) for k in left.cyclic}
         for kind, places in level_places(factored, r, turning):
             if kind == "steady.wave":
                 bounds.append(places["value"])
-                blocks += _reached(left, **places)
+                blocks += _reached(left, factored, **places)
             else:
                 blocks.append(lesson.say(kind, **places))
     blocks += _numbers(lesson, left)
@@ -91,6 +95,28 @@ def level_places(factored: Form, r: Symbol, rates: Set[str]) -> Iterator[tuple[s
         yield "steady.wave", {"wave": wave, "value": value}
 
 
+def waves_first(lesson: Lesson, form: Form) -> Form:
+    """Return a slope with sines that are factors in front, and the decimals of the scene in the rest."""
+    waves = [x for x in form.factors if isinstance(x, Function)]
+    rest = Form.product(x for x in form.factors if x not in waves)
+    return Form.product((*waves, in_sines(lesson, rest.express(lesson.graph)) or rest))
+
+
+def plain(lesson: Lesson, value: Form, of: Form) -> Form:
+    """Return a quotient both sides of which are divided by the number below the line of what it comes from."""
+    scales = [y.value for x in of.factors for y in (x, *_below(x)) if isinstance(y, Number)]
+    scale = max((x.denominator * abs(x) if x.denominator == 1 else x.denominator for x in scales), default=1)
+    sides = []
+    for side in ([x for x in value.factors if not _below(x)], [y for x in value.factors for y in _below(x)]):
+        whole = Form.product((Number(Fraction(1, int(scale))), *side))
+        sides.append(in_sines(lesson, whole.express(lesson.graph)) or whole)
+    return quotient(sides[:1], sides[1:])
+
+
+def _below(form: Form) -> tuple[Form, ...]:
+    return form.base.power(-form.exponent).factors if isinstance(form, Power) and form.exponent < 0 else ()
+
+
 def _swing(left: Reduced, value: Form) -> Form | None:
     """Return W''/m where cos r has a value, the square of the frequency of small swings there; None if not short."""
     lesson, q, qd = left.lesson, left.q, left.lesson.state.qd[left.r]
@@ -105,7 +131,7 @@ def _swing(left: Reduced, value: Form) -> Form | None:
     return form if form is not None and length(form) <= LONGEST else None
 
 
-def _reached(left: Reduced, wave: Form, value: Form) -> Iterator[Words]:
+def _reached(left: Reduced, factored: Form, wave: Form, value: Form) -> Iterator[Words]:
     """Yield where a sine has a value, from which rate on if that is told, and how fast it swings about it."""
     lesson, q = left.lesson, named(left.q)
     positive = {one.name for one in lesson.scene.parameters if one.positive}
@@ -117,8 +143,10 @@ def _reached(left: Reduced, wave: Form, value: Form) -> Iterator[Words]:
     least = Form.product((*above, *([] if others == Number.ONE else [others.power(-1)])))
     if len(squares) == 1 and len(Form.product(above).terms) == 1 and positive.issuperset(least.symbols):
         yield lesson.say("steady.from", wave=wave, value=value, square=squares[0], least=least)
+        critical = math.sqrt(left.chosen.of(least.express(lesson.graph))[0])
+        yield lesson.say("steady.critical", value=f"{lesson.written(critical)} rad/s")
     else:
-        yield lesson.say("steady.wave", wave=wave, value=value)
+        yield lesson.say("steady.wave", wave=wave, value=plain(lesson, value, factored))
     if left.led and isinstance(wave, Function) and wave.op is Op.COS and (square := _swing(left, value)):
         omega = lesson.name("steady:omega", "omega", node=None)
         yield lesson.say("steady.omega", q=q, square=omega.power(2), value=square)

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from fractions import Fraction
 
 import numpy as np
 
@@ -23,9 +22,8 @@ from symdyn.teach.derivations.charts import DASHED, Curve, Panel, chart
 from symdyn.teach.derivations.constrained import Constrained
 from symdyn.teach.derivations.precession import NO_FORM, shortened
 from symdyn.teach.derivations.reduced import zero
-from symdyn.teach.derivations.solved import in_sines, quotient
-from symdyn.teach.derivations.solved_ties import solutions
-from symdyn.teach.derivations.steady import level_places
+from symdyn.teach.derivations.solved_ties import closed_positions
+from symdyn.teach.derivations.steady import level_places, plain, waves_first
 from symdyn.teach.document import Block, Formula, Picture, Step, Words
 from symdyn.teach.lesson import named
 from symdyn.teach.shown_state import Chosen
@@ -35,6 +33,12 @@ FASTEST = 2.0
 
 PLACES = 241
 """Points of the curve."""
+
+ROWS = 6
+"""Round rates of the table, at most."""
+
+STILL = 1e-6
+"""rad/s: a frequency that is none."""
 
 
 @dataclass(frozen=True)
@@ -59,6 +63,34 @@ class OneLeft:
         """Return dW/dr in factors."""
         return Ratios.form_of(gradient(self.W, [self.lesson.state.q[self.r]])[0])
 
+    @property
+    def shown(self) -> list[int]:
+        """The coordinates whose places are told."""
+        return [k for k in range(self.lesson.state.n) if k not in self.c]
+
+    def at(self, chosen: Chosen, r: float) -> tuple[Chosen, list[str | Form | Words]]:
+        """Return a state with r, and places of coordinates there in print."""
+        lesson, units = self.lesson, SceneUnits(self.lesson.scene).coordinates
+        at = chosen.with_values({lesson.state.q[self.r]: r})
+        at = at.with_values({x: at.of(node)[0] for x, node in self.put.items() if x.op is Op.SYMBOL})
+        told = [(lesson.written(at.values[lesson.state.q[k]]), units[k]) for k in self.shown]
+        return at, [lesson.scene.in_shown_unit(*one) for one in told]
+
+    def squares(self) -> tuple[Expr, Expr]:
+        """Return ω² of small swings about a steady motion: the rate of c held, and its momentum kept.
+
+        With m of r, N of c, and M of both in K: W''/m, and (W'' + u² N'²/N)/(m - M²/N).
+        """
+        lesson, state, graph = self.lesson, self.lesson.state, self.lesson.graph
+        q, v, u = state.q[self.r], state.qd[self.r], state.qd[self.c[0]]
+        rates = {state.qd[k]: gradient(self.put[x], [q])[0] * v for k, x in enumerate(state.q) if x in self.put}
+        still = {state.q[k]: graph.zero for k in self.c}
+        (K,) = substitute(substitute(substitute([lesson.energy.K], rates), self.put), still)
+        m, M, N = (gradient(gradient(K, [x])[0], [y])[0] for x, y in ((v, v), (v, u), (u, u)))
+        (bent,) = gradient(gradient(self.W, [q])[0], [q])
+        (steeper,) = gradient(N, [q])
+        return bent / m, (bent + u**2 * steeper**2 / N) / (m - M**2 / N)
+
 
 def one_left(lesson: Constrained) -> OneLeft | None:
     """Return the coordinate that decides, where the others follow from it without roots; None where there is none."""
@@ -76,14 +108,8 @@ def one_left(lesson: Constrained) -> OneLeft | None:
     if not all(x.is_zero for x in acting) or graph.symbol(TIME) in reachable([whole]):
         return None
     for r in others:
-        unknown = [state.q[k] for k in others if k != r]
-        found = solutions(lesson, [named(q) for q in unknown])
-        put = {x.express(graph): value.express(graph) for x, value in found.items()}
-        (W,) = substitute([whole], put)
-        used = reachable([W, *put.values()])
-        known = all(q in put for q in unknown) and not set(unknown).intersection(used)
-        if known and not any(x.op is Op.SQRT for x in used):
-            return OneLeft(lesson, r, c, put, W)
+        if put := closed_positions(lesson, [k for k in others if k != r]):
+            return OneLeft(lesson, r, c, put, substitute([whole], put)[0])
     return None
 
 
@@ -122,27 +148,22 @@ def _rests(left: OneLeft, chosen: Chosen) -> list[Step]:
     (slope,) = gradient(W, [q])
     (bent,) = gradient(slope, [q])
     form, r = Ratios.form_of(slope), named(q)
-    shown = [k for k in range(state.n) if k not in left.c]
-    units, rows, singular = SceneUnits(lesson.scene).coordinates, [], False
+    rows, singular = [], False
     slopes = [x for tie in lesson.ties for x in tie.slopes]
     for value, exact in _places(form, r, chosen, left):
-        at = chosen.with_values({q: value})
-        at = at.with_values({x: at.of(node)[0] for x, node in left.put.items() if x.op is Op.SYMBOL})
+        at, cells = left.at(chosen, value)
         A = np.array(at.of(*slopes)).reshape(len(lesson.ties), -1)
         singular |= int(np.linalg.matrix_rank(A, tol=1e-9)) < len(A)
-        cells: list[str | Form | Words] = [
-            exact if k == left.r and exact is not None
-            else lesson.scene.in_shown_unit(lesson.written(at.values[state.q[k]]), units[k])
-            for k in shown
-        ]  # fmt: skip
+        if exact is not None:
+            cells[left.shown.index(left.r)] = exact
         rows.append([*cells, lesson.say("equilibria.stable" if at.of(bent)[0] > 0 else "equilibria.unstable")])
     if not singular:
         return []
     P = lesson.name("P:tied", "P", node=W)
     symbol = lesson.slope(P.name, r.name, slope)
     blocks: list[Block] = [
-        Formula(symbol.name, _waves_first(lesson, form)),
-        lesson.table([*(named(state.q[k]) for k in shown), "equilibria.kind"], rows),
+        Formula(symbol.name, waves_first(lesson, form)),
+        lesson.table([*(named(state.q[k]) for k in left.shown), "equilibria.kind"], rows),
         lesson.say("tied.singular"),
     ]
     claim = lesson.say("tied.rests", r=r)
@@ -163,44 +184,25 @@ def _turning(left: OneLeft, chosen: Chosen) -> list[Step]:
     blocks: list[Block] = [
         Formula(W.name, shortened(lesson, left.W)),
         lesson.say("steady.level"),
-        Formula(symbol.name, _waves_first(lesson, form)),
+        Formula(symbol.name, waves_first(lesson, form)),
     ]
     for key, places in level_places(form, r, {str(u.value)}):
         least = _least(left, places["value"], u) if key == "steady.wave" else None
-        shown = {name: _plain(lesson, one, form) if name == "value" else one for name, one in places.items()}
+        shown = {name: plain(lesson, one, form) if name == "value" else one for name, one in places.items()}
         if least is None:
             blocks.append(lesson.say(key, **shown))
             continue
-        told = _plain(lesson, Ratios.form_of(least), form)
+        told = plain(lesson, Ratios.form_of(least), form)
         blocks.append(lesson.say("steady.from", **shown, square=named(u).power(2), least=told))
         critical, wave = chosen.of(least)[0], places["wave"]
         if critical > 0 and isinstance(wave, Function) and wave.op is Op.COS:
-            blocks.append(_curve(left, chosen, places["value"].express(lesson.graph), math.sqrt(critical)))
+            value, rate = places["value"].express(lesson.graph), math.sqrt(critical)
+            blocks.append(lesson.say("steady.critical", value=f"{lesson.written(rate)} rad/s"))
+            last = FASTEST * max(abs(chosen.values[u]), rate)
+            blocks += [_curve(left, chosen, value, rate, last), *_numbers(left, chosen, value, rate, last)]
     claim = lesson.say("tied.turning", q=r, c=named(state.q[left.c[0]]))
     reason = lesson.say("steady.led.reason", W=W)
     return [Step("steady.curve", claim, tuple(blocks), reason, show=("centrifugal", "weights"))]
-
-
-def _waves_first(lesson: Constrained, form: Form) -> Form:
-    """Return a slope with sines that are factors in front, and the decimals of the scene in the rest."""
-    waves = [x for x in form.factors if isinstance(x, Function)]
-    rest = Form.product(x for x in form.factors if x not in waves)
-    return Form.product((*waves, in_sines(lesson, rest.express(lesson.graph)) or rest))
-
-
-def _plain(lesson: Constrained, value: Form, of: Form) -> Form:
-    """Return a quotient both sides of which are divided by the number below the line of what it comes from."""
-    scales = [y.value for x in of.factors for y in (x, *_below(x)) if isinstance(y, Number)]
-    scale = max((x.denominator * abs(x) if x.denominator == 1 else x.denominator for x in scales), default=1)
-    sides = []
-    for side in ([x for x in value.factors if not _below(x)], [y for x in value.factors for y in _below(x)]):
-        whole = Form.product((Number(Fraction(1, int(scale))), *side))
-        sides.append(in_sines(lesson, whole.express(lesson.graph)) or whole)
-    return quotient(sides[:1], sides[1:])
-
-
-def _below(form: Form) -> tuple[Form, ...]:
-    return form.base.power(-form.exponent).factors if isinstance(form, Power) and form.exponent < 0 else ()
 
 
 def _least(left: OneLeft, value: Form, u: Expr) -> Expr | None:
@@ -219,11 +221,10 @@ def _least(left: OneLeft, value: Form, u: Expr) -> Expr | None:
     return -2 * rest / second
 
 
-def _curve(left: OneLeft, chosen: Chosen, value: Expr, critical: float) -> Picture:
+def _curve(left: OneLeft, chosen: Chosen, value: Expr, critical: float, last: float) -> Picture:
     """Return r over the rate: both branches, that of r = 0 dashed from the critical rate on."""
     lesson, state = left.lesson, left.lesson.state
     u, fixed = state.qd[left.c[0]], {x: one for x, one in chosen.values.items() if x is not state.qd[left.c[0]]}
-    last = FASTEST * max(abs(chosen.values[u]), critical)
     x = np.linspace(0.0, last, PLACES)
     cosine = np.array([float(evaluate([value], Floats(), {**fixed, u: one})[0]) for one in x])
     with np.errstate(invalid="ignore"):
@@ -240,3 +241,22 @@ def _curve(left: OneLeft, chosen: Chosen, value: Expr, critical: float) -> Pictu
     panel = Panel(across, up, (0.0, 0.0), (last, math.pi / 2), curves, (), (False, True))
     title = lesson.text("tied.curve.alt", scene=lesson.scene.name)
     return Picture(chart(title, [panel], lesson.written, "steady-"), lesson.say("tied.curve"), title, "steady")
+
+
+def _numbers(left: OneLeft, chosen: Chosen, value: Expr, critical: float, last: float) -> list[Block]:
+    """Return the table of the branch over the rate, with both frequencies, and what tells them apart."""
+    lesson, state, u, squares = left.lesson, left.lesson.state, left.lesson.state.qd[left.c[0]], left.squares()
+    step = min(x for k in range(-9, 9) for x in (10.0**k, 2 * 10.0**k, 5 * 10.0**k) if x * ROWS >= last)
+    whole = [k * step for k in range(1, ROWS + 1) if critical < k * step <= last]
+    rows = []
+    for rate in sorted({critical, *whole, max(abs(chosen.values[u]), critical)}):
+        turning = chosen.with_values({u: rate})
+        (cosine,) = turning.of(value)
+        at, places = left.at(turning, math.acos(max(cosine, -1.0)) if cosine < 1 - STILL**2 else 0.0)
+        found = [math.sqrt(x) if x > STILL**2 else 0.0 for x in at.of(*squares)]
+        rows.append([f"{lesson.written(rate)} rad/s", *places, *(f"{lesson.written(x)} rad/s" for x in found)])
+    c, own = named(state.q[left.c[0]]), lesson.scene.drives[left.c[0]]
+    heads: list[str | Symbol] = [named(u), *(named(state.q[k]) for k in left.shown), "tied.held", "tied.free"]
+    said = lesson.say("tied.apart", c=c, rate=named(u), q=named(state.q[left.r]))
+    drive = [lesson.say("tied.drive", drive=Symbol(own))] if own else []
+    return [lesson.say("steady.numbers.led"), lesson.table(heads, rows), said, *drive]

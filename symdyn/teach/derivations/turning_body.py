@@ -11,13 +11,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import acos
 
 from symdyn.algebra import Form, Ratios, Symbol
 from symdyn.dynamics.mechanism import TIME
 from symdyn.emit.print import latex_symbols
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, gradient, reachable, tangents
+from symdyn.graph import Expr, gradient, reachable, substitute, tangents
 from symdyn.scene import Quantity, Scene
+from symdyn.scene.joints import start_of
 from symdyn.scene.values import Body, Joint, Pose
 from symdyn.spatial import Mat
 from symdyn.teach.derivations.precession import NO_FORM, lowest, precession_steps, shortened
@@ -32,12 +34,10 @@ EULER = ("psi", "theta", "phi")
 
 
 def turning_sections(lesson: Turning, chosen: Chosen) -> list[Section]:
-    """Return what is conserved, and steady motions; none of a mechanism that conditions tie."""
-    if lesson.ties:
-        return []
+    """Return what is conserved, and steady motions, of a mechanism that no conditions tie."""
     found = {
         "after.conserved": _conserved(lesson),
-        "after.steady": [*_spins(lesson, chosen), *_top(lesson)],
+        "after.steady": [*_spins(lesson, chosen), *_top(lesson, chosen)],
     }
     return [lesson.section(key, steps) for key, steps in found.items() if steps]
 
@@ -164,7 +164,7 @@ def _spin(lesson: Turning, own: range, k: int, chosen: Chosen) -> tuple[str, For
 # A symmetric top
 
 
-def _top(lesson: Turning) -> list[Step]:
+def _top(lesson: Turning, chosen: Chosen) -> list[Step]:
     """Return how a symmetric body about a fixed point precesses, by Euler's angles; none of other mechanisms."""
     scene = lesson.scene
     if len(scene.bodies) != 1 or scene.elements or [joint.type for joint in scene.joints] != ["spherical"]:
@@ -196,11 +196,23 @@ def _top(lesson: Turning) -> list[Step]:
         lesson.say("turning.angles", **places),
         Formula("", named(spin), right=shortened(twin, twin.state.qd[2] + twin.state.qd[0] * turn)),
         Formula("p:euler", shortened(twin, momentum)),
+        _start(lesson, lesson.node(f"R:{joint.name},{up + 1}{axis + 1}"), own[axis], named(theta), chosen),
     ]
     claim = lesson.say("turning.top", axis=AXES[axis])
     first = Step("euler", claim, tuple(blocks), lesson.say("turning.top.reason", momentum=Symbol("p:euler")))
     momenta = {0: Symbol("p:euler"), 2: Symbol(f"p:{own[axis] + 1}")}
-    return [first, *precession_steps(left, momenta)]
+    return [first, *precession_steps(left, momenta, {2: chosen.of(spin)[0]})]
+
+
+def _start(lesson: Turning, entry: Expr, spin: int, theta: Symbol, chosen: Chosen) -> Words:
+    """Return at which inclination the scene starts, whose cosine is an entry of the rotation matrix, and the spin."""
+    start = start_of(lesson.scene)
+    position = [x.express(lesson.graph) for x in start.position]
+    (there,) = substitute([entry], dict(zip(lesson.state.q, position, strict=True)))
+    cosine, rate = chosen.of(there, start.velocity[spin].express(lesson.graph))
+    angle = lesson.equals(acos(max(-1.0, min(1.0, cosine))))
+    symbol = Symbol(lesson.scene.velocities[spin])
+    return lesson.say("turning.start", theta=theta, angle=angle, spin=symbol, rate=lesson.equals(rate))
 
 
 def _axis(body: Body) -> int | None:

@@ -9,10 +9,7 @@ from symdyn.algebra import Form, Symbol
 from symdyn.dynamics.mechanism import TIME
 from symdyn.graph import reachable, substitute
 from symdyn.linear import rests
-from symdyn.scene import SceneUnits
-from symdyn.scene.values import force_unit
 from symdyn.table import Table
-from symdyn.teach.derivations.equation_steps import coefficient_unit
 from symdyn.teach.derivations.quaternion_steps import Turning
 from symdyn.teach.derivations.turning_body import along_ground, kept
 from symdyn.teach.document import Document, Option, Section, Step, Words
@@ -121,15 +118,5 @@ class TurningQuestions(PhysicsQuestions):
 
     def unit(self) -> Asked:
         """Which unit a coefficient of inertia has, by what its product with an acceleration is."""
-        rates = SceneUnits(self.scene).velocities
         i = self.lesson.first(self.lesson.balls[0]) + len(self.lesson.balls[0].rates) - 3
-        key = f"k_z:{i + 1},{i + 1}"
-        if key not in self.names or self.scene.shown_unit("kg") != "kg":
-            return
-        right, force = coefficient_unit("qdd", (i + 1, i + 1), [x == "m" for x in rates]), force_unit(rates[i])
-        options = []
-        for unit in dict.fromkeys(("kg", "kg m", "kg m²", force)):
-            why = self.say("unit.no", unit=unit, rate=f"{rates[i]}/s²", force=force)
-            options.append(Option(Words((unit,)), unit == right, Words(()) if unit == right else why))
-        ask = self.say("unit", name=Symbol(key), i=str(i + 1), rate=named(self.lesson.state.qdd[i]))
-        yield from self.choice("unit", ask, options)
+        yield from self.unit_of(i, i, named(self.lesson.state.qdd[i]))

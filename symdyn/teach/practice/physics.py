@@ -57,6 +57,9 @@ TRIED = 12
 SLIGHT = 1e-9
 """Of the largest: no more than rounding."""
 
+UNITS = ("kg", "kg m", "kg m²")
+"""Of coefficients of inertia."""
+
 Asked = Iterator[Choice | Blank]
 
 
@@ -107,6 +110,16 @@ class PhysicsQuestions:
         told = self.say("found", left=shown, right=answer)
         hint = self.say(f"{key}.hint")
         yield Blank(name, self.say(ask, letter=shown, **places), name, shown, answer, hint, (told, *solution))
+
+    def unit_of(self, i: int, j: int, rate: Symbol) -> Asked:
+        """Yield which unit coefficient ij of inertia has, by what its product with an acceleration is."""
+        key, rates = f"k_z:{i + 1},{j + 1}", SceneUnits(self.scene).velocities
+        if key not in self.names or self.scene.shown_unit("kg") != "kg":
+            return
+        right, force = coefficient_unit("qdd", (i + 1, j + 1), [x == "m" for x in rates]), force_unit(rates[i])
+        why = {one: self.say("unit.no", unit=one, rate=f"{rates[j]}/s²", force=force) for one in (*UNITS, force)}
+        options = [Option(Words((one,)), one == right, Words(()) if one == right else no) for one, no in why.items()]
+        yield from self.choice("unit", self.say("unit", name=Symbol(key), i=str(i + 1), rate=rate), options)
 
     def placed(self, at: Iterable[tuple[Symbol, str | Form]]) -> Words:
         """Return a position: "q1 = 0, q2 = 0.5 rad"."""
@@ -365,21 +378,11 @@ class OpenQuestions(PhysicsQuestions):
 
     def unit(self) -> Asked:
         """Which unit a coefficient of inertia has, by what its product with an acceleration is."""
-        lesson, rates = self.lesson, SceneUnits(self.scene).velocities
+        lesson = self.lesson
         pairs = [(i, j) for i in range(lesson.state.n) for j in range(i + 1, lesson.state.n)] or [(0, 0)]
         M = [gradient(p, lesson.state.qd) for p in lesson.momenta]
         pair = next(((i, j) for i, j in pairs if not zero(lesson, M[i][j])), (0, 0))
-        key = f"k_z:{pair[0] + 1},{pair[1] + 1}"
-        if key not in self.names or self.scene.shown_unit("kg") != "kg":
-            return
-        i, j = pair
-        right, force = coefficient_unit("qdd", (i + 1, j + 1), [x == "m" for x in rates]), force_unit(rates[i])
-        options = []
-        for unit in dict.fromkeys(("kg", "kg m", "kg m²", force)):
-            why = self.say("unit.no", unit=unit, rate=f"{rates[j]}/s²", force=force)
-            options.append(Option(Words((unit,)), unit == right, Words(()) if unit == right else why))
-        ask = self.say("unit", name=Symbol(key), i=str(i + 1), rate=named(lesson.state.qdd[j]))
-        yield from self.choice("unit", ask, options)
+        yield from self.unit_of(*pair, named(lesson.state.qdd[pair[1]]))
 
     def reaction(self) -> Asked:
         """How large the force in the hinge is as the mechanism of one freedom passes its stable place."""

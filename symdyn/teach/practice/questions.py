@@ -21,11 +21,12 @@ from symdyn.teach.languages import fill, language_of
 from symdyn.teach.lesson import called
 from symdyn.teach.mathematics import inner
 from symdyn.teach.practice.exercises import ENOUGH, ROUNDED, is_given, quantities
-from symdyn.teach.student.diagnosis import BOUND, DRAWN, SCALED, TWINS, Diagnosis, Points, points_of
-from symdyn.teach.student.evidence import ALL_OF_IT, PLAIN, STATES, SUITS
+from symdyn.teach.student.diagnosis import BOUND, DRAWN, SCALED, SCALES, TWINS, Diagnosis, Points, points_of
+from symdyn.teach.student.evidence import ALL_OF_IT, PLAIN, STATES, SUITS, Column
 from symdyn.teach.student.grammar import CALLED, PAGE, Names
 from symdyn.teach.student.mistakes import FREE, VAGUE, Mistake
 from symdyn.teach.student.motions import rows_of
+from symdyn.teach.student.parts import SCALED as SCALED_PRICE, UNTIED, WHOLE
 from symdyn.teach.student.statements import SPEEDS
 
 FEW, BUDGET, SMALL = 300, 1000, 2
@@ -63,7 +64,8 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
     """
     scene = scene.as_parameters()
     multipliers = {name: unit for name, (unit, _) in rows_of(scene).items()}
-    names, points, diagnosis = Names(scene, tuple(multipliers)), points_of(scene, multipliers), Diagnosis(scene)
+    names, points = Names(scene, tuple(multipliers)), points_of(scene, multipliers)
+    diagnosis = Diagnosis(scene, multipliers)
     few = FEW if len(scene.velocities) <= SMALL else min(FEW, max(20, BUDGET // max(1, len(requested))))
     balanced = not scene.is_constrained and diagnosis.course is not None
     balances = {key: left for key, (left, _) in requested.items() if balanced and left.startswith(BALANCED)}
@@ -81,6 +83,7 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         "twins": TWINS,
         "bound": BOUND,
         "scaled": SCALED,
+        "scales": SCALES,
         "united": [
             key
             for key, row in values.items()
@@ -97,6 +100,7 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         },
         "points": [dict(point) for point in points.at],
         "values": values,
+        "named": {key: sorted(found) for key, (left, _) in requested.items() if (found := _named(diagnosis, left))},
         "balances": {key: _balance(diagnosis, points, left) for key, left in balances.items()},
         "mistakes": {
             key: [_row(one, numbers) for one, numbers in _marked(diagnosis, points, left, form, key in balances, few)]
@@ -105,7 +109,7 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         "marks": {"plain": points.marks(), "free": points.marks(True)},
         "pairs": points.pairs,
         "motions": _motions(diagnosis, requested),
-        "terms": {key: found for key, (left, _) in requested.items() if (found := _terms(diagnosis, left))},
+        "terms": {key: told for key, (left, _) in requested.items() if (told := _terms(diagnosis, left))},
         "apart": _apart(diagnosis),
         "grammar": PAGE,
         "speeds": SPEEDS.pattern,
@@ -144,7 +148,14 @@ def _motions(diagnosis: Diagnosis, requested: Mapping[str, tuple[str, Form]]) ->
         }
         for one in motions.groups
     ]
-    return {"names": names, "groups": groups, "asked": asked, "free": FREE, "multipliers": list(rows_of(scene))}
+    return {
+        "names": names,
+        "groups": groups,
+        "asked": asked,
+        "free": FREE,
+        "multipliers": list(rows_of(scene)),
+        "keeps": bool(scene.constraints),
+    }
 
 
 def _on(values: Sequence[Mapping[str, Sequence[float]]]) -> list[dict[str, list[float]]]:
@@ -152,24 +163,33 @@ def _on(values: Sequence[Mapping[str, Sequence[float]]]) -> list[dict[str, list[
     return [{kind: [_digits(x) for x in row] for kind, row in group.items()} for group in values]
 
 
-def _terms(diagnosis: Diagnosis, left: str) -> dict[str, Any] | None:
+def _terms(diagnosis: Diagnosis, left: str) -> list[dict[str, Any]]:
     """Return what tells the terms of a result apart: their kinds, formulas in MathML and values, and handles."""
-    evidence = diagnosis.evidence(left.replace("solved:", "tau:"))
-    if evidence is None:
-        return None
-    shown = Latex(latex_symbols(diagnosis.scene))
-    rows = [
-        [one.kind, inner(shown(one.form)) if one.form is not None else "", [_digits(x) for x in one.values]]
-        for one in evidence.columns
+    shown = Latex(latex_symbols(diagnosis.scene, tuple(diagnosis.others)))
+    every = diagnosis.evidence(left.replace("solved:", "tau:"))
+
+    def columns(of: Sequence[Column]) -> list[list[Any]]:
+        return [
+            [one.kind, inner(shown(one.form)) if one.form is not None else "", _row12(one.values), one.squared]
+            for one in of
+        ]
+
+    return [
+        {
+            "rows": columns(one.columns),
+            "beside": columns(one.beside),
+            "right": _row12(one.right),
+            "handles": [[list(map(dict, x.steps)), _row12(x.right), x.parameter] for x in one.handles],
+            "free": one.free,
+            "tied": one.tied,
+            "multipliers": one.how == "rows",
+        }
+        for one in every
     ]
-    handles = [[list(map(dict, one.steps)), [_digits(x) for x in one.right]] for one in evidence.handles]
-    return {
-        "rows": rows,
-        "right": [_digits(x) for x in evidence.right],
-        "handles": handles,
-        "free": evidence.free,
-        "tied": evidence.tied,
-    }
+
+
+def _row12(values: Sequence[float]) -> list[float]:
+    return [_digits(x) for x in values]
 
 
 def _apart(diagnosis: Diagnosis) -> dict[str, Any] | None:
@@ -186,6 +206,8 @@ def _apart(diagnosis: Diagnosis) -> dict[str, Any] | None:
         "vague": [*VAGUE, "coupling"],
         "plain": PLAIN,
         "whole": ALL_OF_IT,
+        "times": WHOLE,
+        "prices": (SCALED_PRICE, UNTIED),
     }
 
 
@@ -196,6 +218,12 @@ def front(diagnosis: Diagnosis, left: str) -> Form:
         return Symbol(acceleration_name(diagnosis.scene.velocities[i]))
     assert diagnosis.course is not None, "an equation of a lesson has a course"
     return Form.of(diagnosis.drive(i) + diagnosis.course.right.Q[i])
+
+
+def _named(diagnosis: Diagnosis, left: str) -> set[str]:
+    """Return the parameters of an equation, where units of its terms can be told; none of others."""
+    told = left.startswith(BALANCED) and diagnosis.course is not None and diagnosis.points.scaled
+    return diagnosis.named(int(left.partition(":")[2]) - 1) if told else set()
 
 
 def _row(one: Mistake, numbers: Sequence[float]) -> list[str | float]:
@@ -224,7 +252,9 @@ def _balance(diagnosis: Diagnosis, points: Points, left: str) -> dict[str, Any]:
 def _marked(
     diagnosis: Diagnosis, points: Points, left: str, form: Form, balanced: bool, few: int
 ) -> list[tuple[Mistake, Sequence[float]]]:
-    """Return the mistakes of a quantity with what marks them."""
+    """Return the mistakes of a quantity with what marks them; none of an equation that rows tie to others."""
+    if left.startswith(BALANCED) and not balanced:
+        return []
     key = f"tau:{left.partition(':')[2]}" if balanced else left
     known = diagnosis.of(key, form, few)
     if not known:

@@ -9,20 +9,20 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-from symdyn.algebra import Form, Ratios, Symbol
+from symdyn.algebra import Form
 from symdyn.arguments import argument
 from symdyn.emit.print import refuse_too_long
 from symdyn.errors import EmitError, NoValueError, choice
-from symdyn.scene import Quantity, Scene, SceneLike, scene_of, with_symbols
+from symdyn.scene import Quantity, Scene, SceneLike, SceneUnits, scene_of, with_symbols
 from symdyn.scene.forces import FORCES
 from symdyn.spatial import zero_vector
 from symdyn.teach.derivations import lagrange, multipliers, quaternions
 from symdyn.teach.derivations.dalembert import walkthrough as dalembert
 from symdyn.teach.derivations.dalembert.side_by_side import side_by_side
-from symdyn.teach.derivations.velocities import folded
-from symdyn.teach.document import Document, Formula, Step, Words
+from symdyn.teach.derivations.own_states import with_states
+from symdyn.teach.document import Document, Step, Words
 from symdyn.teach.languages import language_of, languages
-from symdyn.teach.lesson import SMALL_SCENE, Prose, apart, is_tied, together
+from symdyn.teach.lesson import SMALL_SCENE, Prose, apart, is_tied
 from symdyn.teach.practice.exercises import GRADES, with_exercises
 from symdyn.teach.practice.questions import sheet
 from symdyn.teach.practice.variants import Variant, variant, with_changes
@@ -56,20 +56,6 @@ def _compared(scene: Scene, language: str, until: str) -> Document:
     place = next((k for k, one in enumerate(document.sections) if one.key == "errata"), len(document.sections))
     both = prose.section("formulations", [table])
     return replace(document, sections=(*document.sections[:place], both, *document.sections[place:]))
-
-
-def _with_rates(document: Document, declared: Scene) -> Document:
-    """Return a lesson with the rates of states, and without what holds for states that stay as they are."""
-    prose, states = Prose(document.scene, document.language, dict(document.names)), declared.states
-    names = together([Symbol(one.name) for one in states])
-    blocks = [
-        folded(prose, Formula(prose.rate(one.name, None).name, Ratios.form_of(one.rate.express(document.graph))))
-        for one in states
-    ]
-    step = Step("states", prose.say("states", names=names), tuple(blocks), prose.say("states.reason", names=names))
-    first, *others = [one for one in document.sections if not one.key.startswith("after.")]
-    sections = (first, prose.section("states", [step]), *others)
-    return replace(document, sections=sections, names=prose.names)
 
 
 def _with_matter(document: Document) -> Document:
@@ -149,7 +135,7 @@ def walkthrough(
     ):
         if value not in known:
             raise EmitError(f"{name} {value!r} is not known; {choice(value, known)}")
-    scene = apart(with_letters(scene.in_language(language), language), language)
+    scene = masses_first(apart(with_letters(scene.in_language(language), language), language))
     chosen = FORMULATIONS[formulation]
     until = until or chosen.until[-1]
     if until not in chosen.until:
@@ -159,7 +145,7 @@ def walkthrough(
     except NoValueError as fault:
         raise NoValueError(f"{scene.name}: where the lesson shows numbers, such as at a dead centre: {fault}") from None
     document = _with_matter(document)
-    document = _with_rates(document, declared) if declared.states else document
+    document = with_states(document, declared) if declared.states else document
     document = replace(document, brief=detail == "brief")
     refuse_too_long(scene.name, f"the lesson by {formulation}", document.forms(), _shorter())
     return document
@@ -176,6 +162,15 @@ def with_letters(scene: Scene, language: str = "en") -> Scene:
         return scene
     named, said = _axes_alike(with_symbols(scene, "all")), language_of(language).letter
     return replace(named, parameters=tuple(replace(one, text=said(one.text)) for one in named.parameters))
+
+
+def masses_first(scene: Scene) -> Scene:
+    """Return a scene with masses, then moments of inertia, before other parameters: m l² is printed, not l² m."""
+    units = SceneUnits(scene).inferred
+    order = ("kg", "kg m", "kg m^2")
+    place = {one.name: order.index(units[one.name]) if units[one.name] in order else 3 for one in scene.parameters}
+    parameters = sorted(scene.parameters, key=lambda one: place[one.name])
+    return replace(scene, parameters=tuple(parameters))
 
 
 def _axes_alike(scene: Scene) -> Scene:

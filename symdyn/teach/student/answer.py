@@ -56,6 +56,8 @@ class Answer:
         multiplied: multipliers that stand in an energy, each times a condition, as they may.
         forgotten: the coordinate q whose -dK/dq is all that is missing; "" for none.
         mistake: the rule that was forgotten, None for none.
+        read: the statement as it was read, "" where nothing was.
+        stars: runs of names in it that were read as products, as products.
     """
 
     line: int
@@ -70,6 +72,8 @@ class Answer:
     multiplied: tuple[str, ...] = ()
     forgotten: str = ""
     mistake: Mistake | None = None
+    read: str = ""
+    stars: tuple[str, ...] = ()
 
     @property
     def right(self) -> bool:
@@ -79,6 +83,12 @@ class Answer:
     def in_words(self, language: str = "en") -> list[str]:
         """Return it as lines: see `in_words`."""
         return in_words(self, language)
+
+    def as_read(self, language: str = "en") -> list[str]:
+        """Return as lines how the statement was read, as a page shows it below its box."""
+        say = language_of(language).lesson
+        stars = [f"  {say['answer.stars'].format(text=', '.join(self.stars))}"] if self.stars else []
+        return [*stars, f"  {say['answer.echo']}: {self.read}"]
 
     def as_dict(self) -> dict[str, Any]:
         """Return what became of one statement, for JSON; formulas as text."""
@@ -97,7 +107,9 @@ class Answer:
             "valued": list(self.valued),
             "multiplied": list(self.multiplied),
         }
-        return told | {"forgotten": self.forgotten, "differences": differences}
+        return told | {
+            "forgotten": self.forgotten, "differences": differences, "read": self.read, "stars": list(self.stars),
+        }  # fmt: skip
 
 
 def in_words(answer: Answer, language: str = "en") -> list[str]:
@@ -154,14 +166,14 @@ def _named(name: str, say: Mapping[str, str]) -> str:
     return f"{say[head]} {number}" if head in say else name
 
 
-def _short(form: Form | None) -> str:
+def short(form: Form | None) -> str:
     """Return a form as text, the beginning of one that is very long."""
     text = text_of(form) if form is not None else ""
     return text if len(text) <= LONGEST else f"{text[:LONGEST]} ..."
 
 
 def _difference(difference: Difference, say: Mapping[str, str]) -> str:
-    found, right = _short(difference.found), _short(difference.right)
+    found, right = short(difference.found), short(difference.right)
     symbols: Sequence[str] = [*difference.symbols, "", ""]
     return say[difference.kind].format(
         found=found,

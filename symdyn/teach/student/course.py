@@ -49,6 +49,7 @@ class Parts:
         arm: see base.
         spin: ½ ω·I ω, with the work of an offset.
         relative: of `arm` and spin, with no rate but that of the last hinge: velocity of the arm, m/s, and spin, J.
+        lone: K with no rate but that of the last joint, J.
         rigid: whether it has a moment of inertia.
     """
 
@@ -58,6 +59,7 @@ class Parts:
     arm: Vec
     spin: Expr
     relative: tuple[Vec, Expr]
+    lone: Expr
     rigid: bool
 
 
@@ -104,7 +106,14 @@ class Course:
             alone = {q: u if str(q.value) in own else self.graph.zero for q, u in rates.items()}
         arm = sub(mass.place, base)
         spin, still = (self._spin(mass, seeds) for seeds in (rates, alone))
-        return Parts(mass.tag, mass.m, base, arm, spin, (_rate(arm, alone), still), mass.spins)
+        joint = self.joints.get(mass.body.name)
+        while joint is not None and not joint.moves:
+            joint = self.joints.get(joint.parent)
+        last = set(joint.coordinates) if joint is not None else set()
+        own_rates = {q: u if str(q.value) in last else self.graph.zero for q, u in rates.items()}
+        v = _rate(mass.place, own_rates)
+        lone = mass.m * dot(v, v) / 2 + self._spin(mass, own_rates)
+        return Parts(mass.tag, mass.m, base, arm, spin, (_rate(arm, alone), still), lone, mass.spins)
 
     def _hinge(self, joint: Joint | None) -> Joint | None:
         """Return the nearest joint that turns a body, at it or on the ground's side of it."""

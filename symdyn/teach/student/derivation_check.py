@@ -11,7 +11,7 @@ on the motions that are allowed, and together they forbid as much as the scene's
 
 from __future__ import annotations
 
-from collections.abc import Container, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 from symdyn.algebra import Form, Number, Symbol
@@ -31,6 +31,7 @@ from symdyn.teach.student.answer import (
     judged,
     less,
     minus,
+    short,
     untitled,
     without_slope,
 )
@@ -143,13 +144,15 @@ def check_derivation(
             near = filled.near or ((),)
             for one, form, some in zip(compared, forms, near, strict=True):
                 told = _moving(one, goal, form, some, right, diagnosis)
-                if told.right and goal.kind == "tau" and target is not None and goal != target:
-                    told = _of_another(told)
-                answers.append(_diagnosed(told, form, right, key, diagnosis))
+                if goal.kind == "tau" and target is not None and target.kind == "tau" and goal != target:
+                    answers.append(_of_other_joint(told, statement, form, goal, target, diagnosis))
+                else:
+                    answers.append(_diagnosed(told, form, right, key, diagnosis))
         if not statement.targets and not _names_only(statement, names, len(read)):
             equation = target.index[0] - 1 if target is not None and target.kind == "tau" else None
             told = _of_motion(untitled(filled, page), filled, equation, diagnosis)
             answers.append(_balanced(told, filled, equation, diagnosis))
+        answers[begun:] = _told_as(answers[begun:], statement)
         known_answers[key_of] = answers[begun:]
     return answers
 
@@ -183,12 +186,28 @@ def _of_motion(answer: Answer, statement: Statement, asked: int | None, diagnosi
         name = answer.name if asked is None else f"equation {asked + 1}"
         return answer if answer.right else Answer(answer.line, name, MOTIONS)
     if answer.right:
-        return _of_another(answer)
+        scene = diagnosis.scene
+        return _of_another(answer, "row" if scene.is_constrained and holds(less(left, other), scene) else "other")
     return answer
 
 
-def _of_another(answer: Answer) -> Answer:
-    return Answer(answer.line, answer.name, Verdict.DIFFERENT, mistake=Mistake("other", Graph().zero))
+def _of_another(answer: Answer, rule: str = "other") -> Answer:
+    """Return that a statement holds, and is not the equation that is asked for."""
+    return Answer(answer.line, answer.name, Verdict.DIFFERENT, mistake=Mistake(rule, Graph().zero))
+
+
+def _of_other_joint(
+    answer: Answer, statement: Statement, form: Form, goal: Target, target: Target, diagnosis: Diagnosis
+) -> Answer:
+    """Return the answer to a joint's drive = form where the equation of another joint is asked for."""
+    sides = replace(statement, forms=(form, Form.of(diagnosis.drive(goal.index[0] - 1))))
+    return _balanced(_of_another(answer) if answer.right else answer, sides, target.index[0] - 1, diagnosis)
+
+
+def _told_as(answers: Sequence[Answer], statement: Statement) -> list[Answer]:
+    """Return answers to a statement with how it was read."""
+    read = " = ".join([*map(str, statement.targets), *map(short, statement.forms)])
+    return [replace(one, read=read, stars=statement.stars) for one in answers]
 
 
 def _in_coordinates(statement: Statement, page: Printable) -> Statement:
@@ -229,19 +248,20 @@ def _balanced(answer: Answer, statement: Statement, asked: int | None, diagnosis
     rows = rows or [i for i, drive in enumerate(scene.drives) if not drive] or list(range(len(scene.drives)))
     for i in rows if asked is None else [asked]:
         one = None if scene.is_constrained else diagnosis.balance(i, found)
-        if one := diagnosis.told_apart(f"tau:{i + 1}", found, one):
+        if one := diagnosis.told_apart(f"tau:{i + 1}", found, one) or diagnosis.mixed(i, found):
             return replace(answer, mistake=one)
     return answer
 
 
 def _says(
-    statement: Statement, goal: Target, read: Sequence[Statement], quantities: Container[str], scene: Scene
+    statement: Statement, goal: Target, read: Sequence[Statement], quantities: Collection[str], scene: Scene
 ) -> bool:
     """Tell whether a statement says what a quantity is: K = K, L = T - V and tau1 = M_1 only say how it is called.
 
     Coefficients may go by their names in a formula of the scene's symbols; else what is named is written out as well.
     """
-    own = {str(goal), scene.drives[goal.index[0] - 1] if goal.kind == "tau" else None}
+    own = {str(goal)} & set(quantities)  # a length may be called L
+    own |= {scene.drives[goal.index[0] - 1] or ""} if goal.kind == "tau" else set()
     written = {
         str(one)
         for x in read

@@ -190,7 +190,7 @@ class Diagnosis:
     def __init__(self, scene: Scene, others: Mapping[str, str] = NONE) -> None:
         self.scene, self.others = scene, others
         self.known: dict[str, list[Mistake]] = {}
-        self.apart: dict[str, Evidence | None] = {}
+        self.apart: dict[str, list[Evidence]] = {}
 
     @cached_property
     def course(self) -> Course | None:
@@ -257,11 +257,30 @@ class Diagnosis:
                     return one
         return None
 
-    def evidence(self, key: str) -> Evidence | None:
-        """Return what tells the terms of a quantity apart, None where nothing does."""
+    def mixed(self, i: int, form: Form) -> Mistake | None:
+        """Return the mistake of an equation whose terms differ in units; None where that cannot be told.
+
+        What has numbers of the scene in place of its parameters has no units that can be told.
+        """
+        if self.course is None or not self.named(i) <= set(form.symbols):
+            return None
+        node = form.express(self._graph)
+        (first,), (other,) = self.points.values([node], [0, SCALED])
+        told = self.points.scaled and isfinite(other) and first * other != 0 and not _is_product(other / first)
+        return Mistake("dimension", node) if told else None
+
+    def named(self, i: int) -> set[str]:
+        """Return the parameters that the equation of a joint has."""
+        assert self.course is not None, "equations are those of a course"
+        node = self.course.value(f"tau:{i + 1}", self.course.right)
+        held = {str(x.value) for x in reachable([node]) if x.op is Op.SYMBOL} if node is not None else set()
+        return held & {p.name for p in self.scene.parameters}
+
+    def evidence(self, key: str) -> list[Evidence]:
+        """Return what tells the terms of a quantity apart, in each way to write it; none where nothing does."""
         if key not in self.apart:
             known = self.course is not None and self.motions is not None
-            self.apart[key] = evidence_of(self.course, self.motions, key) if known else None  # type: ignore[arg-type]
+            self.apart[key] = evidence_of(self.course, self.motions, key) if known else []  # type: ignore[arg-type]
         return self.apart[key]
 
     @cached_property
@@ -273,11 +292,19 @@ class Diagnosis:
 
     def told_apart(self, key: str, form: Form, found: Mistake | None) -> Mistake | None:
         """Return what terms of a wrong answer tell, with the mistake that was found if it suits; else that mistake."""
-        evidence = self.evidence(key)
-        if evidence is None or (found and found.rule in ALL_OF_IT):
+        every = self.evidence(key)
+        if not every or (found and found.rule in ALL_OF_IT):
             return found
         node = form.express(self._graph)
-        told = explained(evidence, self.atoms, lambda point: numbers([node], point)[0])
+        tied = bool(set(form.symbols) & set(self.others))
+        ways = [
+            (one, told)
+            for one in every
+            if (one.how == "rows" or not tied)
+            and (told := explained(one, self.atoms, lambda point: numbers([node], point)[0]))
+            if tied or one.how != "rows" or told.rules == ("untied",)
+        ]
+        evidence, told = min(ways, key=lambda way: way[1].price, default=(every[0], None))
         if told is None or (found and not told.sure and found.rule not in told.rules):
             return found
         rules, kinds = list(dict.fromkeys(told.rules)), [evidence.columns[k].kind for k in told.terms]

@@ -13,18 +13,23 @@ from typing import Union
 
 import numpy as np
 
-from symdyn.algebra import Array, Form
+from symdyn.algebra import Array, Form, Function, Power
+from symdyn.dynamics.mechanism import prescribed
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, gradient
+from symdyn.graph import Expr, gradient, substitute
 from symdyn.scene import SceneUnits
+from symdyn.spatial import dot
 from symdyn.teach.lesson import masses
 from symdyn.teach.student.course import Course
 from symdyn.teach.student.differences import split_terms
-from symdyn.teach.student.motions import Motions, Point, numbers
+from symdyn.teach.student.motions import Floating, Motions, Point, numbers
+from symdyn.teach.student.wrong_energies import from_ground
 from symdyn.unlocked import cached_property
 
 MOST = 24
 """Terms of a result that is taken apart."""
+FEW_JOINTS = 3
+"""Joints, while terms of other equations are looked at."""
 CLOSE = 1e-7
 """Of the largest value: what is nothing."""
 
@@ -44,12 +49,16 @@ STATES: Mapping[str, tuple[str, str, str]] = {
     "coupling": ("coupling", "termsign", "termfactor"),
     "cross": ("cross", "cross", "termfactor"),
     "inertia": ("term", "termsign", "termfactor"),
-    "drive": ("term", "termsign", "termfactor"),
+    "drive": ("drive", "termsign", "termfactor"),
+    "row": ("untied", "termsign", "termfactor"),
+    "prescribed": ("prescribed", "", ""),
+    "relative": ("relative", "", ""),
+    "absolute": ("absolute", "", ""),
 }
 """Rules that a column of a kind tells where it is lost, turned, or has another factor; "" for none."""
 PLAIN = ("term", "termsign", "termfactor")
 """What a term tells whose kind has no rule for it."""
-OF_BODIES = ("body", "spin", "steiner", "weight", "carried", "cross")
+OF_BODIES = ("prescribed", "body", "spin", "steiner", "weight", "carried", "cross")
 """Kinds that say more of a term than its own, if that is one of `OWN`."""
 OWN = ("inertia", "gravity")
 SUITS: Mapping[str, tuple[str, ...]] = {
@@ -70,6 +79,12 @@ class Column:
     kind: str
     form: Form | None
     values: tuple[float, ...]
+
+    @property
+    def squared(self) -> tuple[str, ...]:
+        """Return the functions that stand squared in it."""
+        powers = [x.base for x in self.form.factors if isinstance(x, Power)] if self.form is not None else []
+        return tuple(dict.fromkeys(x.op.name.lower() for x in powers if isinstance(x, Function)))
 
     def is_worth(self, row: Sequence[float]) -> bool:
         """Whether it has some values."""
@@ -94,22 +109,29 @@ class Atoms:
     every: tuple[Atom, ...]
 
     @cached_property
-    def pairs(self) -> list[tuple[Atom, Atom]]:
-        """Return what may stand for what."""
-        return [(a, b) for a, b in permutations(self.every, 2) if (a.function, a.of) != (b.function, b.of)]
+    def pairs(self) -> list[tuple[Atom, Atom, int]]:
+        """Return what a term may be times: a/b, and with the last number 1 or -1 both, or one over both."""
+        apart = [(a, b) for a, b in permutations(self.every, 2) if (a.function, a.of) != (b.function, b.of)]
+        both = [(a, b) for a, b in combinations(self.every[1:], 2) if (a, b) in set(apart)]
+        return [*((a, b, 0) for a, b in apart), *((a, b, power) for a, b in both for power in (1, -1))]
 
     @cached_property
     def quotients(self) -> Array:
-        """Return the second over the first, by pair and point."""
-        return np.array([[y / x for x, y in zip(a.values, b.values, strict=True)] for a, b in self.pairs])
+        """Return one over what a term may be times, by pair and point."""
+        values = {one: np.array(one.values) for one in self.every}
+        return np.array([values[b] / values[a] if not p else (values[a] * values[b]) ** -p for a, b, p in self.pairs])
 
 
 @dataclass(frozen=True)
 class Handle:
-    """What an equation is compared by: how symbols move, point by point, and what the right one changes by."""
+    """What an equation is compared by: how symbols move, point by point, and what the right one changes by.
+
+    `parameter` is the one that moves, "" for others: what is proportional to it all in all is not compared by it.
+    """
 
     steps: tuple[Point, ...]
     right: tuple[float, ...]
+    parameter: str = ""
 
 
 @dataclass(frozen=True)
@@ -123,6 +145,8 @@ class Evidence:
         handles: of an equation.
         free: whether a constant is.
         tied: whether rows tie motions together, so that what is one term may be another one there.
+        beside: terms of the equations of other joints.
+        how: what is written: "rows" with multipliers, "solved" with no acceleration but that of its joint, else "".
     """
 
     points: tuple[Point, ...]
@@ -131,6 +155,8 @@ class Evidence:
     handles: tuple[Handle, ...]
     free: bool
     tied: bool
+    beside: tuple[Column, ...] = ()
+    how: str = ""
 
 
 # What a result is made of
@@ -141,13 +167,44 @@ Piece = tuple[str, Union[Form, None], Shares]
 """Kind, formula and nodes."""
 
 
-def evidence_of(course: Course, motions: Motions, key: str) -> Evidence | None:
-    """Return what tells the terms of a quantity apart; None where they are too many, or not known."""
-    points, i = motions.along, int(key[4:]) - 1 if key.startswith("tau:") else None
+def evidence_of(course: Course, motions: Motions, key: str) -> list[Evidence]:
+    """Return what tells the terms of a quantity apart, of an equation in all ways to write it; few terms alone.
+
+    Where rows tie joints together an equation is that of all that moves with its joint, or has multipliers; where they
+    do not it has the accelerations of others in it, or these are eliminated.
+    """
+    i = int(key[4:]) - 1 if key.startswith("tau:") else None
+    n, tied = course.state.n, course.scene.is_constrained
+    ways = [(motions.ways, "")]
+    if i is not None and 1 < n <= FEW_JOINTS:
+        ways.append((motions.inverses, "solved"))
+    if i is not None and tied:
+        ways.append((tuple(np.eye(n).tolist() for _ in motions.along), "rows"))
+    found = (_evidence(course, motions, key, i, [_of_own(way, i) for way in one], how) for one, how in ways)
+    return [one for one in found if one is not None]
+
+
+def _of_own(way: Floating, i: int | None) -> Floating:
+    """Return the shares of joints in an equation with one of its own joint."""
+    if i is None or way[i][i] == 0:
+        return way
+    return [*way[:i], [x / way[i][i] for x in way[i]], *way[i + 1 :]]
+
+
+def _evidence(
+    course: Course, motions: Motions, key: str, i: int | None, ways: Sequence[Floating], how: str
+) -> Evidence | None:
+    """Return what tells terms apart, with the shares of joints in an equation; `how`: see `Evidence`."""
+    points, state = motions.along, course.state
+    tied = course.scene.is_constrained and how != "rows"
     try:
-        pieces = list(islice(_pieces(course, motions, key, i), 8 * MOST))
+        pieces = list(islice(_pieces(course, motions, key, i, ways), 8 * MOST))
     except DerivationError:
         return None
+    if how == "rows" and i is not None:
+        rows = [(name, G[i].express(course.graph) * course.graph.symbol(name)) for name, (_, G) in motions.rows.items()]
+        pieces += [("row", Form.of(node), [(-node, i)]) for _, node in rows if not node.is_zero]
+        pieces.append(("row", None, [(-node, i) for _, node in rows]))
     fine = [k for k, (_, form, _) in enumerate(pieces) if form is not None]
     if not 0 < len(fine) <= MOST:
         return None
@@ -156,14 +213,13 @@ def evidence_of(course: Course, motions: Motions, key: str) -> Evidence | None:
     values = [
         tuple(
             sum((1.0 if j is None or i is None else way[i][j]) * next(row) for _, j in terms)
-            for row, way in zip(known, motions.ways, strict=True)
+            for row, way in zip(known, ways, strict=True)
         )
         for _, _, terms in pieces
     ]
     right = tuple(sum(values[k][p] for k in fine) for p in range(len(points)))
     columns: list[Column] = []
-    tied = course.scene.is_constrained
-    alone = i is not None and any(way[i][j] for way in motions.ways for j in range(course.state.n) if j != i)
+    alone = tied and i is not None and any(way[i][j] for way in ways for j in range(state.n) if j != i)
     for (kind, form, _), row in zip(pieces, values, strict=True):
         size = max(map(abs, row))
         if size == 0 or (form is not None and alone):  # terms of several equations, which rows tie together
@@ -172,18 +228,44 @@ def evidence_of(course: Course, motions: Motions, key: str) -> Evidence | None:
         for k in same:
             if form is None and kind in OF_BODIES and columns[k].form is not None and columns[k].kind in OWN:
                 columns[k] = replace(columns[k], kind=kind)
-        if form is not None or not same:
+        if form is not None or not same or (kind == "relative" and i is not None):
             columns.append(Column(kind, form, row))
-    handles = tuple(_handles(course, motions, i)) if i is not None else ()
-    return Evidence(points, tuple(columns), right, handles, key in ("P:", "L:"), tied)
+    handles = tuple(_handles(course, motions, i, ways, tied, how)) if i is not None else ()
+    beside = () if i is None or tied or how else tuple(_beside(course, motions, i))
+    if tied and i is not None and not how:
+        columns += _biased(motions, i, ways, columns)
+    return Evidence(points, tuple(columns), right, handles, key in ("P:", "L:"), tied, beside, how)
 
 
-def _pieces(course: Course, motions: Motions, key: str, i: int | None) -> Iterator[Piece]:
+def _biased(motions: Motions, i: int, ways: Sequence[Floating], columns: Sequence[Column]) -> Iterator[Column]:
+    """Yield what products of rates make where rows tie accelerations to them as well, as one column."""
+    still = next((one.values for one in columns if one.kind == "rates" and one.form is None), None)
+    found = []
+    for k, (point, way, mass) in enumerate(zip(motions.along, ways, motions.masses, strict=True)):
+        share, accelerations = np.array(way[i]), np.array([point[name] for name in motions.accelerations])
+        if share[i] == 0:
+            return
+        rest = accelerations - share * accelerations[i] / share[i]
+        found.append(float(share @ np.array(mass) @ rest) + (still[k] if still else 0.0))
+    yield Column("rates", None, tuple(found))
+
+
+def _beside(course: Course, motions: Motions, i: int) -> Iterator[Column]:
+    """Yield the terms of the equations of other joints, as long as they are few."""
+    weights = [node for name, node in course.right.P.items() if name != "E"]
+    for j in range(course.state.n if course.state.n <= FEW_JOINTS else 0):
+        pieces = [x for x in _equations(course, weights, [j]) if x[1] is not None] if j != i else []
+        rows = [numbers([node for _, _, ((node, _),) in pieces], point) for point in motions.along]
+        for k, (kind, form, _) in enumerate(pieces):
+            yield Column(kind, form, tuple(row[k] for row in rows))
+
+
+def _pieces(course: Course, motions: Motions, key: str, i: int | None, ways: Sequence[Floating]) -> Iterator[Piece]:
     """Yield terms, then what belongs together."""
     graph, e, state = course.graph, course.right, course.state
     weights = [node for name, node in e.P.items() if name != "E"]
     if i is not None:
-        joints = [j for j in range(state.n) if any(way[i][j] for way in motions.ways)]
+        joints = [j for j in range(state.n) if any(way[i][j] for way in ways)]
         yield from _equations(course, weights, joints)
         return
     kinetic, gravity, elastic = graph.total(e.K.values()), graph.total(weights), e.P["E"]
@@ -193,16 +275,21 @@ def _pieces(course: Course, motions: Motions, key: str, i: int | None) -> Iterat
         yield from _terms(course, [("gravity", sign * gravity, None), ("spring", sign * elastic, None)])
         yield from (("weight", None, [(sign * node, None)]) for node in (*weights, gravity))
         yield ("static", None, [(sign * (gravity + elastic), None)])
+        for angles in from_ground(course):
+            yield ("absolute", None, [(sign * (gravity - substitute([gravity], angles)[0]), None)])
     if key in ("K:", "L:"):
         yield from _terms(course, [("inertia", kinetic, None)])
+        still = substitute([kinetic], {state.qd[k]: graph.zero for k in prescribed(course.scene, graph).place})[0]
+        yield ("prescribed", None, [(kinetic - still, None)])
         yield from _bodies(course, lambda K: [(K, None)])
     elif name in course.scene.coordinates:
         q = graph.symbol(name)
         parts = (("slope", kinetic), ("gravity", -gravity), ("spring", -elastic))
         yield from _terms(course, [(kind, course.slope(x, q), None) for kind, x in parts])
     elif key.startswith(("k_z", "dL:")) and (node := course.value(key, e)) is not None:
-        yield from _terms(course, [("inertia", node, None)])
-        if key.startswith("k_z") and len(set(key[4:].split(","))) > 1:
+        off = key.startswith("k_z") and len(set(key[4:].split(","))) > 1
+        yield from _terms(course, [("coupling" if off else "inertia", node, None)])
+        if off:
             yield ("coupling", None, [(node, None)])
 
         def share(K: Expr) -> Shares:
@@ -243,12 +330,15 @@ def _equations(course: Course, weights: Sequence[Expr], joints: Sequence[int]) -
         j = joints[0]
         turned = len(joints) == 1 and units[j] == "rad" and children[course.scene.coordinates[j]] == mass.body.name
         yield ("steiner" if turned and part.rigid else "body", None, own)
+    for angles in from_ground(course):
+        off = gravity - substitute([gravity], angles)[0]
+        yield ("absolute", None, [(course.slope(off, state.q[j]), j) for j in joints])
     still = [zero] * state.n
     yield from _bodies(course, lambda K: [(course.steps(j, K, zero)[0], j) for j in joints])
-    yield from _bodies(course, lambda K: [(course.balance(j, K, zero, still), j) for j in joints])
+    yield from _bodies(course, lambda K: [(course.balance(j, K, zero, still), j) for j in joints], turning=True)
 
 
-def _bodies(course: Course, of: Callable[[Expr], Shares]) -> Iterator[Piece]:
+def _bodies(course: Course, of: Callable[[Expr], Shares], turning: bool = False) -> Iterator[Piece]:
     """Yield what masses and moments of inertia of single bodies have in a result."""
     for part in course.parts:
         yield ("body", None, of(course.kinetic(part, spin=0)))
@@ -257,6 +347,12 @@ def _bodies(course: Course, of: Callable[[Expr], Shares]) -> Iterator[Piece]:
         yield ("carried", None, of(course.kinetic(part, cross=0, own=0, spin=0)))
         yield ("cross", None, of(course.kinetic(part, base=0, own=0, spin=0)))
         yield ("carried", None, of(course.kinetic(part, own=0, spin=0)))
+        v, spin = part.relative
+        arm = course.velocities(part)[1]
+        yield ("relative", None, of(part.spin - spin))
+        if turning:
+            yield ("relative", None, of(part.m * (dot(arm, arm) - dot(v, v)) / 2 + part.spin - spin))
+        yield ("relative", None, of(course.kinetic(part) - part.lone))
     yield from (("spin", None, of(K)) for name, K in course.right.K.items() if name.startswith("rotor "))
 
 
@@ -278,7 +374,9 @@ def _terms(course: Course, of: Sequence[tuple[str, Expr, int | None]]) -> Iterat
             yield (own, form, [(form.express(graph), j)])
 
 
-def _handles(course: Course, motions: Motions, i: int) -> Iterator[Handle]:
+def _handles(
+    course: Course, motions: Motions, i: int, ways: Sequence[Floating], tied: bool, how: str
+) -> Iterator[Handle]:
     """Yield accelerations, drives and parameters that an equation is linear in."""
     state, scene = course.state, course.scene
     nodes = [course.value(f"tau:{j + 1}", course.right) for j in range(state.n)]
@@ -288,10 +386,11 @@ def _handles(course: Course, motions: Motions, i: int) -> Iterator[Handle]:
         if node is not None
     ]
     names = [str(a.value) for a in state.qdd]
-    along = [{name: way[i][j] for j, name in enumerate(names)} for way in motions.ways]
-    steps = [along] if scene.is_constrained else [[{name: 1.0}] * len(along) for name in names]
-    beside = [*filter(None, scene.drives), *(p.name for p in scene.parameters)]
-    steps += [[{name: 1.0}] * len(along) for name in beside]
+    along = [{name: way[i][j] for j, name in enumerate(names)} for way in ways]
+    own = names[i : i + 1] if how else names
+    steps = [along] if tied and not how else [[{name: 1.0}] * len(along) for name in own]
+    parameters = [p.name for p in scene.parameters]
+    steps += [[{name: 1.0}] * len(along) for name in (*filter(None, scene.drives), *parameters)]
 
     def value(point: Point, way: Sequence[Sequence[float]]) -> float:
         return sum(w * x for w, x in zip(way[i], numbers(balances, point), strict=True) if w)
@@ -299,11 +398,11 @@ def _handles(course: Course, motions: Motions, i: int) -> Iterator[Handle]:
     for step in steps:
         rows = [
             [value(moved(p, by, n), way) for n in (0, 1, 2)]
-            for p, by, way in zip(motions.along, step, motions.ways, strict=True)
+            for p, by, way in zip(motions.along, step, ways, strict=True)
         ]
         slopes = linear(rows)
         if slopes:
-            yield Handle(tuple(step), slopes)
+            yield Handle(tuple(step), slopes, next((x for x in step[0] if x in parameters), ""))
 
 
 def moved(point: Point, by: Point, times: int) -> Point:

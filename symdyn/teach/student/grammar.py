@@ -220,6 +220,9 @@ PAGE: Mapping[str, Any] = {
 """What the program of a page reads."""
 
 
+ENERGIES = tuple(
+    (letter, "K" if letter in ("K", "T", "Ek") else "P") for letter in ("K", "T", "Ek", "P", "V", "U", "Ep")
+)
 FEW = 9  # joints, while digits side by side are read as joint numbers
 FEW_PLACES = 3  # degrees of freedom, while places are formulas that somebody writes
 CIRCULAR = {letter: Op[name.upper()] for letter, name in SHORT.items()}
@@ -374,8 +377,7 @@ class Names:
 
     def nearest(self, word: str) -> str:
         """Return a hint for an unknown word."""
-        near = len(word) <= LONGEST and get_close_matches(word, list(self.symbols), n=1, cutoff=0.5)
-        if near:
+        if near := len(word) <= LONGEST and get_close_matches(word, list(self.symbols), n=1, cutoff=0.5):
             return f"did you mean {self.symbols[near[0]]}?"
         known = list(dict.fromkeys(self.symbols.values()))
         return f"known are {', '.join(known[:14])}{', ...' if len(known) > 14 else ''}"
@@ -393,7 +395,7 @@ class Names:
     def stages(self) -> Iterator[tuple[str, Target]]:
         """Yield words for what stands on the way to the equations: K_2, P_2, v_2^2, dL/dq_1, d/dt dL/dq_1'."""
         for tag in self.tags:
-            for letter, kind in (("K", "K"), ("T", "K"), ("Ek", "K"), ("P", "P"), ("V", "P"), ("U", "P"), ("Ep", "P")):
+            for letter, kind in ENERGIES:
                 yield f"{letter}{tag}", Target(f"{kind}_{tag}", (), f"{kind}:{tag}")
             yield f"v{tag}squared", Target(f"v_{tag}^2", (), f"v2:{tag}")
         if len(self.tags) == 1:
@@ -424,8 +426,7 @@ class Names:
             for j in n:
                 found[f"kz{i}{j}"] = found[f"M{i}{j}"] = Target("k_z", (i, j))
                 found[f"kD{i}{j}"] = Target("k_D", (i, j))
-                for k in range(j + 1, len(n) + 1):
-                    found[f"kC{i}{j}{k}"] = Target("k_C", (i, j, k))
+                found |= {f"kC{i}{j}{k}": Target("k_C", (i, j, k)) for k in range(j + 1, len(n) + 1)}
             if len(n) == 2:
                 found[f"kC{i}"] = Target("k_C", (i, 1, 2))  # the only one, as (5.40) calls it
         for i, drive in enumerate(self.scene.drives, 1):
@@ -434,13 +435,10 @@ class Names:
         for name in [name for name in self.symbols if name in found and found[name].kind in ("k_z", "k_D", "k_C")]:
             if self.symbols[name] in {p.name for p in self.scene.parameters}:
                 del found[name]
-        for name in self.places:
-            if name not in self.symbols:
-                found[name] = Target(name)
+        found |= {name: Target(name) for name in self.places if name not in self.symbols}
         for word, target in self.stages:
             if word not in self.symbols:
                 found.setdefault(word, target)
-        energies = {"K": "K", "T": "K", "Ek": "K", "P": "P", "V": "P", "U": "P", "Ep": "P", "L": "L"}
-        for name, kind in energies.items():
+        for name, kind in (*ENERGIES, ("L", "L")):
             found.setdefault(name, Target(kind))
         return found

@@ -256,6 +256,7 @@ RULES = (
     "weightless", "energies", "index", "product", "slope", "chain", "convention", "friction", "coupling", "body",
     "factor", "variable", "undifferentiated", "undivided", "squared", "clockwise", "velocities", "spring", "turned",
     "term", "termsign", "termfactor", "direction", "dimension", "nothing", "multiplier", "other",
+    "power", "extra", "drive", "untied", "prescribed", "row",
 )  # fmt: skip
 """Rules by name; what each says stands in the languages' table of answers under `mistake.` and the name."""
 

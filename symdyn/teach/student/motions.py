@@ -64,11 +64,19 @@ class Motions:
         groups: see `Group`.
         along: points of one more, with all equations broken, where terms are told apart.
         ways: for each of these and each joint the motion of all that moves it, others as little as rows allow.
+        masses: for each of these the mass matrix.
+        inverses: for each of these the inverse of that, on the motions that rows allow.
+        rows: unit and entries of the rows of the scene by their multipliers.
+        accelerations: their names.
     """
 
     groups: tuple[Group, ...]
     along: tuple[Point, ...]
     ways: tuple[Floating, ...]
+    masses: tuple[Array, ...]
+    inverses: tuple[Floating, ...]
+    rows: Mapping[str, tuple[str, tuple[Form, ...]]]
+    accelerations: tuple[str, ...]
 
     def values(self, form: Form, equation: int | None = None) -> list[dict[str, list[float]]]:
         """Return what a formula is worth on the motions, by group, and where an equation is broken."""
@@ -144,11 +152,18 @@ def motions_of(scene: Scene, course: Course | None) -> Motions | None:
         if any(p.value is not None for p in scene.parameters):
             groups.append(drawing.group(declared=True))
         along, ways = drawing.along()
+        masses = [drawing.mass(point) for point in along]
+        inverses = [drawing.inverse(M, way) for M, way in zip(masses, ways, strict=True)]
     except (DerivationError, ArithmeticError, np.linalg.LinAlgError):
         return None
     every = [along, *(one for group in groups for one in (group.on, *group.off))]
     finite = all(isfinite(x) for one in every for p in one for x in p.values())
-    return Motions(tuple(groups), tuple(along), tuple(ways)) if finite else None
+    names = tuple(acceleration_name(u) for u in scene.velocities)
+    return (
+        Motions(tuple(groups), tuple(along), tuple(ways), tuple(masses), tuple(inverses), rows_of(scene), names)
+        if finite
+        else None
+    )
 
 
 class _Drawing:
@@ -185,6 +200,15 @@ class _Drawing:
                 points.append(self._solved(place, found, rng, [range(len(self.balance))])[1])
                 way.append(self._way(place, found))
         return here + there, ways[0] + ways[1]
+
+    def mass(self, point: Point) -> Array:
+        """Return the mass matrix at a point."""
+        n = len(self.balance)
+        return np.array(numbers([x for row in self.M for x in row], point)).reshape(n, n)
+
+    def inverse(self, mass: Array, way: Floating) -> Floating:
+        """Return what forces make of accelerations: the inverse of the mass matrix on the motions that rows allow."""
+        return list(np.linalg.pinv(np.array(way) @ mass @ np.array(way), rcond=1e-10).tolist())
 
     def _way(self, place: Point, found: Numbers | None) -> Floating:
         n = len(self.balance)

@@ -22,6 +22,10 @@ from symdyn.teach.student.motions import Point
 
 FACTOR = 1.5
 """The price of a wrong factor."""
+SCALED, UNTIED = 0.05, 0.02
+"""What an equation costs that is the scene's times a factor, or has multipliers or their absence."""
+WHOLE = ((-1.0, "turned"), (0.5, "factor"), (2.0, "factor"))
+"""What all of a quantity is taken times where nothing else tells, and what it was then."""
 
 
 @dataclass(frozen=True, order=True)
@@ -37,20 +41,35 @@ class Found:
 def explained(evidence: Evidence, atoms: Atoms, value: Callable[[Point], float]) -> Found | None:
     """Return what differs in a wrong answer, by its value at points; None where that cannot be told."""
     mine = [value(point) for point in evidence.points]
-    scaled = [] if evidence.handles else [mine]
+    scaled = [] if evidence.handles else [(0.0, mine)]
     for handle in evidence.handles:
         rows = [
             [x, *(value(moved(p, by, n)) for n in (1, 2))]
             for x, p, by in zip(mine, evidence.points, handle.steps, strict=True)
         ]
-        if slopes := linear(rows):
-            scaled.append([x * b / a for x, a, b in zip(mine, slopes, handle.right, strict=True)])
-    told = [found for row in scaled if (found := _search(evidence, atoms, row))]
+        slopes, of = linear(rows), handle.parameter
+        whole = [
+            abs(x - p[of] * a) <= CLOSE * abs(x)
+            for x, p, a in zip(mine, evidence.points, slopes or mine, strict=True)
+            if of
+        ]
+        if slopes and not (whole and all(whole)):
+            by = [b / a for a, b in zip(slopes, handle.right, strict=True)]
+            price = 0.0 if all(abs(abs(x) - 1) < CLOSE for x in by) else SCALED
+            scaled.append((price + UNTIED * (evidence.how == "rows"), [x * y for x, y in zip(mine, by, strict=True)]))
+    told: list[Found] = []
+    for deep in (False, True):  # two terms at once only where no single one tells
+        ways = () if told else scaled
+        found = ((more, _search(evidence, atoms, row, deep)) for more, row in ways)
+        told += [replace(one, price=one.price + more) for more, one in found if one]
+    for times, rule in () if told or evidence.handles else WHOLE:
+        one = _search(evidence, atoms, [times * x for x in mine], deep=False)
+        told += [replace(one, price=one.price + 1, rules=(rule, *one.rules))] if one else []
     return min(told, key=lambda one: one.price) if told else None
 
 
-def _search(evidence: Evidence, atoms: Atoms, mine: Sequence[float]) -> Found | None:
-    """Return the fewest columns that account for a difference."""
+def _search(evidence: Evidence, atoms: Atoms, mine: Sequence[float], deep: bool) -> Found | None:
+    """Return the fewest columns that account for a difference; `deep`: one is lost or turned, another replaced."""
     e, columns = [a - b for a, b in zip(mine, evidence.right, strict=True)], evidence.columns
     size = max(*map(abs, mine), *(abs(x) for one in columns for x in one.values))
     if not isfinite(size) or max(map(abs, e)) <= CLOSE * size:
@@ -82,14 +101,32 @@ def _search(evidence: Evidence, atoms: Atoms, mine: Sequence[float]) -> Found | 
             price = sum(_price(c) + 0.1 * (columns[n].form is None) for n, c in at)
             if first and second:
                 found.append(Found(0.25 + price, (j, k), (*first, *second), all(_price(c) < FACTOR for _, c in at)))
-    for j in () if found or evidence.tied else fine:
+    if not evidence.free:
+        found += _extra(evidence, fine, e, size, atoms, deep)
+    for j in () if found or evidence.tied or not deep else fine:
         for c in (-1.0, -2.0):
             rest = [x - c * t for x, t in zip(e, values[j], strict=True)]
             rules = _states(columns[j], c)
             for k in fine:
                 by = _replaced(columns[k], rest, atoms) if k != j else ()
                 found += [Found(3.5 + price, (j, k), (*rules, *told)) for price, told in by]
+            if not evidence.free:
+                more = _extra(evidence, fine, rest, size, atoms, deep)
+                found += [Found(1.5 + one.price, (j,), (*rules, *one.rules)) for one in more]
     return min(found) if found else None
+
+
+def _extra(
+    evidence: Evidence, fine: Sequence[int], e: Sequence[float], size: float, atoms: Atoms, deep: bool
+) -> list[Found]:
+    """Return what is too much: a term of another equation, or a term of this one with another symbol in it."""
+    told = [
+        Found(2.0 + (price - 1) / 4, (), ("extra",))
+        for one in evidence.beside
+        if (c := _share(e, one.values, size)) is not None and (price := _price(c - 1))
+    ]
+    of = [*(evidence.columns[k] for k in fine), *(() if deep else evidence.beside)]
+    return told or [Found(2.6 + price, (), ("extra",)) for one in of for price, rules in _times(one, e, atoms) if rules]
 
 
 def _of_one(columns: Sequence[Column], singles: Sequence[tuple[float, int, tuple[str, ...]]], tied: bool) -> Found:
@@ -118,6 +155,8 @@ def _states(column: Column, c: float) -> tuple[str, ...]:
         if c < -1
         else (scaled,)
     )
+    if abs(c + 2) < CLOSE and turned in ("spring", "friction"):  # they say no sign
+        told = (turned, "termsign")
     return tuple(filter(None, told)) if turned or c > -1 - CLOSE else ()
 
 
@@ -148,28 +187,36 @@ def _shares(e: Sequence[float], one: Sequence[float], two: Sequence[float], size
 
 def _replaced(column: Column, e: Sequence[float], atoms: Atoms) -> list[tuple[float, tuple[str, ...]]]:
     """Return what stands for something else in a term, t n a/b in place of t, with a price."""
+    return _times(column, [x + d for x, d in zip(column.values, e, strict=True)], atoms)
+
+
+def _times(column: Column, mine: Sequence[float], atoms: Atoms) -> list[tuple[float, tuple[str, ...]]]:
+    """Return what a term is times where it is worth this: rules, with a price."""
     t = column.values
-    if any(x == 0 or abs(x + d) <= 1e-9 * abs(x) for x, d in zip(t, e, strict=True)):
+    if any(x == 0 or abs(y) <= 1e-9 * abs(x) for x, y in zip(t, mine, strict=True)):
         return []
-    n = atoms.quotients * np.array([1 + d / x for x, d in zip(t, e, strict=True)])
+    n = atoms.quotients * np.array([y / x for x, y in zip(t, mine, strict=True)])
     turned = STATES[column.kind][1] or "termsign"
     found = []
     for k in np.flatnonzero((np.abs(n - n[:, :1]) <= CLOSE * np.abs(n[:, :1])).all(axis=1)):
-        a, b = atoms.pairs[k]
+        a, b, both = atoms.pairs[k]
         by = float(n[k, 0])
         beside = [rule for rule, told in ((turned, by < 0), ("termfactor", abs(abs(by) - 1) > 1e-6)) if told]
-        found.append((0.1 * bool(a.of and b.of) + 0.2 * len(beside), (_exchanged(a, b), *beside)))
+        price = 0.1 * bool(a.of and b.of) + 0.2 * len(beside) + 0.15 * bool(both)
+        found.append((price, (*_exchanged(a, b, both, column.squared), *beside)))
     return found
 
 
-def _exchanged(a: Atom, b: Atom) -> str:
-    """Return the rule that tells a in place of b."""
+def _exchanged(a: Atom, b: Atom, both: int, squared: Sequence[str]) -> tuple[str, ...]:
+    """Return the rules that tell a in place of b, or both too much or too little."""
+    units = {a.unit, b.unit} - {"1", "rad", "rad^2"}
+    if both or not (a.of and b.of):
+        alone = a.function or b.function
+        if alone and not both:
+            return ("power",) if alone in squared else ("trig",)
+        return ("power", "dimension") if units else ("power",)
     if a.function == b.function != "":
-        return "absolute"
+        return ("absolute",)
     if a.function or b.function:
-        return (
-            "trig"
-            if (a.function and b.function) or "1" in (a.unit, b.unit) or "rad" in (a.unit, b.unit)
-            else "dimension"
-        )
-    return "index" if a.unit == b.unit else "dimension"
+        return ("trig",) if (a.function and b.function) or not units else ("dimension",)
+    return ("index",) if a.unit == b.unit else ("dimension",)

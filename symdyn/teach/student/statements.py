@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 from symdyn.algebra import Form
 from symdyn.arguments import argument
+from symdyn.emit.print import text_of
 from symdyn.errors import TeachError
 from symdyn.scene import Scene
 from symdyn.teach.student.differences import half_unit
@@ -33,12 +34,14 @@ class Statement:
         targets: what is claimed to be known; none for an equation.
         forms: one formula for a result (or more, each claimed equal to it), two sides and more for an equation.
         near: of each formula those with one of its decimals off by half a unit of its last digit.
+        stars: runs of names that are read as products, as these: m*g*l for mgl.
     """
 
     line: int
     targets: tuple[Target, ...]
     forms: tuple[Form, ...]
     near: tuple[tuple[Form, ...], ...] = ()
+    stars: tuple[str, ...] = ()
 
     def written(self, by: Callable[[Form], Form]) -> Statement:
         """Return the statement with its formulas written in another way."""
@@ -199,6 +202,7 @@ def _statement(from_text: Source, chunk: Sequence[Token], names: Names, target: 
         targets, given[0] = [target], target
     forms = []
     near = []
+    stars: list[str] = []
     for part, known, end in zip(parts, given, ends, strict=True):
         if known is not None:
             continue
@@ -208,9 +212,18 @@ def _statement(from_text: Source, chunk: Sequence[Token], names: Names, target: 
             continue
         forms.append(parse(from_text, part, names, end))
         near.append(tuple(parse(from_text, changed, names, end) for changed in _rounded(part)))
+        stars += [starred(token.text, names) for token in part if token.kind == "word"]
     if not targets and len(forms) != 2:
         raise from_text.fault(ends[1], "an equation of motion has two sides; write a result as k_z11 = ... = ...")
-    return Statement(line, tuple(targets), tuple(forms), tuple(near))
+    return Statement(line, tuple(targets), tuple(forms), tuple(near), tuple(dict.fromkeys(filter(None, stars))))
+
+
+def starred(word: str, names: Names) -> str:
+    """Return a run of names with the stars that are read into it, m*g*l for mgl; "" for a name or none."""
+    ways = names.read(word)
+    pieces = ways[0] if len(ways) == 1 else []
+    shown = [x if isinstance(x, str) else text_of(x) if x.symbols else f"{x.op.name.lower()}(...)" for x in pieces]  # type: ignore[attr-defined]
+    return "*".join(shown) if len(pieces) > 1 else ""
 
 
 def _names(word: str, target: Target, names: Names) -> bool:

@@ -46,7 +46,7 @@ def wrong_energies(course: Course) -> Iterator[tuple[str, str, Energies]]:
     if not right.P["E"].is_zero:
         yield "spring", "", replace(right, P={**right.P, "E": zero})
         yield "spring", "", replace(right, P={**right.P, "E": -right.P["E"]})
-        yield "spring", "", replace(right, P={**right.P, "E": 2 * right.P["E"]})
+        yield "factor", "", replace(right, P={**right.P, "E": 2 * right.P["E"]})
     if any(not node.is_zero for node in right.Q):
         yield "friction", "", replace(right, Q=tuple(zero for _ in right.Q))
         yield "friction", "", replace(right, Q=tuple(-node for node in right.Q))

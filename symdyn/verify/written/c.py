@@ -197,7 +197,6 @@ def _table(file: CFile, expected: ExpectedFunction) -> Read:
 
 
 def _rows(node: Node) -> list[Node]:
-    """Return the rows of a table, or the list that is all of it."""
     declared = node.child_by_field_name("declarator")
     table = declared.child_by_field_name("value") if declared is not None else None
     if table is None or table.type != "initializer_list":
@@ -206,7 +205,6 @@ def _rows(node: Node) -> list[Node]:
 
 
 def _numbers(file: CFile, node: Node) -> Iterator[Expr]:
-    """Yield the numbers of a cell, or of a list of them."""
     if node.type == "initializer_list":
         for one in node.named_children:
             yield from _numbers(file, one)
@@ -217,7 +215,6 @@ def _numbers(file: CFile, node: Node) -> Iterator[Expr]:
 
 
 def _number(file: CFile, decimal: str, node: Node) -> Expr:
-    """Return the number of a literal with its sign."""
     size = decimal.removeprefix("-")
     value = file.text.number(size.removesuffix("f") if file.text.real == "float" else size, line_of(node))
     return file.text.negative(value, line_of(node)) if size != decimal else value
@@ -256,7 +253,6 @@ class CStatements(CReader):
             super().perform(node)
 
     def _loop(self, node: Node) -> None:
-        """Read a loop for state k; what has been set before is common to all."""
         found = LOOP.fullmatch("".join("".join(text_of(one).split()) for one in node.children[:-1]))
         if found is None or "k" in self.names or not self.laned:
             raise unread(node, "is no loop over the states of a block")

@@ -75,7 +75,6 @@ def _statements(root: Node) -> list[Node]:
 
 
 def _bound(statements: list[Node]) -> dict[str, list[Node]]:
-    """Return the statements that bind each name."""
     found: dict[str, list[Node]] = {}
     for statement in statements:
         for one in statement.children if "declaration" in statement.type else ():

@@ -91,7 +91,6 @@ def _room(node: Node | None, requested: ExpectedFunction, module: Node) -> None:
 
 
 def _type(expected: ExpectedFunction) -> str:
-    """Return the type of a result."""
     types = [f"{'typeof' if one in expected.scalars else 'eltype'}({one})" for one in expected.arguments]
     return f"float(promote_type({', '.join(types)}))" if types else "Float64"
 
@@ -122,7 +121,6 @@ def _definitions(module: Node) -> dict[str, Node]:
 
 
 def _signature(node: Node) -> Node:
-    """Return the call that a definition looks like."""
     (signature,) = (one for one in node.children if one.type == "signature")
     inner = SYNTAX.meant(signature)[0]
     if inner.type != "call_expression" or SYNTAX.meant(inner)[0].type != "identifier":
@@ -184,7 +182,6 @@ class JuliaReader(Reader):
         return len(checks)
 
     def _unchecked(self, node: Node) -> Node:
-        """Return what stands after `@inbounds`."""
         inner = SYNTAX.meant(node)
         listed = SYNTAX.meant(inner[1]) if len(inner) == 2 else []
         if text_of(inner[0]) != INBOUNDS or len(listed) != 1:
@@ -212,7 +209,6 @@ class JuliaReader(Reader):
         return name in (SINES, *CALLED) or super().hides(name)
 
     def _both(self, left: Node, right: Node) -> None:
-        """Read `s1, c1 = sincos(q_1)`."""
         targets = [one for one in SYNTAX.meant(left) if one.type not in ("(", ")", ",")]
         callee, given = self.call(right) if right.type == SYNTAX.called else (right, [])
         if text_of(callee) != SINES or SINES in self.file.functions or len(targets) != 2 or len(given) != 1:

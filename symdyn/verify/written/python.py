@@ -39,12 +39,7 @@ if TYPE_CHECKING:
     from tree_sitter import Node
 
 SYNTAX = Syntax(
-    number="float",
-    signed="unary_operator",
-    binary="binary_operator",
-    entry="subscript",
-    called="call",
-    place="integer",
+    number="float", signed="unary_operator", binary="binary_operator", entry="subscript", called="call", place="integer"
 )
 
 CODING = re.compile(rb"^[ \t\f]*#.*?coding[:=]", re.MULTILINE)

@@ -183,7 +183,7 @@ READERS: Mapping[str, Mapping[str, ReadLanguage]] = {
 """Target: ending of a file: what it is read as. Other files of a target are fixed text."""
 
 OTHERWISE: Mapping[tuple[str, str], Mapping[str, ReadLanguage]] = {
-    ("matlab", "mex"): {".c": C_BY_COLUMNS, ".h": C},  # its .m files hand on what they are given
+    ("matlab", "mex"): {".c": C_BY_COLUMNS, ".h": C}  # its .m files hand on what they are given
 }
 """Target and option whose files are read otherwise."""
 

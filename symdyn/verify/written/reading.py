@@ -57,7 +57,6 @@ class Unread(Exception):  # noqa: N818  a verdict, not an error
     """The file says something that its reader has no meaning for; carries the line and the words."""
 
     def __init__(self, line: int, words: str) -> None:
-        """Store the line, counted from 1, and what is wrong there."""
         super().__init__(f"line {line}: {words}")
         self.line, self.words = line, words
 

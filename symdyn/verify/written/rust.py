@@ -212,7 +212,6 @@ class RustReader(Reader):
             self.store(left, self.real(right))
 
     def _copy(self, left: Node, right: Node) -> None:
-        """Read `*out = *r`."""
         to, source = self.names.get(text_of(left)[1:]), self.names.get(text_of(right)[1:])
         stars = text_of(left)[0] == text_of(right)[0] == "*" and right.type == SYNTAX.signed
         if to is None or source is None or not stars or self.kind(to) != self.kind(source):
