@@ -298,6 +298,7 @@ SILENT: dict[str, str] = {
     "constraints/type": "other types have other keys, each a row by itself",
     "ropes/type": "likewise",
     "text": "what lessons and pictures call it, a body, a joint: tests/test_languages.py",
+    "inputs/rates": "adds inputs, and lets supports and joints follow",
     "bodies/text": "likewise",
     "joints/text": "likewise",
     "loop/text": "likewise",
