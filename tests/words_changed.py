@@ -332,6 +332,7 @@ SILENT: dict[str, str] = {
     "ropes/type": "likewise",
     "contacts/type": "likewise",
     "text": "what lessons and pictures call it, a body, a joint: tests/test_languages.py",
+    "inputs/rates": "adds inputs, and lets supports and joints follow",
     "bodies/text": "likewise",
     "joints/text": "likewise",
     "loop/text": "likewise",

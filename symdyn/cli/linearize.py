@@ -305,8 +305,10 @@ def _systems(scene: Scene, options: argparse.Namespace) -> tuple[list[System], S
     if options.start == REST or options.along is not None:
         where = REST if options.along is None else Path(options.along)
         return System.find(problem, where, outputs, independent, options.anywhere)
+    forces = problem.forces if scene.rates else ()
     _, start = collected(
-        lambda: problem.driving, lambda: Problem(scene, (), pairs(options.start, "--start"), rates_of(options)).initial
+        lambda: problem.driving,
+        lambda: Problem(scene, forces, pairs(options.start, "--start"), rates_of(options)).initial,
     )
     problem = replace(problem, start=start)  # type: ignore[arg-type]
     return System.find(problem, "start", outputs, independent, options.anywhere)

@@ -25,7 +25,10 @@ def run(options: argparse.Namespace) -> int:
     forces, start, _, feedback, _, _ = collected(
         lambda: Problem(scene, reported_forces(scene, options)).driving,
         lambda: (
-            Problem(scene, (), pairs(options.start, "--start"), pairs(options.start_rates, "--start-rates")).initial
+            Problem(
+                *(scene, reported_forces(scene, options) if scene.rates else ()),
+                *(pairs(options.start, "--start"), pairs(options.start_rates, "--start-rates")),
+            ).initial
         ),
         lambda: _check_feedback(options),
         lambda: (

@@ -35,7 +35,7 @@ SAMPLES = 6  # moments at which labels keep clear of lines
 
 @runtime_checkable
 class Moved(Protocol):
-    """A scene in motion, as a run is: times t, s, and positions q, shapes (N,) and (N, nq)."""
+    """A scene in motion, as a run is: times t, s, positions q, and inputs, shapes (N,), (N, nq) and (N, ni)."""
 
     @property
     def scene(self) -> Scene: ...  # noqa: D102
@@ -43,6 +43,8 @@ class Moved(Protocol):
     def t(self) -> Array: ...  # noqa: D102
     @property
     def q(self) -> Array: ...  # noqa: D102
+    @property
+    def inputs(self) -> Array: ...  # noqa: D102
 
 
 def motion_of(
@@ -52,7 +54,8 @@ def motion_of(
     if isinstance(scene, Moved):
         if times is not None or positions is not None:
             raise DrawError(f"{scene.scene.name}: a run has times and positions of its own; leave others out")
-        return scene.scene, scene.t, scene.q
+        moved = (scene.inputs, scene.t[:, None]) if scene.scene.supports else ()
+        return scene.scene, scene.t, np.hstack([scene.q, *moved])
     if times is None or positions is None:
         raise DrawError("a scene moves by times and positions: give both behind it, or a run alone")
     return scene_of(scene), times, positions

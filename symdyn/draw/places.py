@@ -176,19 +176,21 @@ class Places:
 def places(scene: Scene, q: Array, parameters: Mapping[str, float]) -> Places:
     """Return where everything is at positions q, shape (N, nq), in the scene's order; rad, m or 1.
 
-    Velocities are zero, and so is time; all free parameters have values.
+    Velocities are zero, and so is time; all free parameters have values. Behind coordinates may stand inputs and t, all
+    of them, where these move supports.
 
     Raises:
         DrawError: q has another shape, or a formula has no real value there.
     """
-    if q.ndim != 2 or q.shape[1] != len(scene.coordinates):
+    columns = (*scene.coordinates, *(one.name for one in scene.inputs), "t")
+    if q.ndim != 2 or q.shape[1] not in (len(scene.coordinates), len(columns)):
         names = ", ".join(scene.coordinates)
         raise DrawError(f"{scene.name}: positions have shape {q.shape}; give (N, {len(scene.coordinates)}): {names}")
     graph = Graph()
     wanted = drawn(scene, graph)
     known: dict[str, Any] = dict.fromkeys(scene.velocities, np.float64(0))
     known |= {str(node.value): np.float64(x) for node, x in scene.at_time(graph).items()}
-    known |= dict(zip(scene.coordinates, q.T, strict=True))
+    known |= dict(zip(columns, q.T, strict=False))
     known |= {name: np.float64(value) for name, value in parameters.items()}
     values = {graph.symbol(name): value for name, value in known.items()}
     entries = [entry for group in wanted.values() for entry in group]

@@ -18,11 +18,12 @@ Eigenvalues that are zero are no modes and no sign of instability. They are coun
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal, NoReturn
 
 import numpy as np
+import numpy.typing as npt
 
 from symdyn.algebra import Array
 from symdyn.arguments import checked, native, walked
@@ -106,6 +107,56 @@ def _neighbours(A: Array, positions: int) -> int:
     return found + int(spectrum(left).still.shape[1])
 
 
+@dataclass(frozen=True, eq=False, init=False)
+class Ahead(StateSpace):
+    """A linear system some outputs of which follow rates of inputs at once: y = C x + D w + D₁ ẇ + D₂ ẅ.
+
+    Attributes:
+        rates: D₁ and D₂, shape (2, ny, nw).
+    """
+
+    rates: Array
+
+    def __init__(self, plain: StateSpace, rates: Array) -> None:
+        """Take a system and what stands beside its D."""
+        self.__dict__.update(vars(plain), rates=rates)
+
+    def __getitem__(self, channel: tuple[str | None, str | None]) -> Ahead:
+        """Return the system to one output from one input; errors as of any."""
+        i, k = self.outputs.place(channel[0], "output"), self.inputs.place(channel[1], "input")
+        return Ahead(super().__getitem__(channel), self.rates[:, [i]][:, :, [k]])
+
+    def through(self, s: complex) -> npt.NDArray[np.complex128]:
+        """Return D + s D₁ + s² D₂."""
+        return np.asarray(self.D + s * self.rates[0] + s * s * self.rates[1])
+
+
+def of_given(one: StateSpace, rates: Mapping[str, str]) -> Ahead:
+    """Return a system whose inputs are those that are given alone; `rates` names the rate of what has one.
+
+        ẋ = A x + B₀ w + B₁ ẇ + B₂ ẅ,  x = z + (B₁ + A B₂) w + B₂ ẇ:  ż = A z + (B₀ + A B₁ + A² B₂) w
+
+    The states are z, and y follows with ẇ and ẅ as far as D₁ + C B₂ and D₂ are not zero.
+    """
+    names = one.inputs.names
+    given = [k for k, name in enumerate(names) if name not in rates.values()]
+    B, D = (np.zeros((3, len(rows), len(given))) for rows in (one.A, one.C))
+    for column, k in enumerate(given):
+        name: str | None = names[k]
+        for order in range(3):
+            if name in names:
+                B[order, :, column], D[order, :, column] = (x[:, names.index(name)] for x in (one.B, one.D))
+            name = rates.get(name) if name else None
+    moved = B[1] + one.A @ B[2]
+    ahead = np.stack([D[1] + one.C @ B[2], D[2]])
+    ahead[np.abs(ahead) <= NOTHING * np.abs(D[1:]).max(initial=0.0)] = 0.0
+    plain = StateSpace(
+        one.A, B[0] + one.A @ moved, one.C, D[0] + one.C @ moved, one.states, one.inputs.of(given), one.outputs,
+        one.period, one.name,
+    )  # fmt: skip
+    return Ahead(plain, ahead)
+
+
 Kind = Literal["rest", "steady", "moving"]
 
 
@@ -177,6 +228,27 @@ class Linearization(StateSpace):
         axes = (("states", self.states), ("inputs", self.inputs), ("outputs", self.outputs))
         told = "".join(f"\n    {len(axis)} {name}: {listed(axis.names)}" for name, axis in axes)
         return f"<Linearization of {self.scene.name} {where}:{told}>"
+
+    @cached_property
+    def of_given(self) -> Ahead:
+        """The same of inputs that are given alone: an input with rates moves by them, too, B0 + s B1 + s^2 B2."""
+        return of_given(self, self.scene.rates)
+
+    @checked(LinearizeError)
+    def __getitem__(self, channel: tuple[str | None, str | None]) -> StateSpace:
+        """Return the system to one output from one input, which moves by its rates, too; errors as of any system."""
+        plain = not self.scene.rates or channel[1] in self.scene.rates.values()
+        return super().__getitem__(channel) if plain else self._chosen(*channel)
+
+    def _chosen(self, output: str | None, input: str | None, ahead: bool = False) -> StateSpace:
+        if not self.scene.rates or input in self.scene.rates.values():
+            return super()._chosen(output, input)
+        found = self.of_given if output is None and input is None else self.of_given[output, input]
+        if not ahead and found.rates.any():
+            _, i, k = np.argwhere(found.rates)[0]
+            told = f"{self.name}: {found.outputs.names[i]} follows a rate of {found.inputs.names[k]} at once"
+            raise LinearizeError(f"{told}, which only bode and nyquist can tell; ask for these, or for another output")
+        return found
 
     @property
     def velocities(self) -> list[int]:

@@ -210,28 +210,30 @@ def matrices(v: Variations, here: LinearPoint, choice: Choice, drives: Sequence[
     slopes, seen = v.slopes.at(here.values), v.outputs.at(here.values)
     e, c, s = slopes["e"], slopes["c"], slopes["s"]
     e = np.where(np.abs(e) <= CANCELLED * np.abs(slopes["p"]), 0.0, e)
-    S = np.zeros((n, p))
-    dependent = [k for k in range(n) if k not in choice.velocities]
-    if dependent:
-        S[dependent] = -np.linalg.solve(here.G[:, dependent], s @ choice.N_h)
-    moves = np.hstack([choice.N_h, np.zeros((n, len(choice.velocities)))])
-    rates = np.hstack([S, choice.N])
     states = p + len(choice.velocities)
-    moved = np.hstack([np.vstack([moves, rates]), np.zeros((2 * n, inputs))])  # (δξ, δu) by (x, w)
-    acting = np.zeros((n, states + inputs))
-    for column, k in enumerate(drives):
-        acting[k, states + column] = -1.0
-    acting[:, states + len(drives) :] = e[:, 3 * n :]
-    a, multipliers = _solved(here.M, here.G, e[:, : 2 * n] @ moved + acting, c @ moved)
-    upper = rates - _turning(v, here.point.u) @ moves
-    A = np.vstack([upper[list(choice.positions)], a[list(choice.velocities), :states]])
-    B = np.vstack([np.zeros((p, inputs)), a[list(choice.velocities), states:]])
     driven, own = np.zeros((len(v.w.state.tau), states + inputs)), np.zeros((len(v.inputs), states + inputs))
     for column, k in enumerate(drives):
         driven[k, states + column] = 1.0
     own[:, states + len(drives) :] = np.eye(len(v.inputs))
+    moves, rates = np.zeros((n, states + inputs)), np.zeros((n, states + inputs))  # δξ and δu by (x, w)
+    moves[:, :p], rates[:, p:states] = choice.N_h, choice.N
+
+    def tie(found: Array, free: Sequence[int], G: Array, missed: Array) -> None:
+        dependent = [k for k in range(len(driven)) if k not in free]
+        if dependent:
+            found[dependent] -= np.linalg.solve(G[:, dependent], missed)
+
+    tie(moves, choice.positions, here.G[here.holding], (slopes["r"] @ own)[here.holding])
+    tie(rates, choice.velocities, here.G, s @ np.vstack([moves, own]))
+    moved = np.vstack([moves, rates])
+    acting = e[:, 3 * n :] @ own
+    acting[: len(driven)] -= driven
+    a, multipliers = _solved(here.M, here.G, e[:, : 2 * n] @ moved + acting, c @ np.vstack([moved, own]))
+    upper = rates - _turning(v, here.point.u) @ moves
+    whole = np.vstack([upper[list(choice.positions)], a[list(choice.velocities)]])
+    A, B = whole[:, :states], whole[:, states:]
     y = seen["y_"] @ np.vstack([moved, a, multipliers, driven, own])
-    parts = (A, B, y[:, :states], y[:, states:], here.H @ choice.N_h, choice.N_h, rates, seen["y"])
+    parts = (A, B, y[:, :states], y[:, states:], here.H @ choice.N_h, choice.N_h, rates[:, :states], seen["y"])
     return Matrices(*(part + 0.0 for part in parts))  # -0 is 0
 
 

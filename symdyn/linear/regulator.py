@@ -260,10 +260,12 @@ def _before_and_after(one: Linearization, poles: Complexes, period: float | None
 
 def controls(one: Linearization) -> list[int]:
     """Return the inputs that a regulator acts by: drives, or all where there is none."""
-    if not one.inputs.names:
-        raise LinearizeError(f"{one.scene.name}: nothing drives it; declare a drive, or an input: [inputs.u]")
-    drives = [k for k, name in enumerate(one.inputs.names) if name in one.scene.drives]
-    return drives or list(range(len(one.inputs)))
+    rates = one.scene.rates
+    free = [k for k, name in enumerate(one.inputs.names) if name not in (*rates, *rates.values())]
+    if not free:
+        why = "only inputs with rates move it, by which no regulator acts" if rates else "nothing drives it"
+        raise LinearizeError(f"{one.scene.name}: {why}; declare a drive, or an input: [inputs.u]")
+    return [k for k in free if one.inputs.names[k] in one.scene.drives] or free
 
 
 def _regulator(one: Linearization, used: list[int], K: Array, poles: Complexes, period: float | None,

@@ -162,7 +162,7 @@ def response_at(one: StateSpace, omega: float) -> Complexes:
         moved = np.linalg.solve(s * np.eye(len(one.A)) - one.A, one.B.astype(np.complex128))
     except np.linalg.LinAlgError:
         return np.full(one.D.shape, complex(math.inf))
-    return np.asarray(one.C @ moved + one.D)
+    return np.asarray(one.C @ moved + one.through(s))
 
 
 def usual_frequencies(one: StateSpace, points: int) -> Array:

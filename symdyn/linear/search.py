@@ -331,7 +331,7 @@ def nearest(prepared: Prepared, q: Array, u: Array, t: float = 0.0, whole: bool 
 
     Whole turns are taken away, but for those who compare it with where it began.
     """
-    search = Search(prepared, Problem(prepared.scene).initial.q, t)
+    search = Search(prepared, Problem(prepared.scene, prepared.forces).initial.q, t)
     found, good = search.roots(np.append(q, u[len(prepared.scene.velocities) :])[None, :])
     if not (good[0] and search.regular(found[0])):
         return None

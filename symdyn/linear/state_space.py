@@ -262,7 +262,7 @@ class StateSpace(Plotted):
         Raises:
             LinearizeError: a name that is not known; there is no input, a frequency is none, or both are given.
         """
-        return frequency_response(self._chosen(output, input), omega, hertz)
+        return frequency_response(self._chosen(output, input, ahead=True), omega, hertz)
 
     @checked(LinearizeError)
     def nyquist(
@@ -274,7 +274,7 @@ class StateSpace(Plotted):
         hertz: Sequence[float] | Array | str | bool = False,
     ) -> FrequencyResponse:
         """Return the same as `bode`, closer together; its `.plot()` is a Nyquist plot."""
-        return frequency_response(self._chosen(output, input), omega, hertz, CLOSE, "nyquist")
+        return frequency_response(self._chosen(output, input, ahead=True), omega, hertz, CLOSE, "nyquist")
 
     @checked(LinearizeError)
     def margins(self, output: str | None = None, input: str | None = None) -> Margins:
@@ -325,7 +325,12 @@ class StateSpace(Plotted):
         """
         return locus_over_gain(self[output, input], gains)
 
-    def _chosen(self, output: str | None, input: str | None) -> StateSpace:
+    def through(self, s: complex) -> npt.NDArray[np.complex128]:
+        """Return what passes through at once, D, shape (y, w), at a value of the variable of Laplace's transform."""
+        return self.D.astype(np.complex128)
+
+    def _chosen(self, output: str | None, input: str | None, ahead: bool = False) -> StateSpace:
+        """Return the system of a channel, the whole without names; one `ahead` of its inputs only if that is said."""
         return self if output is None and input is None else self[output, input]
 
     @checked(LinearizeError)

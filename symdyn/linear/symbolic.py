@@ -220,7 +220,7 @@ def symbolic(prepared: Prepared, system: Linearization) -> Symbolic | None:
 
 def _blocks(v: Variations) -> Entries:
     """Return what `assembled` takes, rows of constraints first."""
-    return {name: v.motion.parts[name] for name in "GM"} | {name: v.slopes.parts[name] for name in "ecs"} | {
+    return {name: v.motion.parts[name] for name in "GM"} | {name: v.slopes.parts[name] for name in "ecsr"} | {
         "y_": v.outputs.parts["y_"]}  # fmt: skip
 
 
@@ -317,23 +317,32 @@ def assembled(
     width = states + len(drives) + inputs
     dependent = [k for k in range(n) if k not in velocities]
     square = [[row[k] for k in dependent] for row in G]
+    own = [[one if column == k else zero for column in range(width)] for k in range(states, width)]
+    given = own[len(drives) :]
 
     def plus(A: Rows, B: Rows) -> Rows:
         return [[*map(field.add, *both)] for both in zip(A, B, strict=True)]
 
     def following(name: str, moved: Rows) -> Rows:
         """Return velocities with independent ones zero and G u = -X f of a block; zero where there are no rows."""
-        found = [[zero] * len(moved[0]) for _ in range(n)]
+        found = [[zero] * width for _ in range(n)]
         if G and name in blocks:
-            for k, row in zip(dependent, field.solved(square, field.product(blocks[name], moved)), strict=True):
+            pushed = field.product(blocks[name], [*moved, *given])
+            for k, row in zip(dependent, field.solved(square, pushed), strict=True):
                 found[k] = [field.neg(x) for x in row]
         return found
 
-    rates = [[*x, *y] for x, y in zip(following("s", N_h) if p else [[]] * n, N, strict=True)]
-    moved = [[*row, *[zero] * (width - p)] for row in N_h] + [[*row, *[zero] * (width - states)] for row in rates]
-    own = [[one if column == k else zero for column in range(width)] for k in range(states, width)]
+    moves = [[*row, *[zero] * (width - p)] for row in N_h]
+    if holding and given:
+        fixed = [k for k in range(v.w.state.n) if k not in positions]
+        missed = [row for row, holds in zip(blocks["r"], v.holding, strict=True) if holds]
+        left = [[row[k] for k in fixed] for row in holding]
+        for k, row in zip(fixed, field.solved(left, field.product(missed, given)), strict=True):
+            moves[k] = [field.add(x, field.neg(y)) for x, y in zip(moves[k], row, strict=True)]
+    free = [[*[zero] * p, *row, *[zero] * (width - states)] for row in N]
+    moved = [*moves, *plus(following("s", moves), free)]
     driven = [own[drives.index(k)] if k in drives else [zero] * width for k in range(n)]
-    acted = field.product([row[3 * n :] for row in e], own[len(drives) :]) if inputs else [[zero] * width] * n
+    acted = field.product([row[3 * n :] for row in e], given) if inputs else [[zero] * width] * n
     right = plus(field.product([row[: 2 * n] for row in e], moved), acted)
     right = plus(right, [[field.neg(x) for x in row] for row in driven])
     beside, along = following("c", moved), [list(row) for row in zip(*N, strict=True)]
@@ -343,7 +352,7 @@ def assembled(
     a = plus(field.product(N, independent), beside)
     held, turned = plus(field.product(M, a), right), [list(row) for row in zip(*square, strict=True)]
     multipliers = field.solved(turned, [held[k] for k in dependent]) if G else []
-    y = field.product(blocks["y_"], [*moved, *a, *multipliers, *driven[: v.w.state.n], *own[len(drives) :]])
+    y = field.product(blocks["y_"], [*moved, *a, *multipliers, *driven[: v.w.state.n], *given])
     upper = moved[n:]
     if "spin" in blocks:
         spun = [field.product(blocks["spin"], rows) for rows in (moved[:n], moved[n:])]

@@ -1,8 +1,9 @@
 """Functions that linearising evaluates: forces, constraints, outputs, and their derivatives along all directions.
 
     e        M u̇ + h - τ(t, q, u, w) - Gᵀ λ = 0
-    c        G u̇ + Ġ u = 0, rate of a constraint; of a prescribed motion u̇_k - a_k(t) = 0
-    s        G u = 0, the constraints; of a prescribed motion u_k
+    r        residuals of positions; of a prescribed motion q_k - p_k(t, w)
+    s        G u = 0, the constraints; of a prescribed motion u_k - ṗ_k(t, w)
+    c        G u̇ + Ġ u = 0, rate of a constraint; of a prescribed motion u̇_k - p̈_k(t, w) = 0
     X_k f    d/dε f(q ∘ exp(ε X_k)), all else held: a column for every velocity
 
 States s of one's own stand behind velocities as if they were such, of mass 1: e has the rows ṡ - rate(t, q, u, s, w),
@@ -162,7 +163,7 @@ class Variations:
         motion: what tells accelerations and multipliers: "M", "h" (e at u̇ = 0 and λ = 0), "G", "b" (c at u̇ = 0),
             "r" (residuals), "s", "push" (formulas of forces), "H" (q̇ = H u), "inputs".
         slopes: "e" and the part "p" of it that formulas of forces have, along q, u, u̇ and w, shape (nu, 3 nu + nw); "c"
-            along q and u, "s" along q.
+            along q, u and w, "s" along q and w, "r" along w.
         outputs: "y", and "y_" along q, u, u̇, λ, τ and w.
     """
 
@@ -238,6 +239,7 @@ def _written(
     acting |= {tau: tau + force for tau, force in zip(state.tau, push, strict=True)}
     push += [zero] * more
     bias, G, residual, holding = _rows(w)
+    bias = substitute(bias, {one: acting[one] for one in letters})
     G = [[*row, *[zero] * more] for row in G]
     rates = [graph.total(entry * x for entry, x in zip(row, u, strict=True)) for row in G]
     multipliers = tuple(graph.symbol(f"lambda[{k}]") for k in range(len(G)))
@@ -266,7 +268,12 @@ def _written(
     resting = [one - acted for one, acted in zip(substitute(forces, still), push, strict=True)]
     moving = [c + graph.total(x * y for x, y in zip(row, a, strict=True)) for c, row in zip(bias, G, strict=True)]
     along_q = [along_k.get(one, zero) for one in state.q for along_k in along]
-    y = on_graph(w, outputs, multipliers, acting)
+    led = [[zero] * (len(G) - len(x)) + [-one for one in x] for x in (w.prescribed.position, w.prescribed.velocity)]
+    apart, slides = (substitute(some, {one: acting[one] for one in letters}) for some in led)
+    missed = [x + y for x, y in zip(rates, slides, strict=True)]
+    held = dict(zip(w.prescribed.place, multipliers[len(G) - len(w.prescribed.place) :], strict=True))
+    drives = {state.tau[k]: acting[state.tau[k]] + force for k, force in held.items()}  # what prescribed motions take
+    y = on_graph(w, outputs, multipliers, acting | drives)
     return Variations(
         w, u, a, multipliers, tuple(holding), tuple(one.name for one in scene.inputs),
         block(
@@ -275,8 +282,8 @@ def _written(
             H=((len(state.q), len(u)), along_q), inputs=((len(own),), [acting[one] for one in own]),
         ),
         block(
-            e=swept, p=columns(push, along, by_u, by_a, each(own)), c=columns(moving, along, by_u),
-            s=columns(rates, along),
+            e=swept, p=columns(push, along, by_u, by_a, each(own)), c=columns(moving, along, by_u, each(own)),
+            s=columns(missed, along, each(own)), r=columns(apart, each(own)),
         ),
         block(y=((len(y),), y), y_=columns(y, along, by_u, by_a, each(multipliers), each(state.tau), each(own))),
     )  # fmt: skip

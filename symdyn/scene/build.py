@@ -108,12 +108,13 @@ def point(name: str, body: str, at: Placement | None = None) -> Entry:
 
 @suggesting
 def input_signal(
-    name: str, value: Number | None = None, *, unit: str = "", latex: str | None = None, text: str = ""
+    name: str, value: Number | None = None, *, rates: int = 0, unit: str = "", latex: str | None = None, text: str = ""
 ) -> Entry:
     """Declare an input: a symbol whose value is given over time from outside, such as a motor's voltage.
 
     Args:
         name: as the formulas of forces and loads write it.
+        rates: how many of its rates are inputs too, NAME_dot and NAME_ddot; 2 of one that is the `motion` of a joint.
         value: where none is given over time, in `unit`, or text, "20 mV" too; zero when left out.
         unit: of the value, such as "V" or "mV"; generated functions take SI.
         latex: how to print it.
@@ -128,8 +129,7 @@ def output(name: str, formula: Number, *, unit: str = "", text: str = "") -> Ent
 
     Args:
         name: of its column, and of the functions "output:NAME".
-        formula: in coordinates, velocities, accelerations, drives, inputs, parameters, t, `point_tip_x` and
-            `reaction_hinge_fx`.
+        formula: in what moves, drives, inputs, parameters, t, places such as `point_tip_x` and `reaction_hinge_fx`.
         unit: of SI; where none is given, that of its formula, unless a number in it may carry one.
         text: a description for tables.
     """
@@ -406,7 +406,7 @@ def joint(name: str, type: JointType | str, parent: str, child: str, **keys: Unp
             kept as data.
         start: position at the start, or a guess of it where loops close; zeros, and no rotation, when left out.
         start_rates: velocities at the start; zeros when left out.
-        motion: prescribed motion, a formula in t, of a joint with a drive.
+        motion: prescribed motion, a formula in t and inputs with rates, of a joint with a drive.
         locked: the joint stands still and becomes a fixed one.
         position: where it stands, rad or m; zero when left out.
         axis: direction in the joint frame, any length but zero; z when left out.

@@ -234,7 +234,8 @@ def write_text(scene: Scene) -> Written:
     blocks += [_block("[loop]", {"name": joint.name, **said_place(joint)}) for joint in scene.loops]
     scope = Scope({}, scene.gravity, scene.parameters)
     blocks += [_block(place_of(one), table_of(one, scope)) for one in scene.elements]
-    blocks += [*_blocks("inputs", INPUT, scene.inputs), *_blocks("states", STATE, scene.states)]
+    blocks += _blocks("inputs", INPUT, [one for one in scene.inputs if not one.of])
+    blocks += _blocks("states", STATE, scene.states)
     blocks += [*_blocks("signals", SIGNAL, scene.signals), *_blocks("outputs", OUTPUT, scene.outputs)]
     blocks += _blocks("tables", TABLE, tables_in(scene))
     return Written("\n".join(blocks))

@@ -21,7 +21,7 @@ import numpy.typing as npt
 from symdyn.algebra import Array, Batches
 from symdyn.dynamics.mechanism import TIME, prescribed, quaternions
 from symdyn.errors import MethodError, SymdynError
-from symdyn.graph import Graph, evaluate
+from symdyn.graph import Graph, evaluate, substitute
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.joints import start_of
 from symdyn.scene.values import LETTERS, spell
@@ -29,7 +29,7 @@ from symdyn.simulation.equations.controller import Feedback
 from symdyn.simulation.forward import simulate
 from symdyn.simulation.integrate.integration import END, INTERRUPTED
 from symdyn.simulation.measures import Measure, Sums, sums_over
-from symdyn.simulation.prescribed.forces import Forces
+from symdyn.simulation.prescribed.forces import Forces, at_start
 from symdyn.simulation.trajectory import Trajectory
 
 
@@ -62,15 +62,18 @@ class Lanes:
         known: dict[str, Any] = {p.name: number(p.value) for p in self.scene.parameters if p.value is not None}
         return known | {name: one[part] for name, one in self.values.items()}
 
-    def states(self, part: slice = slice(None)) -> tuple[Array, Array]:
-        """Return where runs of a tree start, shapes (runs, nq) and (runs, nv); quaternions of length 1."""
+    def states(self, part: slice, inputs: Mapping[str, Quantity]) -> Array:
+        """Return where runs of a tree start, shape (runs, nq + nv), inputs as `at_start` has them; unit quaternions."""
         scene, graph = self.scene, Graph()
         moved = prescribed(scene, graph)
         q: list[Any] = [self.start.get(n, x) for n, x in zip(scene.coordinates, start_of(scene).position, strict=True)]
         u: list[Any] = [self.rates.get(n, x) for n, x in zip(scene.velocities, start_of(scene).velocity, strict=True)]
         known = {graph.symbol(name): value for name, value in self.parameters(part).items()}
         known[graph.symbol(TIME)] = np.zeros(())
-        for k, position, rate in zip(moved.place, moved.position, moved.velocity, strict=True):
+        told = {one.name: one.value for one in scene.inputs} | dict(inputs)
+        placed = {graph.symbol(name): one.express(graph) for name, one in told.items()}
+        led = (substitute(some, placed) for some in (moved.position, moved.velocity))
+        for k, position, rate in zip(moved.place, *led, strict=True):
             place = scene.coordinates.index(scene.velocities[k].removesuffix("_dot"))
             q[place], u[k] = position, rate
         runs = len(range(self.count)[part])
@@ -88,7 +91,7 @@ class Lanes:
             turn = slice(names.index(group[0]), names.index(group[0]) + 4)
             with np.errstate(all="ignore"):
                 positions[:, turn] /= np.linalg.norm(positions[:, turn], axis=1, keepdims=True)
-        return positions, rates
+        return np.hstack([positions, rates])
 
     def one(self, k: int) -> tuple[dict[str, float], dict[str, Any], dict[str, Any]]:
         """Return values, start and rates of one run, as `simulate` takes them."""
@@ -216,6 +219,10 @@ class Task:
     def scene(self) -> Scene:
         """The mechanism."""
         return self.lanes.scene
+
+    def begun(self, part: slice) -> Array:
+        """Return where runs of a tree start, shape (runs, nq + nv)."""
+        return self.lanes.states(part, at_start(self.scene, self.forces) if self.scene.rates else {})
 
     @property
     def insides(self) -> tuple[Quantity, ...]:

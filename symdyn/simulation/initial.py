@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from types import MappingProxyType
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -180,7 +181,12 @@ Values: TypeAlias = Mapping[str, Any] | str
 """Formulas or numbers by name, or as in a shell, "q1=0.3,q2=pi/2"."""
 
 
-def read_start(scene: Scene, start: Values | Start | None = None, rates: Values | None = None) -> Start:
+def read_start(
+    scene: Scene,
+    start: Values | Start | None = None,
+    rates: Values | None = None,
+    inputs: Mapping[str, Quantity] = MappingProxyType({}),
+) -> Start:
     """Return the state at t = 0, consistent with loops and prescribed motions.
 
     Args:
@@ -188,6 +194,7 @@ def read_start(scene: Scene, start: Values | Start | None = None, rates: Values 
         start: formulas in parameters by coordinate, or as "q1=0.3,q2=pi/2", in place of what the scene says; or a whole
             state, which stays.
         rates: likewise by velocity, or by coordinate where the velocity is its rate.
+        inputs: what those are that prescribe motions, at t = 0, formulas in parameters and t.
 
     Raises:
         SimulateError: with every fault, one line each; also where angles are singular there, or a wheel lies flat.
@@ -213,7 +220,7 @@ def read_start(scene: Scene, start: Values | Start | None = None, rates: Values 
             if k in moved:
                 faults.add("start rates", f"{name} has a prescribed motion, which says how it starts")
     numbers = opened(scene).numbers()
-    _prescribe(scene, q, u, given_q, faults)
+    _prescribe(scene, q, u, given_q, inputs, faults)
     names = list(scene.coordinates)
     parts = {", ".join(one): slice(names.index(one[0]), names.index(one[0]) + 4) for one in quaternions(scene)}
     for group, part in parts.items():
@@ -316,16 +323,19 @@ def _value(
     return formula, None if formula is None else number_of(formula, values, where, faults)
 
 
-def _prescribe(scene: Scene, q: Array, u: Array, given: Sequence[int], faults: Faults) -> None:
+def _prescribe(
+    scene: Scene, q: Array, u: Array, given: Sequence[int], inputs: Mapping[str, Quantity], faults: Faults
+) -> None:
     """Put prescribed motions at t = 0 in their places."""
     graph = Graph()
     motion = prescribed(scene, graph)
     if not motion.place:
         return
     known = {graph.symbol(p.name): p.value.express(graph) for p in scene.parameters if p.value is not None}
-    found = evaluate(
-        substitute([*motion.position, *motion.velocity], known | {graph.symbol(TIME): graph.zero}), Floats(), {}
-    )
+    told = {one.name: one.value for one in scene.inputs} | dict(inputs)
+    placed = {graph.symbol(name): one.express(graph) for name, one in told.items()}
+    entries = substitute([*motion.position, *motion.velocity], placed)
+    found = evaluate(substitute(entries, known | {graph.symbol(TIME): graph.zero}), Floats(), {})
     for i, k in enumerate(motion.place):
         name = scene.velocities[k].removesuffix("_dot")
         place = scene.coordinates.index(name)

@@ -221,14 +221,14 @@ def inverse(
     forces = replace(forces, tables={k: told[k] for k in told if k not in forces.formulas} | {**forces.tables})
     functions = InverseFunctions(scene, path)
     guess = Start.guess(scene, problem.start)
-    laws = _laws(scene, motion, guess)
+    laws = _laws(scene, motion, guess, forces)
     q, rate, second = (np.stack(parts, axis=-1) for parts in zip(*(law(t) for law in laws.values()), strict=True))
     finite = np.isfinite(q) & np.isfinite(rate) & np.isfinite(second)
     if not finite.all():
         row, column = (int(one) for one in np.argwhere(~finite)[0])
         name = scene.coordinates[column]
         raise SimulateError(f"motion: {name}: {laws[name].text} has no finite value or derivative at t = {t[row]:g} s")
-    free = [name for name in scene.coordinates if name not in motion.laws and name not in _own(scene)]
+    free = [name for name in scene.coordinates if name not in motion.laws and name not in _own(scene, forces)]
     notes = [f"no law is given for {', '.join(free)}: at rest"] if free and not functions.follows else []
     columns: dict[str, Array] = {}
     stopped = END
@@ -370,14 +370,20 @@ def _passed(scene: Scene, functions: InverseFunctions, t: Array, q: Array, u: Ar
     return [line for limit, value in each for line in passed(limit, scene, passages(t, value > SLACK))]
 
 
-def _own(scene: Scene) -> dict[str, Law]:
-    values = parameter_values(scene)
-    moved = [joint for joint in scene.joints if joint.motion is not None]
-    return {j.coordinates[0]: formula_law(bound(j.motion, values), spell(j.motion)) for j in moved if j.motion}
+def _own(scene: Scene, forces: Forces) -> dict[str, Law]:
+    """Return the laws that the scene itself prescribes, in inputs too."""
+    inputs = {one.name: one.value for one in scene.inputs}
+    values, names = parameter_values(scene) | inputs, (*drive_names(scene), *inputs)
+    values |= {names[k]: bound(formula, values) for k, formula in forces.formulas.items()}
+    tables = {names[k]: table for k, table in forces.tables.items()}
+    values = {name: one for name, one in values.items() if name not in tables}
+    moved = [(joint.coordinates[0], joint.motion) for joint in scene.joints if joint.motion is not None]
+    return {name: formula_law(bound(motion, values), spell(motion), tables) for name, motion in moved}
 
 
-def _laws(scene: Scene, motion: SceneMotion, start: Array) -> dict[str, Law]:
-    own = _own(scene)
+def _laws(scene: Scene, motion: SceneMotion, start: Array, forces: Forces) -> dict[str, Law]:
+    """Return a law for every coordinate, in order."""
+    own = _own(scene, forces)
     return {
         name: motion.laws.get(name) or own.get(name) or constant(float(x))
         for name, x in zip(scene.coordinates, start, strict=True)

@@ -315,7 +315,7 @@ def stiff(task: Task) -> bool:
         return False
     one = slice(0, 1)
     values = {name: float(np.ravel(x)[0]) for name, x in task.lanes.parameters(one).items()}
-    jacobian = jacobian_at(functions(task), values, np.hstack(task.lanes.states(one))[0])
+    jacobian = jacobian_at(functions(task), values, task.begun(one)[0])
     return dies_out_fast(jacobian, task.until)
 
 
@@ -355,7 +355,7 @@ def ready(task: Task) -> Runner:
 def _run(task: Task, made: Library, halt: Any, part: slice, again: Runner) -> RunBlock:
     lanes, nq = task.lanes, made.nq
     runs = len(range(lanes.count)[part])
-    x = np.hstack(lanes.states(part))
+    x = task.begun(part)
     values = made.prepared(lanes.parameters(part), runs)
     times = task.times if task.insides or task.keep else task.times[-1:]  # nobody looks at samples
     end, t, why, kept, samples, steps = made.run(x, values, times, (task.rtol, task.atol), halt, task.keep)

@@ -22,7 +22,7 @@ from symdyn.shown import Suggesting
 from symdyn.simulation.initial import Start, Values, by_name, read_start
 from symdyn.simulation.integrate import FINEST, METHODS
 from symdyn.simulation.prescribed.entries import Entries
-from symdyn.simulation.prescribed.forces import Forces, read_forces, read_inputs
+from symdyn.simulation.prescribed.forces import Forces, at_start, read_forces, read_inputs
 from symdyn.simulation.prescribed.formulas_in_time import parameter_values, read_seen, sample_times
 from symdyn.unlocked import cached_property
 
@@ -121,7 +121,8 @@ class Problem(Suggesting):
     @cached_property
     def initial(self) -> Start:
         """The state at t = 0, consistent with loops and prescribed motions; SimulateError with every fault."""
-        return read_start(self.scene, self.start, self.start_rates)
+        inputs = at_start(self.scene, self.driving) if self.scene.rates else {}
+        return read_start(self.scene, self.start, self.start_rates, inputs)
 
     def posed(
         self, run: Run, faults: Faults, reports: Sequence[str] = (), finest: float = FINEST

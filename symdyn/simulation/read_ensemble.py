@@ -98,7 +98,7 @@ def _taylor(task: Task) -> Runner:
     again = one_after_other(task)
 
     def run(part: slice) -> RunBlock:
-        x = np.hstack(task.lanes.states(part))
+        x = task.begun(part)
         parameters = task.lanes.parameters(part)
         values = np.empty((len(x), made.values))
         if made.values:

@@ -22,7 +22,8 @@ from symdyn.simulation.columns import Column, columns, columns_csv, data_set, fr
 from symdyn.simulation.equations.contact_modes import Impact
 from symdyn.simulation.equations.saturation import Saturation, cut_lines
 from symdyn.simulation.integrate.integration import END, INTERRUPTED
-from symdyn.simulation.prescribed.forces import ForceTable, drive_names
+from symdyn.simulation.prescribed.courses import ForceTable
+from symdyn.simulation.prescribed.forces import drive_names
 
 if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped]

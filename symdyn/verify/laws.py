@@ -125,7 +125,7 @@ def _power_of_loops(w: Workspace) -> Claim:
     moving = s.velocity | dict(zip(s.qd, entries(w, "forward_dynamics"), strict=True))
     power = w.graph.total((t + force) * qd for t, force, qd in zip(_drives(w), w.Q, s.qd, strict=True))
     (rate,) = tangents([K + P], moving)
-    left, right = substitute([power, rate], others)
+    left, right = substitute([power + _brought_in(w, P), rate], others)
     return Claim("power balance", "qd.(tau + Q)", "d(K + P)/dt", (left,), (right,))
 
 
@@ -373,7 +373,13 @@ def _power(w: Workspace) -> Claim:
     (K,), (P,) = entries(w, "kinetic_energy"), entries(w, "potential_energy")
     s, tau = w.state, _driving(w)
     power = w.graph.total((t + force) * qd for t, force, qd in zip(tau, w.Q, s.qd, strict=True))
-    return Claim("power balance", "qd.(tau + Q)", "d(K + P)/dt", (power,), tuple(tangents([K + P], s.acceleration)))
+    left, rate = power + _brought_in(w, P), tangents([K + P], s.acceleration)
+    return Claim("power balance", "qd.(tau + Q)", "d(K + P)/dt", (left,), tuple(rate))
+
+
+def _brought_in(w: Workspace, P: Expr) -> Expr:
+    """Return the power that ends of springs bring in which move as they are told, W."""
+    return tangents([P], w.state.clock)[0] if w.state.clock else w.graph.zero
 
 
 def _inverse(w: Workspace) -> Claim:

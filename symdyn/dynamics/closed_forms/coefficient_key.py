@@ -104,12 +104,14 @@ class LoadNodes:
 
     Attributes:
         squares: squared distance of the ends of every strut between points.
+        told: half its rate where coordinates rest, of struts whose ends move as they are told.
         places: for every load and every coordinate that moves it the placement of the point that it acts at: in the
             ground frame, or for a load in body axes in a frame that stands before the joint.
         carried: what loads have by the motion of their bodies, shape (nv,).
     """
 
     squares: dict[Strut, Expr]
+    told: dict[Strut, Expr]
     places: tuple[dict[int, Transform], ...]
     carried: tuple[Expr, ...]
 
@@ -118,6 +120,7 @@ class LoadNodes:
         """All of them."""
         return [
             *self.squares.values(),
+            *self.told.values(),
             *self.carried,
             *(x for moved in self.places for T in moved.values() for row in (*T.R, T.p) for x in row),
         ]
@@ -131,6 +134,9 @@ def load_nodes(scene: Scene, graph: Graph) -> LoadNodes:
         if strut.ends and not strut.is_rope:
             apart = ends_apart(scene, strut.ends, graph)
             squares[strut] = dot(apart, apart)
+    seeds = scene.clock(graph)
+    rates = zip(squares, tangents([D / 2 for D in squares.values()], seeds) if seeds else [], strict=False)
+    told = {strut: rate for strut, rate in rates if not rate.is_zero}
     carrier = {joint.child: joint for joint in scene.joints}
     places = []
     for load in scene.loads:
@@ -139,12 +145,14 @@ def load_nodes(scene: Scene, graph: Graph) -> LoadNodes:
             moved = dict.fromkeys(moved, placed[load.place.body])
         at = vector(scene.seated(load).place.at, graph)
         places.append({i: Transform(T.R, T.point(at)) for i, T in moved.items()})
-    return LoadNodes(squares, tuple(places), tuple(carried_forces(scene, graph)))
+    return LoadNodes(squares, told, tuple(places), tuple(carried_forces(scene, graph)))
 
 
 @dataclass(frozen=True)
 class ClosedLoads:
     """What acts beside gravity and drives: D and ∂D/∂q_i / 2 of struts between points, p, w of loads by coordinate.
+
+    Of struts whose ends move as they are told there is ∂D/∂t / 2.
 
     Attributes:
         carried: what loads have by the motion of their bodies, of every coordinate.
@@ -156,7 +164,8 @@ class ClosedLoads:
     squares: dict[Strut, Polynomial]
     slopes: dict[Strut, tuple[Polynomial, ...]]
     arms: tuple[dict[int, Arm], ...]
-    carried: tuple[Polynomial, ...] = ()
+    told: Mapping[Strut, Polynomial]
+    carried: tuple[Polynomial, ...]
     names: Mapping[Strut, tuple[str, str]] = field(default_factory=dict)
 
     def named(self, names: Mapping[Strut, tuple[str, str]]) -> ClosedLoads:
@@ -189,7 +198,8 @@ class ClosedLoads:
             slopes = [self._slope(strut, compact, i) for i in range(self.state.n)]
             return self.named({})._rate(strut, slopes)
         shares = zip(self.slopes[strut], self.state.qd, strict=True)
-        total = Form.sum(compact(slope).signed_product(Symbol(str(u.value))) for slope, u in shares)
+        moved = [compact(slope).signed_product(Symbol(str(u.value))) for slope, u in shares]
+        total = Form.sum([*moved, *([compact(self.told[strut])] if strut in self.told else [])])
         return Form.product((total, self._way(strut, compact).power(-1)))
 
     def energy(self, compact: Compactor) -> Form:
@@ -211,7 +221,9 @@ class ClosedLoads:
         for strut in resisting(self.scene):
             if strut.ends:
                 slopes = [self._slope(strut, compact, i) for i in range(self.state.n)]
-                against = Form.product((Number.MINUS_ONE, self._force(strut, compact, self._rate(strut, slopes))))
+                known = strut not in self.told or strut in self.names
+                rate = self._rate(strut, slopes) if known else self.rate(strut, compact)
+                against = Form.product((Number.MINUS_ONE, self._force(strut, compact, rate)))
                 for terms, slope in zip(forces, slopes, strict=True):
                     terms.append(_product(against, slope))
         for load, arm in zip(self.scene.loads, self.arms, strict=True):
@@ -274,8 +286,9 @@ def closed_loads(
             R, p = [[result[x] for x in row] for row in T.R], [result[x] for x in T.p]
             arm[i] = _arm(ring, R, p, state.q[i], load, acts)
         arms.append(arm)
+    told = {strut: result[rate] for strut, rate in nodes.told.items()}
     carried = tuple(result[x] for x in nodes.carried)
-    return ClosedLoads(scene, state, squares, slopes, tuple(arms), carried)
+    return ClosedLoads(scene, state, squares, slopes, tuple(arms), told, carried)
 
 
 def _arm(

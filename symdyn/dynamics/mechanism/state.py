@@ -10,8 +10,8 @@ Generalized forces Q hold everything but gravity and drives: struts, friction, l
 Here Q comes from derivatives of positions, as in Lagrange's equations. `wrenches` finds the same forces along the tree;
 only the laws of force are common to both.
 
-A prescribed coordinate follows a formula in time, whatever force that takes. It stays in q. In forward dynamics its
-acceleration is known and its force is not: with p for prescribed and f for free velocities
+A prescribed coordinate follows a formula in time and inputs, whatever force that takes. It stays in q. In forward
+dynamics its acceleration is known and its force is not: with p for prescribed and f for free velocities
 
     M_ff u̇_f = τ_f - (M_fp u̇_p + h_f)      τ_p = M_pf u̇_f + M_pp u̇_p + h_p      h = c + g + k_E - Q
 
@@ -21,7 +21,7 @@ hybrid dynamics.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from symdyn.dynamics.mechanism.linear_solve import Singular, solve
@@ -45,6 +45,7 @@ class State:
         qdd: their rates, shape (nv,).
         tau: driving forces, shape (nv,).
         rates: rate of every coordinate in terms of q and qd, shape (nq,); qd itself where there is no quaternion.
+        clock: as of `Scene`.
     """
 
     q: tuple[Expr, ...]
@@ -52,6 +53,7 @@ class State:
     qdd: tuple[Expr, ...]
     tau: tuple[Expr, ...]
     rates: tuple[Expr, ...]
+    clock: Mapping[Expr, Expr]
 
     @classmethod
     def of(cls, scene: Scene, graph: Graph) -> State:
@@ -63,6 +65,7 @@ class State:
             qdd=tuple(graph.symbol(acceleration_name(name)) for name in velocities),
             tau=tuple(graph.symbol(f"tau[{i}]") for i in range(len(velocities))),
             rates=tuple(rate for joint in scene.moving for rate in joint_motion(joint, graph).rates),
+            clock=scene.clock(graph),
         )
 
     @property
@@ -77,8 +80,8 @@ class State:
 
     @property
     def velocity(self) -> dict[Expr, Expr]:
-        """Seeds of d/dt for what depends on q."""
-        return dict(zip(self.q, self.rates, strict=True))
+        """Seeds of d/dt for what depends on q, and on what is given over time."""
+        return {**self.clock, **dict(zip(self.q, self.rates, strict=True))}
 
     @property
     def acceleration(self) -> dict[Expr, Expr]:
@@ -262,13 +265,9 @@ def strut_way(scene: Scene, placed: dict[str, Transform], strut: Strut, graph: G
 
 def squared_length(placed: dict[str, Transform], strut: Strut, graph: Graph) -> Expr:
     """Return the squared distance of the ends of a strut between points, m², from the placement of every body."""
-    a, b = (_point(placed, end, graph) for end in strut.ends)
+    a, b = (placed[end.body].point(vector(end.at, graph)) for end in strut.ends)
     apart = sub(b, a)
     return dot(apart, apart)
-
-
-def _point(placed: dict[str, Transform], place: Place, graph: Graph) -> Vec:
-    return placed[place.body].point(vector(place.at, graph))
 
 
 # Generalized forces
@@ -397,7 +396,7 @@ class Prescribed:
     Attributes:
         n: number of velocities.
         place: velocities with a prescribed motion, from 0, ascending.
-        position, velocity, acceleration: of each, formulas in t.
+        position, velocity, acceleration: of each, formulas in t, and in inputs and their rates.
     """
 
     n: int
@@ -423,10 +422,10 @@ def prescribed(scene: Scene, graph: Graph) -> Prescribed:
     """Return the prescribed motions of a scene, and their derivatives by time."""
     known = [(scene.velocities.index(j.rates[0]), j.motion) for j in scene.joints if j.motion is not None]
     known.sort(key=lambda pair: pair[0])
-    clock = {graph.symbol(TIME): graph.one} if known else {}
+    seeds = scene.clock(graph) | {graph.symbol(TIME): graph.one} if known else {}
     position = [formula.express(graph) for _, formula in known]
-    velocity = tangents(position, clock)
-    acceleration = tangents(velocity, clock)
+    velocity = tangents(position, seeds)
+    acceleration = tangents(velocity, seeds)
     place = tuple(k for k, _ in known)
     return Prescribed(len(scene.velocities), place, tuple(position), tuple(velocity), tuple(acceleration))
 

@@ -33,7 +33,7 @@ from symdyn.dynamics.mechanism.state import (
 from symdyn.dynamics.mechanism.tree import Tree, settle
 from symdyn.dynamics.recursive.links import JointTransform
 from symdyn.dynamics.recursive.reduced_tree import ReducedTree, settled
-from symdyn.graph import Expr, Graph
+from symdyn.graph import Expr, Graph, tangents
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES, elastic as struts
 from symdyn.scene.values import Joint, Load, Place, Strut
@@ -109,7 +109,8 @@ def joint_forces(scene: Scene, tree: Tree, reduced: ReducedTree) -> list[Expr]:
         if apart.square.is_zero:  # points that never part
             continue
         s = graph.sqrt(apart.square)
-        rate = graph.total(h * rates[i] for i, h in apart.slopes) / s
+        (told,) = tangents([apart.square / 2], state.clock) if state.clock else (graph.zero,)
+        rate = (graph.total(h * rates[i] for i, h in apart.slopes) + told) / s
         share = FORCES[strut.kind].pull.force(strut, s, rate) / s
         forces = [a - b for a, b in zip(forces, _gathered(reduced, apart, share), strict=True)]
     return forces

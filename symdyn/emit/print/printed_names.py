@@ -114,10 +114,12 @@ def latex_symbols(scene: Scene, others: Iterable[str] = (), moving: Iterable[str
             shown = enter(velocity)
             found[acceleration_name(velocity)] = shown.accented("dot")
     taken.update(LatexSymbol(one).letters for one in found.values())
-    for parameter in scene.parameters:
-        enter(parameter.name, parameter.latex)
-    for given in scene.given:
-        enter(given.name, given.latex)
+    entered: dict[str, PrintName] = {}
+    for letter in (*scene.parameters, *scene.given):
+        entered[letter.name] = entered[letter.of] if letter.of else enter(letter.name, letter.latex)
+        if letter.of:
+            second = letter.of in scene.rates.values()
+            found[letter.name] = entered[letter.of].accented("ddot" if second else "dot")
     for state in scene.states:
         found[acceleration_name(state.name)] = PrintName(found[state.name]).accented("dot")
     for drive in scene.drives:

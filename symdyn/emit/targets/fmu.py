@@ -27,7 +27,7 @@ from symdyn.emit.code.spelling import Printer, Real
 from symdyn.emit.code.target import Contents, Draft, Target, alone
 from symdyn.emit.render import render, verbatim
 from symdyn.emit.targets.c.c_and_cpp import C
-from symdyn.emit.targets.fmu_variables import Variable, described, driven, variables
+from symdyn.emit.targets.fmu_variables import Variable, described, driven, placing, variables
 from symdyn.errors import EmitError
 from symdyn.graph import Op, evaluate
 from symdyn.scene import Scene
@@ -112,7 +112,7 @@ def needed(scene: Scene) -> tuple[str, ...]:
     names += ["outputs"] if scene.outputs else []
     if scene.is_constrained:
         names += ["constraint_residual", "constraint_jacobian"]
-    elif not scene.states:
+    elif _differentiated(scene):
         names += [f"{name}_derivatives" for name in names]
         by_inputs = [name for name in names if name in DIFFERENTIATED[:2]] if scene.inputs else []
         names += [f"{name}_by_inputs" for name in by_inputs]
@@ -137,8 +137,8 @@ def _write(draft: Draft) -> dict[str, bytes]:
 
 
 def _differentiated(scene: Scene) -> bool:
-    """Whether a model tells directional derivatives: of trees without states of their own."""
-    return not (scene.is_constrained or scene.states)
+    """Whether a model tells directional derivatives: of trees without states of their own, and no input places them."""
+    return not (scene.is_constrained or scene.states or placing(scene))
 
 
 def _members(
@@ -202,6 +202,7 @@ def _values(draft: Draft, there: tuple[Variable, ...]) -> dict[str, Any]:
         }
         if pinned
         else {},
+        "pinned_by_inputs": bool(placing(scene)),
         "differentiated": _differentiated(scene),
         "calls": {name: _call(draft, name, PLACES) for name in shapes},
         "calls_along": {name: _call(draft, name, along) for name in shapes if name == "coordinate_rates"},

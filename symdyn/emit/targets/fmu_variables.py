@@ -62,6 +62,12 @@ def driven(scene: Scene) -> list[str]:
     return [drive if drive and k not in held else "" for k, drive in enumerate(scene.drives)]
 
 
+def placing(scene: Scene) -> tuple[str, ...]:
+    """Return the inputs that prescribe positions, and those that prescribe velocities with them."""
+    led = {name for joint in scene.joints if joint.motion is not None for name in joint.motion.symbols}
+    return tuple(x for name, rate in scene.rates.items() if name in led for x in (name, rate))
+
+
 def variables(program: Program, q: Sequence[float], u: Sequence[float]) -> tuple[Variable, ...]:
     """Return the variables of a program that starts at q and u.
 
@@ -165,6 +171,7 @@ def _depends(program: Program, place: Mapping[str, int]) -> dict[str, tuple[int,
         ):  # states are brought to where loops are closed
             names += states
         names += [other for name in names for other in groups.get(name, ())]
+        names += placing(scene) if moved.intersection(names) else ()
         wanted = {place[name] for name in names if name in place and name not in moved}
         return tuple(sorted(wanted - {0} - {place[name] for name in parameters_of(program)}))
 
@@ -179,7 +186,7 @@ def _depends(program: Program, place: Mapping[str, int]) -> dict[str, tuple[int,
             depends[f"der({name})"] = tuple(place[one] for one in states if one not in moved)
         else:
             rate = velocity_name(name)
-            depends[f"der({name})"] = () if rate in moved else (place[rate],)
+            depends[f"der({name})"] = tuple(place[x] for x in placing(scene)) if rate in moved else (place[rate],)
     moving = functions["state_rates" if scene.states else "forward_dynamics"].entries
     for name, entry in zip(scene.first_order[::-1], moving[::-1], strict=False):
         depends[f"der({name})"] = found(entry)

@@ -37,7 +37,7 @@ from symdyn.scene.declaration.joint_table import (
     read_loops,
 )
 from symdyn.scene.declaration.reading import Reading, ReadOptions
-from symdyn.scene.declaration.scene_table import BODY, HEAD, INPUT, OUTPUT, PARAMETER, POINT, SHORT
+from symdyn.scene.declaration.scene_table import BODY, HEAD, INPUT, OUTPUT, PARAMETER, POINT, SHORT, with_rates
 from symdyn.scene.declaration.spanning import span, turned
 from symdyn.scene.declaration.states import SIGNAL, STATE, derived_apart, signals_apart
 from symdyn.scene.declaration.tables import TABLE, curves_of, tabled
@@ -144,6 +144,7 @@ def assemble(
     declared = _nouns(Parameter, PARAMETER, declaration.parameters, faults)
     parameters, derived = derived_apart(declared, [entry.where for entry in declaration.parameters], faults)
     head = _head(declaration, faults)
+    inputs = tuple(with_rates(_nouns(Input, INPUT, declaration.inputs, faults)))
     scene = Scene(
         name=declaration.name,
         parameters=parameters,
@@ -154,7 +155,7 @@ def assemble(
         ),
         points=_nouns(Point, POINT, declaration.points, faults),
         loops=read_loops(loops, faults),
-        inputs=_nouns(Input, INPUT, declaration.inputs, faults),
+        inputs=tuple(one for _, one in inputs),
         outputs=_nouns(Signal, OUTPUT, declaration.outputs, faults),
         derived=derived,
         states=_nouns(StateVariable, STATE, declaration.states, faults),
@@ -175,7 +176,8 @@ def assemble(
     scene = _written_out(scene, scene.definitions, faults)
     scene = with_flows(scene, [entry.where for entry in bodies], faults)
     places = {"bodies": bodies, "joints": spanned.joints, "loops": loops}
-    places |= {kind: getattr(declaration, kind) for kind in ("points", "inputs", "outputs", "states", "signals")}
+    places |= {kind: getattr(declaration, kind) for kind in ("points", "outputs", "states", "signals")}
+    places["inputs"] = [declaration.inputs[k] for k, _ in inputs]
     apart = {one.name for one in derived}
     places["parameters"] = [entry for entry in declaration.parameters if entry.name not in apart]
     places["derived"] = [entry for entry in declaration.parameters if entry.name in apart]

@@ -27,7 +27,7 @@ from symdyn.scene.values.body import Body, Pose, central_inertia, circular, impo
 from symdyn.scene.values.dimension import force_unit
 from symdyn.scene.values.grammar import CLOCK
 from symdyn.scene.values.joint import Element, Joint, Strut
-from symdyn.scene.values.key import MOTION, OWN, PARAMETERS, STATED, TIMED, Part
+from symdyn.scene.values.key import LED, MOTION, OWN, PARAMETERS, PLACED, STATED, TIMED, Part
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import FormulaError, Quantity, Value
 
@@ -88,14 +88,16 @@ def uses(draft: Draft) -> Iterator[Use]:
     timed = moving | {CLOCK, *(one.name for one in scene.given)}
     states = frozenset(one.name for one in scene.states)
     allowed = {PARAMETERS: frozenset[str](), MOTION: moving, TIMED: timed, STATED: states}
+    allowed[PLACED] = frozenset((CLOCK, *scene.rates))
+    allowed[LED] = frozenset((CLOCK, *(name for name, rate in scene.rates.items() if rate in scene.rates)))
     yield from _uses("", (GRAVITY,), scene, allowed)
     for place, body in zip(where["bodies"], scene.bodies, strict=True):
         yield from _uses(place, BODY, body, allowed)
     led = {q: way for one in scene.joints if scene.followed.intersection(one.coordinates) for q, way in _ways(one)}
     for place, joint in zip(where["joints"], scene.joints, strict=True):
-        yield from _joint(place, joint, timed, led)
+        yield from _joint(place, joint, allowed, led)
     for place, joint in zip(where["loops"], scene.loops, strict=True):
-        yield from _joint(place, joint, timed)
+        yield from _joint(place, joint, allowed)
     for place, point in zip(where["points"], scene.points, strict=True):
         yield from _uses(place, POINT, point, allowed)
     for place, one in zip(where["elements"], scene.elements, strict=True):
@@ -166,15 +168,15 @@ def _numbers_of(where: str, joint: Joint, led: Mapping[str, str], straight: bool
 
 
 def _joint(
-    where: str, joint: Joint, timed: frozenset[str], led: Mapping[str, str] = MappingProxyType({})
+    where: str, joint: Joint, allowed: Mapping[int, frozenset[str]], led: Mapping[str, str] = MappingProxyType({})
 ) -> Iterator[Use]:
-    yield from _uses(where, (ORIGIN, TIP), joint, {PARAMETERS: frozenset()})
+    yield from _uses(where, (ORIGIN, TIP), joint, allowed)
     speeds = JOINTS[joint.type].velocities(joint)
     for k, force in enumerate(joint.forces):
         unit = "".join(map(force_unit, speeds[k : k + 1]))
-        yield Use(where, "force" if len(joint.forces) == 1 else f"forces[{k}]", force, timed, unit)
+        yield Use(where, "force" if len(joint.forces) == 1 else f"forces[{k}]", force, allowed[TIMED], unit)
     if joint.motion is not None:
-        yield Use(where, "motion", joint.motion, frozenset((CLOCK,)), "".join(speeds[:1]))
+        yield Use(where, "motion", joint.motion, allowed[LED], "".join(speeds[:1]))
     yield from _numbers(where, joint, led)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
 from typing import Any
 
@@ -13,6 +13,7 @@ from symdyn.scene.declaration.reading import read_coherent, read_valued, said_va
 from symdyn.scene.values.body import OUTLINES, Body, Outline, Particle
 from symdyn.scene.values.entry import Entry, EntryReader, plain, show, shown, vector
 from symdyn.scene.values.formula import quantity
+from symdyn.scene.values.joint import acceleration_name, velocity_name
 from symdyn.scene.values.key import (
     STATED,
     Key,
@@ -360,11 +361,43 @@ PARAMETER: tuple[Part, ...] = (
     DESCRIBED,
 )
 
+MOST_RATES = 2
+"""Rates of an input: what moves with it has a velocity and an acceleration."""
+
+
+def _rates(table: EntryReader, key: str, usual: int) -> int:
+    raw = table.raw.get(key, usual)
+    if not isinstance(raw, int) or isinstance(raw, bool) or not 0 <= raw <= MOST_RATES:
+        table.fault(f"{key} = {show(raw)} is none of 0, 1, 2; write {key} = 2 where it moves a joint, 1 for a spring")
+        return usual
+    return raw
+
+
 INPUT: tuple[Part, ...] = (
     _value_and_unit("its value where none is given over time; zero when left out", Quantity.ZERO),
+    Key(
+        "rates",
+        _rates,
+        0,
+        holds="how many of its rates, NAME_dot and NAME_ddot, are inputs too",
+        said=Quantity.number,
+        shape={"type": "integer", "minimum": 0, "maximum": MOST_RATES},
+    ),
     LATEX,
     DESCRIBED,
 )
+
+
+def with_rates(inputs: Iterable[Input]) -> Iterator[tuple[int, Input]]:
+    """Yield declared inputs and behind each its rates, with the number of the declared one; its text tells of all."""
+    for k, one in enumerate(inputs):
+        yield k, one
+        of, name, unit = one.name, velocity_name(one.name), one.unit
+        for order in range(1, one.rates + 1):
+            unit = one.unit and f"{one.unit}/s" + (f"^{order}" if order > 1 else "")
+            yield k, Input(name, unit=unit, of=of)
+            of, name = name, acceleration_name(name)
+
 
 OUTPUT: tuple[Part, ...] = (
     number(

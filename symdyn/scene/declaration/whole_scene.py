@@ -41,6 +41,8 @@ def check_names(draft: Draft, faults: Faults) -> None:
     taken: dict[str, dict[str, str]] = {}
     for kind in KINDS:
         for where, one in zip(draft.where[kind], getattr(scene, kind), strict=True):
+            if kind == "inputs" and one.of:  # called by rule, as velocities are
+                continue
             family = FAMILIES.get(kind) or FORCES[one.kind].section.replace("ropes", "constraints")
             _claim(faults, taken.setdefault(family, {}), where, "", one.name, family == "symbol")
             if family == "frame" and one.name == Scene.GROUND:
@@ -97,6 +99,9 @@ def _why(name: str, use: Use, scene: Scene, motion: dict[str, None]) -> str:
     if name in given:
         if name in (one.name for one in scene.states):
             return f"uses {name}, a state; only forces, loads, masses, rates, signals and outputs may depend on it"
+        if use.key == "motion" or ".at[" in use.key:
+            least = 2 if use.key == "motion" else 1
+            return f"uses {name}, an input without its rates; write rates = {least} in [inputs.{name}]"
         return f"uses {name}, an input; only forces, loads and outputs may depend on what is given over time"
     if name == CLOCK:
         return "uses t, the time; only forces, loads and prescribed motions may depend on it"

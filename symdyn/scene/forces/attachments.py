@@ -11,7 +11,7 @@ from symdyn.scene.forces.force_kind import Scope
 from symdyn.scene.values.body import translation
 from symdyn.scene.values.entry import Entry, EntryReader, plain, show, shown
 from symdyn.scene.values.joint import Contact, Place, Plane, Strut
-from symdyn.scene.values.key import KeyedQuantity, Names, Part, Stand, along, indexed
+from symdyn.scene.values.key import PLACED, KeyedQuantity, Names, Part, Stand, along, indexed
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import NULL, Vector, spell
 from symdyn.scene.values.shape import (
@@ -182,7 +182,7 @@ class Ends(Part):
     def numbers(self, one: Strut, slides: bool = True) -> Iterator[KeyedQuantity]:
         """Return where the ends are."""
         for key, end in zip(self.keys[1:], one.ends, strict=False):
-            yield from (KeyedQuantity(f"{key}.at{index}", x, unit="m") for index, x in indexed(end.at))
+            yield from (KeyedQuantity(f"{key}.at{index}", x, PLACED, "m") for index, x in indexed(end.at))
 
     def named(self, one: Strut, what: str, letter: str, k: int, names: Names, slides: bool = False) -> Strut:
         """Return it with the places of its ends named."""
@@ -206,8 +206,15 @@ class Ends(Part):
                 stand.fault(f'joint = "{one.joint}" {many}; name one with one, or two points by from and to')
         elif not one.ends:
             faults.nameless(stand.where, "joint", one.joint)
+        constants = {parameter.name for parameter in scene.parameters}
         for key, end in zip(self.keys[1:], one.ends, strict=False):
             known_end(key, end.body, stand)
+            moved = next((x for x in end.at if not constants.issuperset(x.symbols)), None)
+            if moved is not None and end.body != Scene.GROUND:
+                stand.fault(
+                    f'{key}.at has {shown(moved)}, which moves on the body "{end.body}"; only a place in space moves '
+                    f'as it is told: write body = "{Scene.GROUND}"'
+                )
         if len(one.ends) == 2 and one.ends[0].body and one.ends[0].body == one.ends[1].body:
             stand.fault(f'from and to are on one body, "{one.ends[0].body}", so that it never changes its length')
 

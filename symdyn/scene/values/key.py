@@ -69,8 +69,11 @@ class Names:
         return -Quantity.symbol(unique) if negative else Quantity.symbol(unique)
 
 
-PARAMETERS, MOTION, TIMED, OWN, STATED = range(5)
-"""What a formula may name: parameters alone; coordinates, velocities too; and t too; own coordinates; states too."""
+PARAMETERS, MOTION, TIMED, OWN, STATED, PLACED, LED = range(7)
+"""What a formula may name: parameters alone; coordinates, velocities too; and t too; own coordinates; states too.
+
+Last, of what moves as it is told: parameters, t, and inputs that have a rate, or two.
+"""
 
 
 @dataclass(frozen=True)

@@ -29,6 +29,7 @@ class Parameter:
         texts: the same in other languages: ("sk", description).
         tolerance: how far the value may be off, for sweeps; no part of the equations.
         written: the unit that its writer chose, such as "mm", where it is not `unit`, in which the value is.
+        of: the letter whose rate it is, where it stands for an input; "" of all others.
     """
 
     name: str
@@ -40,11 +41,15 @@ class Parameter:
     texts: tuple[tuple[str, str], ...] = ()
     tolerance: Tolerance | None = None
     written: str = field(default="", compare=False)
+    of: str = ""
 
 
 @dataclass(frozen=True)
 class Input:
     """A symbol whose value is given over time from outside, such as a motor's voltage; forces and loads may use it.
+
+    With rates it is the first of two or three inputs, of which the others are its derivatives by time, named as those
+    of a coordinate: road, road_dot, road_ddot.
 
     Attributes:
         name: as formulas write it.
@@ -54,6 +59,8 @@ class Input:
         text: a description for tables.
         texts: the same in other languages: ("sk", description).
         written: the unit that its writer chose, such as "mV", where it is not `unit`, in which the value is.
+        rates: how many of its rates are inputs too, 0 to 2.
+        of: the input whose rate it is; "" of one that is given.
     """
 
     name: str
@@ -63,6 +70,8 @@ class Input:
     text: str = ""
     texts: tuple[tuple[str, str], ...] = ()
     written: str = field(default="", compare=False)
+    rates: int = 0
+    of: str = ""
 
 
 @dataclass(frozen=True)
@@ -128,6 +137,7 @@ class StateVariable:
     texts: tuple[tuple[str, str], ...] = ()
 
     written: ClassVar[str] = ""
+    of: ClassVar[str] = ""
     """Its rate is computed, so that its unit is of SI."""
 
     @property

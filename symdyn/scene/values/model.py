@@ -298,7 +298,7 @@ class Scene(Shown):
         known = {one.name: one.value for one in self.parameters if one.value is not None}
         values = {x: substituted(x.value, known) for x in self.given}
         shown = {x: None if value == Quantity.ZERO or value.symbols else value for x, value in values.items()}
-        more = tuple(Parameter(x.name, shown[x], False, x.unit, x.latex, x.text, x.texts) for x in self.given)
+        more = tuple(Parameter(x.name, shown[x], False, x.unit, x.latex, x.text, x.texts, of=x.of) for x in self.given)
         return replace(self, parameters=(*self.parameters, *more), inputs=(), outputs=(), states=(), signals=())
 
     @cached_property
@@ -320,6 +320,19 @@ class Scene(Shown):
     def given(self) -> tuple[Input | StateVariable, ...]:
         """Inputs and states: what a function is told beside the motion and the time."""
         return (*self.inputs, *self.states)
+
+    @property
+    def rates(self) -> dict[str, str]:
+        """Names of rates of inputs, by what they are rates of: {"road": "road_dot", "road_dot": "road_ddot"}."""
+        letters: tuple[Letter, ...] = (*self.inputs, *self.parameters)
+        return {one.of: one.name for one in letters if one.of}
+
+    @cached_property
+    def supports(self) -> tuple[tuple[Strut, Vector], ...]:
+        """Where ends of struts are that move as they are told, by time or by inputs, each behind its strut."""
+        told = {CLOCK, *self.rates}
+        ends = ((strut, end.at) for strut in self.struts for end in strut.ends)
+        return tuple((strut, at) for strut, at in ends if any(told.intersection(x.symbols) for x in at))
 
     def refuse_states(self, what: str, error: type[SymdynError] = SceneError) -> None:
         """Raise an error where there are states of one's own, of which something knows nothing."""
@@ -375,6 +388,12 @@ class Scene(Shown):
         known = {one.name: value for one in self.parameters if one.value and (value := one.value.at({})) is not None}
         values = {graph.symbol(one.name): float(one.value.known_at(known) or 0) for one in self.given}
         return {graph.symbol(CLOCK): t} | values
+
+    def clock(self, graph: Graph) -> dict[Expr, Expr]:
+        """Return seeds of d/dt for inputs that have rates, and for t where an end of a strut moves with it."""
+        seeds = {graph.symbol(name): graph.symbol(rate) for name, rate in self.rates.items()}
+        timed = any(CLOCK in x.symbols for _, at in self.supports for x in at)
+        return seeds | ({graph.symbol(CLOCK): graph.one} if timed else {})
 
     @property
     def point_names(self) -> list[str]:

@@ -18,7 +18,7 @@ from numbers import Rational
 from typing import ClassVar
 
 from symdyn.errors import SceneError
-from symdyn.graph import Expr, Graph, Op, arithmetic
+from symdyn.graph import Expr, Graph, Op, arithmetic, tangents
 from symdyn.scene.values.curve import Curve
 
 Value = Fraction | float
@@ -133,6 +133,20 @@ class Quantity:
         if self.op.is_function:
             return graph.function(self.op, *args)
         return arithmetic(graph)[self.op](*args)  # type: ignore[no-any-return]
+
+    def slope(self, name: str) -> Quantity:
+        """Return the derivative by a symbol, all others held.
+
+        Raises:
+            ZeroDivisionError: the formula divides by a constant zero.
+        """
+
+        def formula(node: Expr) -> Quantity:
+            return Quantity(node.op, tuple(map(formula, node.args)), node.value)
+
+        graph = Graph()
+        (found,) = tangents([self.express(graph)], {graph.symbol(name): graph.one})
+        return formula(found)
 
     def at(self, values: Mapping[str, Value]) -> Value | None:
         """Return its value, exact where it is rational; None when one of its symbols has no value.

@@ -85,15 +85,16 @@ def acting(w: Workspace, forces: Forces) -> dict[Expr, Expr]:
 def powers(w: Workspace, drives: Sequence[Expr], place: Mapping[Expr, Expr]) -> list[Expr]:
     """Return the power of drives, W, and that of all else beside gravity and springs.
 
-    Energy that matter takes along or brings is among the latter: what K + P changes by while masses do.
+    Energy that matter takes along or brings is among the latter, what K + P changes by while masses do, and what ends
+    of springs bring in that move as they are told.
     """
     acts = (drives, substitute(w.Q, place))
     found = [w.graph.total(f * u for f, u in zip(some, w.state.qd, strict=True)) for some in acts]
-    if not w.scene.states:
+    seeds = w.state.clock | dict(zip(w.states, substitute(w.state_rates, place), strict=True))
+    if not seeds:
         return found
     energies = [x for name in ("kinetic_energy", "potential_energy") for x in derive_one(w, name).entries]
-    matter = tangents(energies, dict(zip(w.states, substitute(w.state_rates, place), strict=True)))
-    return [found[0], w.graph.total([found[1], *matter])]
+    return [found[0], w.graph.total([found[1], *substitute(tangents(energies, seeds), place)])]
 
 
 @dataclass(frozen=True)

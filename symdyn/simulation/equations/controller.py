@@ -264,18 +264,21 @@ def driven(scene: Scene) -> tuple[str, ...]:
     """Return what a controller drives that does not say it: all drives but those of prescribed motions, else inputs."""
     places = places_of(scene)
     drives = tuple(one for one in scene.drives if one and place_of(scene, places, one, "", Faults("")) is not None)
-    return drives or tuple(one.name for one in scene.inputs)
+    return drives or tuple(one.name for one in scene.inputs if not (one.rates or one.of))
 
 
-def placed(scene: Scene, feedback: Feedback, until: float) -> Placed:
-    """Return a controller in its scene.
+def placed(scene: Scene, feedback: Feedback, until: float, beside: bool = False) -> Placed:
+    """Return a controller in its scene, or what acts beside one.
 
     Raises:
         SimulateError: with every fault, one line each.
     """
     faults, places = Faults(""), places_of(scene)
     names = tuple(feedback.inputs or getattr(feedback.law, "inputs", ()) or driven(scene))  # gains name their own
-    found = [place_of(scene, places, name, "feedback: inputs", faults) for name in names]
+    where = "feedback: inputs"
+    found = [places[name] if beside else place_of(scene, places, name, where, faults) for name in names]
+    for name in (name for name in names if name in scene.rates and not beside):
+        faults.add(where, f"{name} has rates, which no controller tells; give it in forces")
     if not names:
         faults.add("feedback", f"{scene.name} has no drive; give a joint one")
     for k in {k for k in found if k is not None and found.count(k) > 1}:
@@ -299,7 +302,7 @@ def placed(scene: Scene, feedback: Feedback, until: float) -> Placed:
 
 def placed_function(scene: Scene, function: ForceFunction, until: float) -> Placed:
     """Return a function that forces are given by as what acts all the time."""
-    found = placed(scene, Feedback(function.of, function.names), until)
+    found = placed(scene, Feedback(function.of, function.names), until, beside=True)
     return replace(found, title=f"{function.where}: the function")
 
 

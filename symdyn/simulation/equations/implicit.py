@@ -240,7 +240,7 @@ def _entries(system: StateEquations, state: dict[str, tuple[Expr, ...]], rates: 
     balance = w.forces(list(w.state.qdd))
     place = acting(w, system.forces)
     balance = [force - place[tau] for force, tau in zip(substitute(balance, place), w.state.tau, strict=True)]
-    for k, given in zip(w.prescribed.place, w.prescribed.acceleration, strict=True):
+    for k, given in zip(w.prescribed.place, substitute(w.prescribed.acceleration, place), strict=True):
         balance[k] = w.state.qdd[k] - given
     places = [graph.symbol(acceleration_name(name)) for name in system.scene.velocities]
     balance = substitute(substitute(balance, {}, graph), dict(zip(places, acceleration, strict=False)))

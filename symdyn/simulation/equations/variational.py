@@ -33,7 +33,7 @@ from symdyn.simulation.equations.events import saltation
 from symdyn.simulation.equations.linear_feedback import state_names
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.equations.written import state_equations
-from symdyn.simulation.prescribed.forces import Forces
+from symdyn.simulation.prescribed.forces import Forces, force_names
 
 ALONG, AGAINST = "along", "against"
 """The two sweeps: which of them is written, and compiled."""
@@ -307,7 +307,9 @@ def _written(system: StateEquations, parameters: tuple[str, ...], sweep: str) ->
     motion = prescribed(w.scene, graph)
     if motion.place:
         by = dict(zip(inputs[nq + nu :], dp.symbols, strict=False))
-        changing = tangents((*motion.position, *motion.velocity), by)
+        told = zip(force_names(w.scene), map(system.forces.formula, range(system.given_size)), strict=True)
+        placed = {graph.symbol(name): one.express(graph) for name, one in list(told)[nv:]}
+        changing = tangents(substitute((*motion.position, *motion.velocity), placed), by)
         functions.append(plain("led", changing, (known["t"], *others, dp)))
     late = argument(graph, "late", max(1, len(parameters)) + 1)
     later = dict(zip(inputs, (*dq.symbols, *du.symbols, *late.symbols), strict=False))

@@ -182,7 +182,7 @@ def _written(
         function_of(w, "drives", drives),
         function_of(w, "power", work),
         function_of(w, "kinetic", derive_one(w, "kinetic_energy").entries),
-        function_of(w, "potential", derive_one(w, "potential_energy").entries),
+        function_of(w, "potential", substitute(derive_one(w, "potential_energy").entries, place)),
         points(w),
         function_of(w, "inputs", [place[one] for one in w.inputs]),
     ]

@@ -1,7 +1,8 @@
 """Names that `symdyn.simulation.prescribed` offers; each is imported when it is first used."""
 
+from .courses import ForceTable as ForceTable
 from .entries import Entries as Entries, read_entries as read_entries
-from .forces import ForceTable as ForceTable, drive_names as drive_names
+from .forces import drive_names as drive_names
 from .formulas_in_time import (
     Columns as Columns,
     number_of as number_of,

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -25,29 +26,10 @@ from symdyn.dynamics.mechanism import TIME, quaternions
 from symdyn.errors import SceneError, SimulateError, suggestion
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.values import Faults, acceleration_name, ask_for_units, force_unit, substituted, velocity_name
+from symdyn.simulation.prescribed.courses import ForceTable, formulas_of, rate_of, tables_of, with_its_rates
 from symdyn.simulation.prescribed.entries import Entries, read_entries
-from symdyn.simulation.prescribed.formulas_in_time import Columns, parameter_values, read_formula, sample_times
+from symdyn.simulation.prescribed.formulas_in_time import Columns, counted, parameter_values, read_formula, sample_times
 from symdyn.simulation.prescribed.motion_laws import Law, column_law, read_function, read_law, required_arguments
-from symdyn.unlocked import cached_property
-
-
-@dataclass(frozen=True)
-class ForceTable:
-    """Numbers over rising times, interpolated; held before the first and after the last."""
-
-    t: Array
-    x: Array
-
-    @cached_property
-    def _curve(self) -> Callable[[Array], Array]:
-        from scipy.interpolate import PchipInterpolator
-
-        found: Callable[[Array], Array] = PchipInterpolator(self.t, self.x)
-        return found
-
-    def __call__(self, times: Array) -> Array:
-        """Return the numbers at `times`."""
-        return np.asarray(self._curve(np.clip(times, self.t[0], self.t[-1])), dtype=np.float64)
 
 
 @dataclass(frozen=True)
@@ -63,6 +45,17 @@ class ForceFunction:
     names: tuple[str, ...]
     where: str
     of: Callable[[float, Array, Array], Any]
+
+    def number(self, name: str, t: float, q: Array, u: Array) -> float:
+        """Return one of what it returns; SimulateError where that is something else than a number each."""
+        try:
+            found = np.asarray(self.of(t, q, u), dtype=np.float64).ravel()
+        except Exception as fault:
+            raise SimulateError(f"{self.where}: the function has no value at t = {t:g} s: {fault}") from None
+        if len(found) != len(self.names):
+            told = f"{self.where}: the function returned {counted(len(found), 'number')} at t = {t:g} s"
+            raise SimulateError(f"{told}; it returns {len(self.names)}: {', '.join(self.names)}")
+        return float(found[self.names.index(name)])
 
 
 @dataclass(frozen=True)
@@ -110,8 +103,18 @@ class Forces:
 
 
 def held(scene: Scene, forces: Forces, until: float) -> tuple[str, ...]:
-    """Return what is to be said of tables that do not reach from 0 to `until`."""
+    """Return what is to be said of tables that do not reach from 0 to `until`.
+
+    Raises:
+        SimulateError: one of them is that of an input with rates, which it says nowhere else.
+    """
     names, spans = force_names(scene), {k: (table.t[0], table.t[-1]) for k, table in forces.tables.items()}
+    for k, table in forces.tables.items():
+        if table.spline is not None and (table.t[0] > 0 or table.t[-1] < until):
+            raise SimulateError(
+                f"forces: {names[k]} has rates, and its table goes from {table.t[0]:g} s to {table.t[-1]:g} s; give "
+                f"rows for the whole run, from 0 to {until:g} s"
+            )
     return tuple(
         f"the table of {names[k]} goes from {first:g} s to {last:g} s; outside, the force is that of its nearest row"
         for k, (first, last) in spans.items()
@@ -161,7 +164,7 @@ def read_forces(scene: Scene, entries: Entries) -> Forces:
     places = places_of(scene)
     states = (one.name for one in scene.states)
     allowed = (TIME, *scene.coordinates, *scene.velocities, *states, *values, *scene.definitions)
-    letters = tuple(one.name for one in scene.inputs)
+    letters = tuple(one.name for one in scene.inputs if not one.of)
     units = force_units(scene)
     _ask(scene, entries)
     outputs = {one.name for one in scene.outputs}
@@ -178,33 +181,37 @@ def read_forces(scene: Scene, entries: Entries) -> Forces:
 
     for where, name, text in said.texts:
         k = place(name, where)
-        known = allowed if name in letters else (*allowed, *letters)
+        known = (*allowed, *(() if name in letters else (one.name for one in scene.inputs)))
         unit = "" if k is None else units[k]
         formula = read_formula(text, known, f"{where}: {name}", faults, advice, unit)
         if k is not None and formula is not None:
-            formulas[k] = substituted(formula, scene.definitions)
+            told = formulas_of(scene, name, substituted(formula, scene.definitions), where, faults)
+            formulas |= {places[one]: course for one, course in told.items()}
     drives = {drive: k for k, drive in enumerate(scene.drives) if drive}
     drives |= {name: places[name] for name in letters}
     for table in said.tables:  # without a column of a drive, those that are called like coordinates
         wanted = [name for name in table.values if name in drives] or [name for name in table.values if name in places]
         if table.every:
             wanted = list(table.values)
+        wanted = [name for name in wanted if rate_of(scene, name) not in wanted]
         if not wanted:
             what = "of a drive or an input" if letters else "of a drive"
             faults.add(table.source, f"has no column {what}; {scene.name} has {', '.join(drives) or 'none'}")
         for name in wanted:
             k = place(name, table.source)
             if k is not None:
-                tables[k] = table.curves.get(name) or ForceTable(table.t, table.values[name])
+                tables |= {places[one]: found for one, found in tables_of(scene, name, table, faults).items()}
     for name, function in said.functions:
         led = scene.prescribed_velocities
         names = (name,) if name else tuple(drive for drive, k in drives.items() if k not in led)
         if not names:
             faults.add("forces", f"{scene.name} has no drive; give a joint one")
         found = [place(one, "forces") for one in names]
-        one = force_function(names, f"forces: {name}" if name else "forces", function, faults)
+        names = tuple(rate for one in names for rate in with_its_rates(scene, one))
+        counts = (1,) if name in scene.rates else (1, 3)
+        one = force_function(names, f"forces: {name}" if name else "forces", function, faults, counts)
         if one is not None and None not in found:
-            functions |= {k: one for k in found if k is not None}
+            functions |= {places[rate]: one for rate in names}
     faults.close(SimulateError)
     return Forces(formulas, tables, tuple(functions), tuple(dict.fromkeys(functions.values())))
 
@@ -223,13 +230,31 @@ def _ask(scene: Scene, entries: Entries) -> None:
         raise SimulateError(error.faults) from None
 
 
+def at_start(scene: Scene, forces: Forces) -> dict[str, Quantity]:
+    """Return what inputs with rates are at t = 0, by name: formulas, and numbers of tables and functions."""
+    found, still = dict[str, Quantity](), np.zeros(0)
+    names = [rate for one in scene.inputs if one.rates for rate in with_its_rates(scene, one.name)]
+    for name, k in ((name, places_of(scene)[name]) for name in names):
+        told = [float(forces.tables[k](np.zeros(())))] if k in forces.tables else []
+        told += [one.number(name, 0.0, still, still) for one in forces.functions if name in one.names]
+        if told or k in forces.formulas:
+            found[name] = Quantity.number(Fraction(told[0])) if told else forces.formulas[k]
+    return found
+
+
 def force_function(
-    names: tuple[str, ...], where: str, function: Callable[..., Any], faults: Faults
+    names: tuple[str, ...],
+    where: str,
+    function: Callable[..., Any],
+    faults: Faults,
+    counts: tuple[int, ...] = (1, 3),
 ) -> ForceFunction | None:
     """Return a function of t, or of t, q and u, as one of the latter; None after a fault."""
     count = required_arguments(function)
-    if count not in (None, 1, 3):
-        faults.add(where, f"the function takes {count} arguments; a force is a function of t, or of (t, q, u)")
+    if count not in (None, *counts):
+        usual = "a force is a function of t, or of (t, q, u)"
+        told = usual if 3 in counts else f"give one of t that returns {', '.join(names)}"
+        faults.add(where, f"the function takes {count} arguments; {told}")
         return None
     return ForceFunction(names, where, partial(_of_time, function) if count == 1 else function)
 
@@ -262,9 +287,12 @@ def places_of(scene: Scene) -> dict[str, int]:
 
 def place_of(scene: Scene, places: Mapping[str, int], name: str, where: str, faults: Faults) -> int | None:
     """Return the index of what a name means, as `places_of` has it; None after a fault."""
-    k = places.get(name)
+    k, of = places.get(name), rate_of(scene, name)
+    if of:
+        faults.add(where, f"{name} is a rate of {of}, and follows from it; give {of}")
+        return None
     if k is None:
-        letters = [one.name for one in scene.inputs]
+        letters = [one.name for one in scene.inputs if not one.of]
         known = [*(drive for drive in scene.drives if drive), *letters] or list(places)
         what = "a drive, an input nor a coordinate" if letters else "a drive nor a coordinate"
         faults.add(where, f"{name} is neither {what}; {suggestion(name, known)}")
@@ -338,8 +366,11 @@ def read_motion(scene: Scene, entries: Entries) -> SceneMotion:
         if missing and len(missing) < len(group):
             faults.add("motion", f"{', '.join(missing)} missing; a quaternion moves as ({', '.join(group)})")
     faults.close(SimulateError)
-    letters = [(one.name, table) for one in scene.inputs for table in said.tables if one.name in table.values]
-    return SceneMotion(laws, quasi, {name: ForceTable(table.t, table.values[name]) for name, table in letters})
+    given: dict[str, ForceTable] = {}
+    for one, table in ((one, table) for one in scene.inputs for table in said.tables if one.name in table.values):
+        given |= {} if one.of else tables_of(scene, one.name, replace(table, curves={}), faults)
+    faults.close(SimulateError)
+    return SceneMotion(laws, quasi, given)
 
 
 def motion_times(entries: Sequence[str], until: float | None, every: float | None) -> Array:

@@ -18,12 +18,12 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra import Array
+from symdyn.algebra import Array, Batches
 from symdyn.arguments import argument
 from symdyn.bounds import BOUNDS
 from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import SceneError, SimulateError, suggestion
-from symdyn.graph import Graph
+from symdyn.graph import Expr, Graph, evaluate, reachable
 from symdyn.scene import Quantity, Scene, SceneUnits, parse, read_bounded
 from symdyn.scene.values import Faults, FormulaError, Unit, fits, formula_text, spell, substituted
 
@@ -98,6 +98,38 @@ def bound(formula: Quantity, values: Mapping[str, Quantity]) -> Quantity:
     except ZeroDivisionError:
         raise FormulaError("divides by zero; check the denominator") from None
     return found
+
+
+AHEAD = np.concatenate([np.linspace(0.0, 100.0, 100_001), np.geomspace(100.0, 1e6, 1000)[1:]])
+"""Times, s, between which a formula is looked at for steps."""
+
+ACROSS, STEP = 1e-12, 1e-6
+"""How close to a step a formula is taken on both sides, of the time there, and how far it goes, of its size or 1."""
+
+
+def jump_of(formula: Quantity) -> float | None:
+    """Return a time, s, at which a formula in t alone jumps, None where no step was found."""
+    graph = Graph()
+    node = formula.express(graph)
+    guards = [one.args[0] for one in reachable([node]) if one.op.turns]
+
+    def at(nodes: Sequence[Expr], times: Array) -> list[Array]:
+        with np.errstate(all="ignore"):
+            found = evaluate(nodes, Batches(), {graph.symbol(TIME): times})
+        return [np.broadcast_to(np.asarray(one, dtype=np.float64), times.shape) for one in found]
+
+    for guard, values in zip(guards, at(guards, AHEAD) if guards else (), strict=True):
+        (turned,) = np.nonzero(np.diff(values > 0))
+        low, high = AHEAD[turned], AHEAD[turned + 1]
+        while len(low) and np.any(high - low > ACROSS * np.maximum(1.0, high)):
+            middle = (low + high) / 2
+            same = (at([guard], middle)[0] > 0) == (at([guard], low)[0] > 0)
+            low, high = np.where(same, middle, low), np.where(same, high, middle)
+        (before,), (after,) = at([node], low), at([node], high)
+        steps = np.abs(after - before) > STEP * np.maximum(1.0, np.abs(before))
+        if steps.any():
+            return float(high[steps][0])
+    return None
 
 
 def number_of(formula: Quantity, values: Mapping[str, Quantity], where: str, faults: Faults) -> float | None:

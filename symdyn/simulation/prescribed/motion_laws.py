@@ -25,6 +25,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -35,7 +36,7 @@ from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import SimulateError, suggestion
 from symdyn.graph import Graph, evaluate, tangents
 from symdyn.scene import Quantity
-from symdyn.scene.values import Faults, FormulaError, split_commas
+from symdyn.scene.values import Faults, FormulaError, acceleration_name, split_commas
 from symdyn.simulation.prescribed.formulas_in_time import Columns, bound, number_of, read_formula
 
 Motion3 = tuple[Array, Array, Array]
@@ -84,24 +85,29 @@ def read_law(text: str, values: Mapping[str, Quantity], where: str, faults: Faul
         return None
 
 
-def formula_law(formula: Quantity, text: str) -> Law:
-    """Return the law of a formula in t alone."""
+def formula_law(
+    formula: Quantity, text: str, tables: Mapping[str, Callable[[Array], Array]] = MappingProxyType({})
+) -> Law:
+    """Return the law of a formula in t, and in inputs by their tables, to which those of their rates belong."""
     graph = Graph()
     t = graph.symbol(TIME)
+    rates = {one: acceleration_name(one) for one in tables if acceleration_name(one) in tables}
+    seeds = {t: graph.one} | {graph.symbol(name): graph.symbol(rate) for name, rate in rates.items()}
     try:
         x = formula.express(graph)
-        (v,) = tangents([x], {t: graph.one})
-        (a,) = tangents([v], {t: graph.one})
+        (v,) = tangents([x], seeds)
+        (a,) = tangents([v], seeds)
     except ZeroDivisionError:
         raise FormulaError("divides by zero") from None
 
     def profile(times: Array) -> Motion3:
         with np.errstate(all="ignore"):
-            found = evaluate([x, v, a], Batches(), {t: times})
+            told = {graph.symbol(name): table(times) for name, table in tables.items()}
+            found = evaluate([x, v, a], Batches(), {t: times, **told})
         q, qd, qdd = (np.broadcast_to(np.asarray(one, dtype=np.float64), times.shape).copy() for one in found)
         return q, qd, qdd
 
-    return Law(text, EVER, profile, (formula_law, (formula, text)))
+    return Law(text, EVER, profile, (formula_law, (formula, text, dict(tables))))
 
 
 def constant(value: float, text: str = "") -> Law:
@@ -166,23 +172,26 @@ def through(t: Array, x: Array, text: str) -> Law:
     return Law(text, EVER, profile, (through, (t, x, text)))
 
 
-def column_law(columns: Columns, name: str, rate: str, acceleration: str) -> Law:
-    """Return the law of columns of a table: a spline through positions, and through rates and accelerations if given.
+def column_curve(columns: Columns, name: str, rate: str, acceleration: str) -> Any:
+    """Return a spline through columns of a table: positions, and rates and accelerations if given.
 
     With positions alone it is a cubic spline, with velocities the cubic, with accelerations too the quintic Hermite
-    interpolant, so that a recorded motion comes back at its own times digit for digit.
+    interpolant.
     """
     from scipy.interpolate import BPoly, CubicHermiteSpline, CubicSpline
 
     t, x = columns.t, columns.values[name]
     v, a = columns.values.get(rate), columns.values.get(acceleration)
-    curve: Any
     if v is not None and a is not None:
-        curve = BPoly.from_derivatives(t, np.stack([x, v, a], axis=1))
-    elif v is not None:
-        curve = CubicHermiteSpline(t, x, v)
-    else:
-        curve = CubicSpline(t, x)
+        return BPoly.from_derivatives(t, np.stack([x, v, a], axis=1))
+    return CubicSpline(t, x) if v is None else CubicHermiteSpline(t, x, v)
+
+
+def column_law(columns: Columns, name: str, rate: str, acceleration: str) -> Law:
+    """Return the law of columns of a table, so that a recorded motion comes back at its own times digit for digit."""
+    t, x = columns.t, columns.values[name]
+    v, a = columns.values.get(rate), columns.values.get(acceleration)
+    curve = column_curve(columns, name, rate, acceleration)
 
     def profile(times: Array) -> Motion3:
         q, qd, qdd = (np.asarray(curve(times, order), dtype=np.float64) for order in range(3))

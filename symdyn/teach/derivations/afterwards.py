@@ -260,7 +260,7 @@ def _energy(lesson: Lesson, chosen: Chosen) -> Step:
         claim = lesson.say("energy.jacobi", total=total, h=h, q=named(r))
         return Step("energy", claim, (block,), lesson.say("energy.jacobi.reason", h=h), show=show)
     acting = generalized_forces(scene, graph)
-    timed = graph.symbol(TIME) in reachable([lesson.L, *acting])
+    timed = {graph.symbol(TIME), *lesson.state.clock}.intersection(reachable([lesson.L, *acting]))
     some = [named(q) for q, force in zip(lesson.state.q, acting, strict=True) if not force.is_zero]
     if timed:
         return Step("energy", lesson.say("energy.timed", total=total), (), show=show)

@@ -142,15 +142,19 @@ def power_steps(lesson: Lesson, page: Printable, chosen: Chosen) -> list[Step]:
     others = [page.lengths.written_out(Form.sum(some[1:])) for some in forces]
     acting = [lesson.drives[i] + others[i].express(lesson.graph) for i in n]
     nodes = [force * u for force, u in zip(acting, state.qd, strict=True)]
+    supports = tangents([lesson.energy.P], state.clock)[0] if state.clock else lesson.graph.zero
+    told = None if supports.is_zero else lesson.name("told:", "W", "s", node=supports)
+    nodes, power = (nodes, power) if told is None else ([*nodes, supports], [*power, told])
     left, *parts = chosen.of(rate, *nodes)
     size = sum(map(abs, (*parts, *rates_of(lesson.energy, state, chosen))))
     left, *parts = (0.0 if abs(x) <= NONE * size else x for x in (left, *parts))
     assert abs(left - sum(parts)) <= 1e-9 * (1 + size), "the power of the drives is not the rate of K + P"
-    blocks = (Formula("E:", Form.sum((Symbol("K:"), Symbol("P:")))), Formula(symbol.name, Form.sum(power)))
+    blocks: list[Block] = [Formula("E:", Form.sum((Symbol("K:"), Symbol("P:")))), Formula(symbol.name, Form.sum(power))]
+    blocks += [] if told is None else [lesson.say("power.told", power=told, P=Symbol("P:"))]
     right = " + ".join(map(lesson.written, parts)).replace("+ −", "− ")
     numbers = lesson.say("power.numbers", left=symbol, value=lesson.equals(left), parts=right)
     return [
-        Step("power", lesson.say("power"), blocks, lesson.say("power.reason")),
+        Step("power", lesson.say("power"), tuple(blocks), lesson.say("power.reason")),
         Step("power.numbers", numbers, ()),
     ]
 

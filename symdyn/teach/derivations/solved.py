@@ -37,9 +37,6 @@ LARGE = 20
 SMALL = 1e-9
 """Of a comparison in numbers, relative."""
 
-LARGE = 20
-"""A number below the line that is no fraction of a textbook."""
-
 NO_SHORT_FORM = (DerivationError, KeyError, OverflowError, ZeroDivisionError)
 """What says that no quotient of polynomials in sines is found, or none that is short."""
 
