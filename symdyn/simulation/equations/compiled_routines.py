@@ -90,7 +90,7 @@ def powers(w: Workspace, drives: Sequence[Expr], place: Mapping[Expr, Expr]) -> 
     """
     acts = (drives, substitute(w.Q, place))
     found = [w.graph.total(f * u for f, u in zip(some, w.state.qd, strict=True)) for some in acts]
-    seeds = w.state.clock | dict(zip(w.states, substitute(w.state_rates, place), strict=True))
+    seeds = {**w.state.clock, **dict(zip(w.states, substitute(w.state_rates, place), strict=True))}
     if not seeds:
         return found
     energies = [x for name in ("kinetic_energy", "potential_energy") for x in derive_one(w, name).entries]
