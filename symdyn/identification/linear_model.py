@@ -361,7 +361,6 @@ def _check(scene: Scene) -> None:
         names = ", ".join(one.name for one in scene.inputs)
         raise IdentifyError(f"{scene.name}: {names}: inputs over time are not identified with; bind numbers in place")
     scene.refuse_states("identification", IdentifyError)
-    scene.refuse_contacts("identification", IdentifyError)
 
 
 def places_of(requested: Sequence[str], there: Sequence[str]) -> list[int]:

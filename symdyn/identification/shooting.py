@@ -241,7 +241,6 @@ def read_measured(
     """
     scene, forces, faults = problem.scene, problem.forces, Faults("")
     scene.refuse_states("output error", SimulateError)
-    scene.refuse_contacts("output error", SimulateError)
     known = (*scene.coordinates, *scene.velocities)
     if isinstance(forces, Forces):
         raise SimulateError("forces: logs give some of them; give the others as text or by name, not read")

@@ -401,9 +401,7 @@ def joint(name: str, type: JointType | str, parent: str, child: str, **keys: Unp
         damping: viscous damping of every velocity, N m s/rad or N s/m.
         friction: dry friction, N m or N, kept as data; or {"coulomb": ..., "static": ..., "stribeck": ...,
             "smoothing": ...} for friction that enters the equations, see `Friction`.
-        limits: {"lower": ..., "upper": ..., "velocity": ..., "effort": ...}; what is left out or None is unlimited;
-            with "restitution" runs strike the positions;
-            kept as data.
+        limits: {"lower": ..., "upper": ..., "velocity": ..., "effort": ...}, data; "restitution" makes stops of two.
         start: position at the start, or a guess of it where loops close; zeros, and no rotation, when left out.
         start_rates: velocities at the start; zeros when left out.
         motion: prescribed motion, a formula in t and inputs with rates, of a joint with a drive.

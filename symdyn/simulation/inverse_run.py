@@ -214,7 +214,6 @@ def inverse(
     problem, _ = Problem.requested(inverse, locals())
     scene = problem.refused("it belongs to a run, and a motion is given", "start_rates").scene
     scene.refuse_states("inverse dynamics over time", SimulateError)
-    scene.refuse_contacts("inverse dynamics over time", SimulateError)
     motion, path, forces, t = _read(problem, motion, path, times, until, every)
     axes = _check(scene, motion, path, t, reactions)
     told = {places_of(scene)[name]: table for name, table in motion.inputs.items()}

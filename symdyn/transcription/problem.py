@@ -309,7 +309,6 @@ def collocation(
     if not declared.velocities:
         raise SimulateError(f"{declared.name}: nothing moves: no joint has a coordinate")
     declared.refuse_states("collocation", SimulateError)
-    declared.refuse_contacts("collocation", SimulateError)
     try:
         problem = replace(problem, scene=declared.held())
     except FormulaError as fault:

@@ -26,10 +26,10 @@ from symdyn.scene.forces.attachments import AtBody, OnPlane
 from symdyn.scene.forces.constraints import ACROSS, AXIS_HOLDS, ROLLING, linear_parts
 from symdyn.scene.forces.force_kind import Forbid, ForceKind, Rub
 from symdyn.scene.values.entry import Entry, EntryReader, Number, Three, entry, shown
-from symdyn.scene.values.joint import DryJoint, GapContact, PlaneContact, Stop, Unilateral
 from symdyn.scene.values.key import MOTION, Key, Part, Stand, number, one_of, optional
 from symdyn.scene.values.quantity import FormulaError, Quantity, spell
 from symdyn.scene.values.shape import NUMBER
+from symdyn.scene.values.unilateral import DryJoint, GapContact, PlaneContact, Stop, Unilateral
 
 LAWS = ("poisson", "newton")
 

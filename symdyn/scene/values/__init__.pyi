@@ -17,16 +17,11 @@ from .grammar import (
 )
 from .joint import (
     Contact as Contact,
-    DryJoint as DryJoint,
     Element as Element,
-    GapContact as GapContact,
     Joint as Joint,
     Load as Load,
     Place as Place,
-    PlaneContact as PlaneContact,
-    Stop as Stop,
     Strut as Strut,
-    Unilateral as Unilateral,
     acceleration_name as acceleration_name,
     velocity_name as velocity_name,
 )
@@ -35,4 +30,11 @@ from .letters import Input as Input, Letter as Letter, Parameter as Parameter, S
 from .model import Point as Point
 from .quantity import FormulaError as FormulaError, spell as spell
 from .tolerance import read_tolerance as read_tolerance
+from .unilateral import (
+    DryJoint as DryJoint,
+    GapContact as GapContact,
+    PlaneContact as PlaneContact,
+    Stop as Stop,
+    Unilateral as Unilateral,
+)
 from .unit import Unit as Unit, UnitError as UnitError

@@ -177,102 +177,6 @@ class Contact(Row):
 
 
 @dataclass(frozen=True)
-class Unilateral(Element):
-    """What opens and closes, 0 ≤ g ⊥ λ ≥ 0, or sticks and slips: a contact, the stop of a joint, its dry friction.
-
-    Attributes:
-        restitution: e, 0 to 1.
-        friction: Coulomb's coefficient while it slips.
-        static: while it sticks; None for the same.
-        law: of impacts, "poisson" or "newton".
-    """
-
-    restitution: Quantity = Quantity.ZERO
-    friction: Quantity = Quantity.ZERO
-    static: Quantity | None = None
-    law: str = "poisson"
-
-
-@dataclass(frozen=True)
-class PlaneContact(Unilateral):
-    """A place of a body over a plane; g is the height of what is lowest over the plane, m.
-
-    Attributes:
-        type: "point", "ball" or "wheel".
-        place, axis, radius, plane: as of a `Contact`.
-    """
-
-    type: str = "point"
-    place: Place = Place("")
-    axis: Vector | None = None
-    radius: Quantity = Quantity.ZERO
-    plane: Plane = Plane()
-
-    @property
-    def kind(self) -> str:
-        """The row of `FORCES` that tells about it."""
-        return self.type
-
-    @property
-    def ends(self) -> tuple[Place, ...]:
-        """The point, or the centre of the ball or the wheel."""
-        return (self.place,)
-
-    @property
-    def closed(self) -> Contact:
-        """The rows that hold it closed and sticking."""
-        every = ("normal", "along", "across")
-        return Contact(self.name, "rolling", self.place, self.axis, self.radius, self.plane, every)
-
-
-@dataclass(frozen=True)
-class GapContact(Unilateral):
-    """A contact by formulas.
-
-    Attributes:
-        gap: in coordinates and parameters, m.
-        tangent: the velocity with which it slips, linear in velocities; None without friction.
-    """
-
-    gap: Quantity = Quantity.ZERO
-    tangent: Quantity | None = None
-
-    kind = "gap"
-
-
-@dataclass(frozen=True)
-class Stop(Unilateral):
-    """A limit of a joint that it strikes: g is how far the joint is from it, rad or m.
-
-    Attributes:
-        joint: whose it is, of one coordinate.
-        upper: whether it is the upper one.
-        at: the limit, rad or m.
-    """
-
-    joint: str = ""
-    upper: bool = True
-    at: Quantity = Quantity.ZERO
-
-    kind = "stop"
-
-
-@dataclass(frozen=True)
-class DryJoint(Unilateral):
-    """Dry friction of a joint of one coordinate, whose sign is not smoothed.
-
-    Attributes:
-        joint: whose it is.
-        dry: its law, `Friction`.
-    """
-
-    joint: str = ""
-    dry: Element | None = None
-
-    kind = "dry"
-
-
-@dataclass(frozen=True)
 class Coupling:
     """A joint that follows coordinates of others: its position is Σ ratio · coordinate + offset.
 
@@ -296,9 +200,8 @@ class Limits:
 
     Attributes:
         lower, upper: position, rad or m.
-        velocity: largest speed, rad/s or m/s.
-        effort: largest driving force, N m or N.
-        restitution: of both positions, which the joint strikes in runs; None: they are data, too.
+        velocity, effort: largest speed, rad/s or m/s, and driving force, N m or N.
+        restitution: of both positions, which the joint strikes in runs.
     """
 
     lower: Quantity | None = None
@@ -323,16 +226,15 @@ class Joint:
         drives: name of the driving force or torque of each velocity, None where it is passive; () for none at all.
         forces: generalized force Q^A of each velocity beside the drive (5.22), a formula; N m or N; () for none.
         coupling: the coordinates that the joint follows, in place of one of its own.
-        armature: inertia of a rotor, seen at the joint: adds ½ armature (rate of the joint)² to K, at a ball ½
-            armature ω² of its angular velocity relative to the parent; kg m^2 or kg.
+        armature: rotor inertia seen at the joint, in K ½ armature ω², ω relative to the parent; kg m^2 or kg.
         damping: viscous damping, adds -damping · rate to Q^A; N m s/rad or N s/m.
         friction: dry friction as robot files give it, N m or N; data, no part of the equations.
         dry: dry friction that enters the equations: what stands under `friction`, a row of `FORCES`.
         limits: data, no part of the equations.
-        start: position at the start, or a guess of it where loops close; one a coordinate, () for zeros.
+        start: position at the start, or a guess of it where loops close; () for zeros.
         start_rates: velocities at the start; one a velocity, () for zeros.
         motion: prescribed motion of a driven joint, a formula in t; None where a force drives it.
-        locked: that it was declared to move and then locked: now a fixed joint; for reports, not compared.
+        locked: that it was declared to move and then locked: now a fixed joint; not compared.
         text: a description, which lessons and pictures call it by.
         texts: the same in other languages: ("sk", description).
     """

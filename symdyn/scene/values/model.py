@@ -14,7 +14,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
 from pathlib import Path
-from typing import ClassVar, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 from symdyn.arguments import check_arguments, native, walked
 from symdyn.errors import SceneError, SymdynError, listed
@@ -22,20 +22,10 @@ from symdyn.graph import Expr, Graph
 from symdyn.scene.values.body import UNMOVED, Body, Pose
 from symdyn.scene.values.folding import map_quantities, substituted
 from symdyn.scene.values.grammar import CLOCK, LETTERS
-from symdyn.scene.values.joint import (
-    Contact,
-    Element,
-    Joint,
-    JointOrder,
-    Load,
-    Row,
-    Strut,
-    Unilateral,
-    acceleration_name,
-    order_of,
-)
+from symdyn.scene.values.joint import Contact, Element, Joint, JointOrder, Load, Row, Strut, acceleration_name, order_of
 from symdyn.scene.values.letters import Input, Letter, Parameter, Signal, StateVariable
 from symdyn.scene.values.quantity import Quantity, Vector, spell
+from symdyn.scene.values.unilateral import Unilateral
 from symdyn.shown import Shown
 from symdyn.unlocked import cached_property
 
@@ -269,18 +259,9 @@ class Scene(Shown):
         def described(one: _Described) -> _Described:
             return replace(one, text=dict(one.texts).get(code, one.text))
 
-        return replace(
-            described(self),
-            bodies=tuple(map(described, self.bodies)),
-            joints=tuple(map(described, self.joints)),
-            loops=tuple(map(described, self.loops)),
-            parameters=tuple(map(described, self.parameters)),
-            derived=tuple(map(described, self.derived)),
-            inputs=tuple(map(described, self.inputs)),
-            outputs=tuple(map(described, self.outputs)),
-            states=tuple(map(described, self.states)),
-            signals=tuple(map(described, self.signals)),
-        )
+        lists = ("bodies", "joints", "loops", "parameters", "derived", "inputs", "outputs", "states", "signals")
+        every: dict[str, Any] = {name: tuple(map(described, getattr(self, name))) for name in lists}
+        return replace(described(self), **every)
 
     def in_numbers(self, names: Collection[str]) -> Scene:
         """Return the scene with the values of these parameters in place of their names in every formula."""
@@ -335,19 +316,19 @@ class Scene(Shown):
         return tuple((strut, at) for strut, at in ends if any(told.intersection(x.symbols) for x in at))
 
     def refuse_states(self, what: str, error: type[SymdynError] = SceneError) -> None:
-        """Raise an error where there are states of one's own, of which something knows nothing."""
+        """Raise an error where there are states of one's own, or contacts, of which something knows nothing."""
         check_arguments(Scene.refuse_states, locals(), SceneError)
         if self.states:
             names = listed(one.name for one in self.states)
             raise error(f"{self.name}: {what} knows no states of one's own, and there is {names}; take them out")
+        self.refuse_contacts(what, error)
 
     def refuse_contacts(self, what: str, error: type[SymdynError] = SceneError) -> None:
         """Raise an error where contacts open and close, of which something knows nothing."""
-        check_arguments(Scene.refuse_contacts, locals(), SceneError)
         if self.unilaterals:
             names = listed(one.name for one in self.unilaterals)
-            advice = 'take them out, or hold them closed by [constraints] of type "rolling"'
-            raise error(f"{self.name}: {what} knows no contacts that open and close, and there is {names}; {advice}")
+            other = 'take them out, or hold them closed by [constraints] of type "rolling"'
+            raise error(f"{self.name}: {what} knows no contacts that open and close, and there is {names}; {other}")
 
     def derived_words(self, name: str) -> str:
         """Return why a derived parameter takes no value; "" of another name."""
