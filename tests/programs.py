@@ -30,6 +30,7 @@ PROGRAMS: Mapping[str, tuple[str, ...]] = {
     "zsh": ("zsh",),
     "fish": ("fish",),
     "cmake": ("cmake",),
+    "octave-cli": ("octave-cli",),
     "aarch64-gcc": ("aarch64-linux-gnu-gcc",),
     "qemu-aarch64": ("qemu-aarch64", "qemu-aarch64-static"),
 }

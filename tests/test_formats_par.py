@@ -186,7 +186,7 @@ def test_placeholders_of_external_wrenches_are_noted_and_others_refused() -> Non
         (("M = {2}", "(* M = {2}"), "line 5: a comment begins that does not end"),
         (("M = {2}", "M = {2}\nM = {3}"), "line 6: M is given twice"),
         (("M = {2}", "M = {2 +}"), r'frame 1: m = "2 \+" is not a usable formula'),
-        (("M = {2}", "M = {2*t1}"), r"frame 1: mass = 2\*t1 uses t1, which moves"),
+        (("M = {2}", "M = {2*t1}"), r"frame 1: mass = 2\*t1 uses t1; a mass or an inertia changes by a state"),
         (("G = {0, -9.81, 0}", ""), "G is missing"),
         (("M = {2}", "M = {2}\nV0 = {1, 0, 0}"), "the base of a scene is at rest"),
         (("M = {2}", "M = {2}\nis_floating = True"), "is_floating = True: a free base is not read"),

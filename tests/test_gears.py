@@ -118,7 +118,7 @@ def test_a_rack_and_a_screw_are_ratios() -> None:
         assert_allclose(alpha, 2 / (1 + 4 * expected**2), rtol=1e-14)
 
 
-ADVICE = 'write mimic = { joint = "pinion", radii = ["r1", "r2"] }, of the pinion and its own, or both numbers of teeth'
+ADVICE = 'write mimic = { joint = "motor", radii = ["r1", "r2"] }, of that wheel and its own, or both numbers of teeth'
 
 FAULTS = [
     ('radii = ["r1"]', f'mimic: radii = ["r1"] is no list of two; {ADVICE}'),

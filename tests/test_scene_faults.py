@@ -118,8 +118,8 @@ EDITS = [
     ("mass = 1\n", 'mass = "m2"\n',
      "bodies.link2: mass = m2 uses the undefined symbol m2; declare it in parameters (known are g, m1, l1)"),
     ("mass = 1\n", 'mass = "q1"\n',
-     "bodies.link2: mass = q1 uses q1, which moves; only the force of a joint, loads and rows may depend "
-     "on what moves"),
+     "bodies.link2: mass = q1 uses q1; a mass or an inertia changes by a state: write [states.m] with its rate, and "
+     'mass = "m"'),
     ("mass = 1\n", 'mass = "1/(m1 - 2)"\n',
      "bodies.link2: mass = 1/(m1 - 2) divides by zero; check the values of its parameters"),
     ("mass = 1\n", 'mass = "1/cos(pi/2)"\n',

@@ -16,7 +16,6 @@ from typing import Any, NamedTuple
 from flint import Ordering, fmpq, fmpq_mpoly_ctx
 
 from symdyn.algebra.form import Form, Number
-from symdyn.algebra.numeric import Floats
 from symdyn.graph import Arithmetic, Expr, Graph, Op, evaluate, reachable
 
 Polynomial = Any  # flint.fmpq_mpoly, which carries no type hints
@@ -101,6 +100,8 @@ class Nodes(Solving):
 
     def rank(self, pivot: Expr) -> float:
         """Return minus its size there."""
+        from symdyn.algebra.numeric import Floats  # starts NumPy
+
         return -abs(float(evaluate([pivot], Floats(), self._known, known=self._known)[0]))
 
 

@@ -36,7 +36,7 @@ class Bound:
 
     Attributes:
         name: such as "q1", "tau1" or "tool.z".
-        kind: "position", "velocity", "acceleration", "force" or "point".
+        kind: "position", "velocity", "acceleration", "force" or "place".
         index: which of its kind; of points three times its number, and the axis.
         low, high: -inf and inf where there is none.
         unit: such as "rad/s".
@@ -131,7 +131,7 @@ def _all(scene: Scene) -> dict[str, Bound]:
         found |= {name: Bound(name, kind, k, unit=units[k] + UNITS[kind]) for k, name in enumerate(names)}
     found |= {name: Bound(name, "force", k, unit=force_unit(units[k])) for k, name in enumerate(drive_names(scene))}
     axes = [(f"{one.name}.{axis}", 3 * k + i) for k, one in enumerate(scene.points) for i, axis in enumerate("xyz")]
-    return found | {name: Bound(name, "point", k, unit="m") for name, k in axes}
+    return found | {name: Bound(name, "place", k, unit="m") for name, k in axes}
 
 
 def _dotted(name: str, points: set[str]) -> str:

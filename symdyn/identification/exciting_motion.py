@@ -69,7 +69,7 @@ class Functions:
     """
 
     def __init__(self, scene: Scene, bounds: Sequence[Bound], noise: Array, seed: int) -> None:
-        points = sorted({one.index // 3 for one in bounds if one.kind == "point"})
+        points = sorted({one.index // 3 for one in bounds if one.kind == "place"})
         self.points = {k: scene.points[k].name for k in points}
         self.forced = any(one.kind == "force" for one in bounds)
         names = ["base_regressor", "base_regressor_vjp", "inverse_dynamics"]
@@ -106,16 +106,16 @@ class Functions:
         known = {"position": motion.q, "velocity": motion.u, "acceleration": motion.a}
         known |= {"force": self.forces(motion)} if self.forced else {}
         if self.points:
-            known["point"] = np.zeros((len(motion.q), 3 * (max(self.points) + 1)))
+            known["place"] = np.zeros((len(motion.q), 3 * (max(self.points) + 1)))
             for k, name in self.points.items():
-                known["point"][:, 3 * k : 3 * k + 3] = self.calls[f"pose:{name}"](motion.q)[..., 3]
+                known["place"][:, 3 * k : 3 * k + 3] = self.calls[f"pose:{name}"](motion.q)[..., 3]
         return np.stack([known[one.kind][:, one.index] for one in self.bounds], axis=1)
 
     def bounded_back(self, motion: Motion, slope: Array) -> tuple[Array, Array, Array]:
         """Return slopes by q, u and a of a number whose slope by what has bounds is given, shape (N, bounds)."""
         N, n = motion.q.shape
         parts = {kind: np.zeros((N, n)) for kind in ("position", "velocity", "acceleration", "force")}
-        parts["point"] = np.zeros((N, 3 * (max(self.points, default=-1) + 1)))
+        parts["place"] = np.zeros((N, 3 * (max(self.points, default=-1) + 1)))
         for k, one in enumerate(self.bounds):
             parts[one.kind][:, one.index] += slope[:, k]
         q, u, a = parts["position"], parts["velocity"], parts["acceleration"]
@@ -124,7 +124,7 @@ class Functions:
             q, u, a = q + found[:, :n], u + found[:, n : 2 * n], a + found[:, 2 * n :]
         for k, name in self.points.items():
             J = self.calls[f"jacobian:{name}"](motion.q)[:, :3]
-            q = q + np.einsum("ki,kij->kj", parts["point"][:, 3 * k : 3 * k + 3], J)
+            q = q + np.einsum("ki,kij->kj", parts["place"][:, 3 * k : 3 * k + 3], J)
         return q, u, a
 
 

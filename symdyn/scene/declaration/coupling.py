@@ -59,7 +59,7 @@ RATIOS: Key[tuple[tuple[str, Quantity], ...]] = Key("ratios", _ratios, (), shape
 
 OFFSET = number("offset")
 
-WHEELS = 'write mimic = { joint = "pinion", radii = ["r1", "r2"] }, of the pinion and its own, or both numbers of teeth'
+WHEELS = 'write mimic = { joint = "motor", radii = ["r1", "r2"] }, of that wheel and its own, or both numbers of teeth'
 
 
 def _radii(table: EntryReader, key: str, usual: tuple[Quantity, ...]) -> tuple[Quantity, ...]:

@@ -33,8 +33,8 @@ FORCES: dict[str, ForceKind] = {
     "ball": BALL,
     "wheel": WHEEL,
     "gap": GAP,
-    "stop": STOP,
-    "dry": DRY_JOINT,
+    "joint_stop": STOP,
+    "joint_friction": DRY_JOINT,
 }
 """Every kind of element; scenes hold elements in this order, and joints what stands in their own tables."""
 

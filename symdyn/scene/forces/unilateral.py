@@ -65,8 +65,8 @@ def _check(one: Unilateral, stand: Stand) -> None:
 
 
 def _words(one: PlaneContact) -> str:
-    what = "point" if one.type == "point" else f"{one.type} of radius {spell(one.radius)}"
-    return f"{one.place.body}, a {what}, over a plane of {one.plane.body}, {_law_words(one)}"
+    size = f" of radius {spell(one.radius)}" if one.radius != Quantity.ZERO else ""
+    return f"{one.place.body}, a {one.type}{size}, over a plane of {one.plane.body}, {_law_words(one)}"
 
 
 def _law_words(one: Unilateral) -> str:

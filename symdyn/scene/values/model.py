@@ -182,6 +182,7 @@ class Scene(Shown):
 
     def seated(self, load: Load) -> Load:
         """Return a load with the place that it acts at, where that is the centre of mass of its body."""
+        check_arguments(Scene.seated, locals(), SceneError)
         at = next((one.centre for one in self.bodies if load.spread and one.name == load.place.body), load.place.at)
         return replace(load, place=replace(load.place, at=at))
 

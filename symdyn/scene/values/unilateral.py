@@ -88,7 +88,7 @@ class Stop(Unilateral):
     upper: bool = True
     at: Quantity = Quantity.ZERO
 
-    kind = "stop"
+    kind = "joint_stop"
 
 
 @dataclass(frozen=True)
@@ -103,4 +103,4 @@ class DryJoint(Unilateral):
     joint: str = ""
     dry: Element | None = None
 
-    kind = "dry"
+    kind = "joint_friction"

@@ -186,7 +186,7 @@ class Constrained(Lesson):
         rows = differentiated(self.scene, self.graph, self.state)
         owned = {cut.owner: cut for cut in rows.cuts}
         found: list[Condition] = []
-        rods = {joint.name for joint in self.scene.loops if joint.type == "rod"}
+        rods = {joint.name for joint in self.scene.loops if "length" in dict(joint.shape)}
         for owner, loop in dict.fromkeys((rows.labels[k].owner, rows.labels[k].loop) for k in kept):
             own = [k for k in kept if (rows.labels[k].owner, rows.labels[k].loop) == (owner, loop)]
             cut = owned.get(owner)
