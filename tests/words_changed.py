@@ -73,6 +73,14 @@ FALL: dict[str, object] = {"contacts__hit": {"body": "arm", "plane": UNDER}, **S
 ROLL: dict[str, object] = {"contacts__hit": {"type": "ball", "body": "arm", "radius": 0.1, "plane": UNDER}}
 RIM: dict[str, object] = {"contacts__hit": {"type": "wheel", "body": "arm", "radius": 0.1, "plane": UNDER}, **SPUN}
 POINTED: dict[str, object] = {"contacts__hit": {"plane": UNDER}, **TIP, "points__hub": {"body": "arm"}}
+LEAKS: dict[str, object] = {
+    "states__filled": {"rate": -0.3, "start": 2, "unit": "kg"},
+    "bodies__arm__mass": "filled",
+    "joints__pin__start_rates": 1,
+}
+OUT = {"velocity": [1, 2, 3]}
+JET: dict[str, object] = {**LEAKS, "flows__jet": {"body": "arm", "at": [0, 0, 1], "velocity": [1, 2, 3]}}
+JETS: dict[str, object] = {**JET, "flows__other": {"body": "arm", "at": [0, 1, 1], "velocity": [3, 0, 1]}}
 PUSH = {"loads__push": {"body": "arm", "at": [0, 0, 1], "force": [1, 2, 3]}, **TIP}
 FREE = of("free", parent="ground", start_rates=[0.5, 0, 0, 0, 1, 0.3])
 WHEEL = {
@@ -242,6 +250,11 @@ WORDS: tuple[Row, ...] = (
     row("constraints/wheel/components", ["along"], ["along", "across"], **WHEEL),
     row("constraints/wheel/plane", {"at": [0, 0, 0.1]}, {"at": [0, 0, 0.2]}, **WHEEL),
     row("constraints/wheel/point", "hub", "tip", **{**WHEEL, "constraints__wheel": ROLLING}, **TIP),
+    row("flows/jet/velocity", [1, 2, 3], [1, 2, 4], **JET),
+    row("flows/jet/at", [0, 0, 1], [0, 1, 1], **JET),
+    row("flows/jet/frame", "ground", "body", **JET),
+    row("flows/jet/rate", -0.1, -0.2, **JETS),
+    row("flows/jet/point", "tip", "hub", **LEAKS, **TIP, points__hub={"body": "arm"}, flows__jet=OUT),
     row("contacts/hit/gap", "0.1 - q1", "0.2 - q1", **HIT),
     row("contacts/hit/tangent", "r*q2_dot", "-2*r*q2_dot", **HIT),
     row("contacts/hit/restitution", 0.5, 0.6, **HIT),
@@ -331,6 +344,7 @@ SILENT: dict[str, str] = {
     "constraints/type": "other types have other keys, each a row by itself",
     "ropes/type": "likewise",
     "contacts/type": "likewise",
+    "flows/body": "matter flows from the body whose mass changes: with another body it is another mechanism",
     "text": "what lessons and pictures call it, a body, a joint: tests/test_languages.py",
     "inputs/rates": "adds inputs, and lets supports and joints follow",
     "bodies/text": "likewise",

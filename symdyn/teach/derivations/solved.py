@@ -344,7 +344,7 @@ def _compare(
     """Hold the forms against the solution in numbers."""
     known = {lesson.graph.symbol(key): name.node for key, name in lesson.names.items() if name.node is not None}
     nodes = [form.express(lesson.graph) for form in forms]
-    for key in ("Delta:", "k_"):  # which stand in Δ, too
+    for key in ("Delta:", "k_", "length:"):  # which stand in Δ, too
         nodes = substitute(nodes, {x: node for x, node in known.items() if str(x.value).startswith(key)})
     drives = {lesson.graph.symbol(name): 1.0 for name in lesson.scene.drives if name}
     at = chosen.with_values(drives)
