@@ -25,7 +25,7 @@ MEANT = {
     "identification": "identify", "Monte Carlo": "sweeps", "sensitivity": "simulate", "animation": "pictures",
     "friction": "scenes", "spring": "scenes", "quaternion": "scenes", "LQR": "control", "Kalman": "control",
     "controllability": "control", "root locus": "control", "Lagrange": "equations", "Jacobian": "derivatives",
-    "Hamiltonian": "equations",
+    "Hamiltonian": "equations", "feedback linearization": "control", "zero dynamics": "control",
     "optimal control": "collocation", "inverse kinematics": "simulate", "python-control": "from-control",
     "Pinocchio": "from-pinocchio", "PyDy": "from-sympy", "Simscape": "from-simulink", "CUDA": "targets",
     "simulate": "api/symdyn.simulate", "linearize": "linearize", "lambdify": "api/symdyn.lambdify",

@@ -12,6 +12,7 @@ from dataclasses import MISSING, fields, replace
 from fractions import Fraction
 from functools import cache
 from hashlib import sha256
+from itertools import zip_longest
 from pathlib import Path
 
 import pytest
@@ -25,6 +26,7 @@ from symdyn.dynamics.loops import Numbers
 from symdyn.dynamics.mechanism.state import has_motion
 from symdyn.dynamics.outputs import Counts
 from symdyn.dynamics.outputs.canonical_outputs import CANONICAL
+from symdyn.dynamics.outputs.linearizing_outputs import LINEARIZING
 from symdyn.dynamics.outputs.output import Constrained
 from symdyn.dynamics.outputs.output_table import CENTROIDAL
 from symdyn.dynamics.outputs.regressor_outputs import PASSIVITY, REGRESSORS
@@ -57,12 +59,19 @@ def request(name: str, one: Scene) -> str:
     return f"{name}:{of}" if place else name
 
 
-def looked(name: str, one: Scene) -> Scene:
-    """Return the scene, for rows about what a scene declares to look at with the first acceleration of it.
+ALONG = ("output_rates", "output_rate", "decoupling_matrix", "decoupling_row")
+"""What outputs of a scene do along its motion."""
+LED = tuple(name for name in LINEARIZING if name not in ALONG)
 
-    Routh's function is of a scene without weight whose first coordinate is free, and so cyclic.
+
+def looked(name: str, one: Scene) -> Scene:
+    """Return the scene, for rows about what a scene declares to look at with its first acceleration, or velocity.
+
+    Routh's function is of a scene without weight whose first coordinate is free, and so cyclic; of feedback
+    linearisation every other coordinate is.
     """
-    seen = (Signal("seen", Quantity.symbol(acceleration_name(one.velocities[0]))),)
+    moves = one.velocities[0] if name in LINEARIZING else acceleration_name(one.velocities[0])
+    seen = (Signal("seen", Quantity.symbol(moves)),)
     ends = (Place(Scene.GROUND, (Quantity.ONE, Quantity.ONE, Quantity.ONE)), Place(one.bodies[-1].name))
     cord = ElasticRope("cord", ends=ends, stiffness=(Quantity.ONE,))
     one = replace(one, elements=(*one.elements, cord)) if OUTPUTS[name].place == "rope" else one
@@ -72,7 +81,10 @@ def looked(name: str, one: Scene) -> Scene:
         first, *rest = one.joints
         still = (Quantity.ZERO, Quantity.ZERO, Quantity.ZERO)
         one = replace(one, gravity=still, joints=(replace(first, drives=(None,) * len(first.rates)), *rest))
-    return replace(one, outputs=seen) if name in SIGNALS else one
+    if name in LED and not one.is_constrained:
+        free = (replace(joint, drives=(None,) * len(joint.rates)) for joint in one.joints[::2])
+        one = replace(one, joints=tuple(x for pair in zip_longest(free, one.joints[1::2]) for x in pair if x))
+    return replace(one, outputs=seen) if name in (*SIGNALS, *ALONG) else one
 
 
 def at_work(name: str, one: Scene, closing: LoopChoices | None = None) -> Workspace:
@@ -263,9 +275,10 @@ def exists(name: str) -> None:
     plain = two_link()
     assert not OUTPUTS[name].exists(plain), f"{name}: {plain.name} has it"
     missing = {"routhian": "no coordinate is cyclic", "tension": r"there is no rope 'y' in \[ropes\]"}
+    missing |= dict.fromkeys(LED, "two_link: every joint is driven")
     if name == "state_rates":  # of a scene without states it is what forward dynamics gives, behind velocities
         return
-    if name in {*SIGNALS, "routhian"}:
+    if name in {*SIGNALS, *LINEARIZING, "routhian"}:
         none = missing.get(name, r"two_link has no outputs; declare one, such as \[outputs.y\]")
         with pytest.raises(DerivationError, match=none):
             derive_one(Workspace(plain), f"{name}:y" if OUTPUTS[name].place else name)
@@ -275,7 +288,7 @@ def exists(name: str) -> None:
     assert nothing or function.entries in [one.symbols for one in function.arguments], name
 
 
-UNWRITTEN = {*CENTROIDAL, *REGRESSORS, *PASSIVITY, *CANONICAL, "constraint_forces"}
+UNWRITTEN = {*CENTROIDAL, *REGRESSORS, *PASSIVITY, *CANONICAL, *LINEARIZING, "constraint_forces"}
 
 
 def default_in(name: str) -> None:
@@ -361,7 +374,7 @@ def multiplies(name: str) -> None:
 def remark(name: str) -> None:
     """The text says of a scene what no other scene has."""
     one = looked(name, two_link())
-    said = "cyclic: q1" if name == "routhian" else "seen = q1_ddot"
+    said = "cyclic: q1" if name == "routhian" else "seen = q1_dot" if name in ALONG else "seen = q1_ddot"
     assert said in derive_one(Workspace(one), request(name, one)).text, name
 
 
@@ -488,7 +501,9 @@ def up_to(name: str, way: str, closed: bool) -> None:
     row = OUTPUTS[name].constrained if closed else OUTPUTS[name]
     most = min(8, row.formulations[way].up_to)
     five = Starter("row").from_template("n_four_bar", 5)
-    one = read_text(five) if closed or not of_trees(name) else chain(int(most) + 1)
+    one = (
+        read_text(five) if closed or not of_trees(name) else chain(int(most) + 1 + (name in LED))
+    )  # as many passive as driven
     w = at_work(name, one)
     asked = request(name, w.scene)
     assert way not in comparable(w.scene, asked), way

@@ -1,7 +1,8 @@
 """What is claimed about the equations of a scene: derivations against each other, laws, the program.
 
 A program computes its equations, whichever way code goes over them. A law of mechanics is a claim about outputs of one
-scene, or a check in numbers. Those of regressors and of momentum stand here, others in `laws.py`.
+scene, or a check in numbers. Those of regressors and of momentum stand here, others in `laws.py`
+and `laws_of_functions.py`.
 
 Regressors times the declared parameters are what they are regressors of:
 
@@ -16,15 +17,6 @@ The centre of mass C and momentum about it, A u = [p; L], where loops close a sc
     g = -m Jᵀ g₀                         weight acts at C; g₀ is the acceleration of free fall
     d/dt (A u) = A u̇ + b
     ∂K/∂[v; ω] = Rᵀ [p; L + (C - r) × p] where all hangs on one free body at r, R: its share of M u is the momentum
-
-Functions of momenta p = M u, and that of Gibbs and Appell:
-
-    H(q, M u) = K + P
-    rates(q, M u, τ) = u, d/dt (M u)     along forward dynamics
-    dH/dt = u·(τ + Q)                    along the rates
-    ∂R/∂u = p, ∂R/∂p = -u                Routh's function: of velocities that are left, of cyclic momenta
-    ṗ = 0                                of cyclic coordinates, which is {p, H}
-    ∂S/∂u̇ = M u̇ + c
 
 Reference: Orin, Goswami and Lee, Centroidal dynamics of a humanoid robot, Autonomous Robots 35 (2013) 161.
 """
@@ -48,7 +40,7 @@ from symdyn.dynamics import (
 )
 from symdyn.dynamics.outputs import BaseColumns, Linear
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, gradient, reachable, substitute, tangents
+from symdyn.graph import Expr, reachable, substitute, tangents
 from symdyn.program import Program, RowLoop, choose, choose_one
 from symdyn.scene import Quantity, Scene
 from symdyn.spatial import Vec, add, cross, sub
@@ -127,15 +119,22 @@ def entries(w: Workspace, name: str) -> tuple[Expr, ...]:
 DRIVING, DRIVING_TREE = "inverse_dynamics", "tree_forces"
 
 
-def _product(w: Workspace, rows: Sequence[Expr], values: Sequence[Expr]) -> list[Expr]:
+def product(w: Workspace, rows: Sequence[Expr], values: Sequence[Expr]) -> list[Expr]:
+    """Return a matrix, entries row by row, times a vector."""
     count = len(values)
     return [
         w.graph.total(rows[i * count + k] * value for k, value in enumerate(values)) for i in range(len(rows) // count)
     ]
 
 
-def _driving(w: Workspace) -> tuple[Expr, ...]:
+def driving(w: Workspace) -> tuple[Expr, ...]:
+    """Return what drives of a tree must exert, those of the spanning tree where loops close."""
     return entries(w, DRIVING_TREE if w.scene.is_constrained else DRIVING)
+
+
+def of_driving(claim: Callable[[Workspace], Claim | None], *outputs: str) -> Law:
+    """Return a law about these forces and other outputs."""
+    return Law((DRIVING, *outputs), (DRIVING_TREE, *outputs), claim)
 
 
 def _of_forces(output: str, values: Callable[[Workspace], list[Expr]]) -> Law:
@@ -145,14 +144,14 @@ def _of_forces(output: str, values: Callable[[Workspace], list[Expr]]) -> Law:
             return None
         rest = Linear.of(w).remainder()
         rest = w.loops.drives_of(rest) if w.scene.is_constrained else rest
-        sums = [a + b for a, b in zip(_product(w, entries(w, output), known), rest, strict=True)]
+        sums = [a + b for a, b in zip(product(w, entries(w, output), known), rest, strict=True)]
         return Claim(output.replace("_", " "), "Y parameters + rest", "tau", tuple(sums), entries(w, DRIVING))
 
     return everywhere(claim, DRIVING, output)
 
 
 def _energies(w: Workspace) -> Claim:
-    products = _product(w, entries(w, "energy_regressor"), Linear.of(w).parameters())
+    products = product(w, entries(w, "energy_regressor"), Linear.of(w).parameters())
     sums = [a + b for a, b in zip(products, Linear.of(w).remainder(Workspace.energies_by_momentum), strict=True)]
     both = (*entries(w, "kinetic_energy"), *entries(w, "potential_energy"))
     return Claim("energy regressor", "Y pi + rest", "K, P", tuple(sums), both)
@@ -167,7 +166,7 @@ def _along_itself(w: Workspace, output: str) -> tuple[Expr, ...]:
 
 
 def _passive(w: Workspace) -> Claim:
-    return Claim("forces along a reference", "at qd_r = qd", "tau", _along_itself(w, "slotine_li_forces"), _driving(w))
+    return Claim("forces along a reference", "at qd_r = qd", "tau", _along_itself(w, "slotine_li_forces"), driving(w))
 
 
 def _passive_columns(w: Workspace) -> Claim | None:
@@ -187,24 +186,18 @@ LAWS_OF_REGRESSORS: tuple[Law, ...] = (
     _of_forces("regressor", lambda w: Linear.of(w).parameters()),
     _of_forces("base_regressor", lambda w: BaseColumns.of(w).values()),
     everywhere(_energies, "kinetic_energy", "potential_energy", "energy_regressor"),
-    Law((DRIVING, "slotine_li_forces"), (DRIVING_TREE, "slotine_li_forces"), _passive),
+    of_driving(_passive, "slotine_li_forces"),
     everywhere(_passive_columns, "slotine_li_regressor", "base_regressor"),
     everywhere(_velocity_forces, "coriolis_times", "velocity_forces"),
 )
 
 
 def _momentum(w: Workspace) -> tuple[Expr, ...]:
-    A, n = entries(w, "centroidal_momentum_matrix"), w.state.n
-    return tuple(
-        w.graph.total(a * u for a, u in zip(A[k : k + n], w.state.qd, strict=True)) for k in range(0, 6 * n, n)
-    )
+    return tuple(product(w, entries(w, "centroidal_momentum_matrix"), w.state.qd))
 
 
 def _velocity(w: Workspace) -> Claim:
-    J, n = entries(w, "centre_of_mass_jacobian"), w.state.n
-    moved = tuple(
-        w.graph.total(a * u for a, u in zip(J[k : k + n], w.state.qd, strict=True)) for k in range(0, 3 * n, n)
-    )
+    moved = tuple(product(w, entries(w, "centre_of_mass_jacobian"), w.state.qd))
     rates = tuple(tangents(entries(w, "centre_of_mass"), w.state.velocity))
     return Claim("centre of mass", "dC/dt", "J qd", rates, moved)
 
@@ -222,11 +215,10 @@ def _weight(w: Workspace) -> Claim:
 
 
 def _rate(w: Workspace) -> Claim:
-    A, b, n = entries(w, "centroidal_momentum_matrix"), entries(w, "centroidal_momentum_bias"), w.state.n
+    bias = entries(w, "centroidal_momentum_bias")
     rates = tuple(tangents(_momentum(w), w.state.acceleration))
-    sums = tuple(
-        w.graph.total(a * du for a, du in zip(A[i * n : i * n + n], w.state.qdd, strict=True)) + b[i] for i in range(6)
-    )
+    moved = product(w, entries(w, "centroidal_momentum_matrix"), w.state.qdd)
+    sums = tuple(a + b for a, b in zip(moved, bias, strict=True))
     return Claim("rate of momentum", "d/dt (A qd)", "A qdd + b", rates, sums)
 
 
@@ -253,73 +245,6 @@ LAWS_OF_MOMENTUM: tuple[Law, ...] = (
     everywhere(_weight, "centre_of_mass_jacobian", "gravity_forces"),
     everywhere(_rate, "centroidal_momentum_matrix", "centroidal_momentum_bias"),
     everywhere(_share_of_base, "centroidal_momentum_matrix", "centre_of_mass", "momentum"),
-)
-
-
-def _at_momenta(w: Workspace, output: str) -> tuple[Expr, ...]:
-    """Return an output of momenta at p = M u."""
-    found, p = derive_one(w, output), entries(w, "momentum")
-    given = {x: y for one in found.arguments if one.name == "p" for x, y in zip(one.symbols, p, strict=True)}
-    return tuple(substitute(found.entries, given))
-
-
-def _total_energy(w: Workspace) -> Claim:
-    K, P = entries(w, "kinetic_energy") + entries(w, "potential_energy")
-    return Claim("Hamiltonian", "H at p = M qd", "K + P", _at_momenta(w, "hamiltonian"), (K + P,))
-
-
-def _canonical(w: Workspace) -> Claim:
-    moved = w.state.velocity | dict(zip(w.state.qd, entries(w, "forward_dynamics"), strict=True))
-    motion = (*w.state.qd, *tangents(entries(w, "momentum"), moved))
-    return Claim("canonical rates", "at p = M qd", "qd, d/dt (M qd)", _at_momenta(w, "canonical_rates"), motion)
-
-
-def _canonical_power(w: Workspace) -> Claim | None:
-    """Return dH/dt = u·(τ + Q), which port-Hamiltonian equations have by their form; a motion that is led has more."""
-    if w.prescribed.place:
-        return None
-    n, found = w.state.n, derive_one(w, "canonical_rates")
-    symbols = next(one.symbols for one in found.arguments if one.name == "p")
-    (H,), u, rates = entries(w, "hamiltonian"), found.entries[:n], found.entries[n:]
-    known = dict(zip(w.state.qd, u, strict=True))
-    moved = (*substitute(w.state.rates, known), *rates)
-    change = tangents([H], dict(zip((*w.state.q, *symbols), moved, strict=True)))
-    power = w.graph.total(x * (tau + Q) for x, tau, Q in zip(w.state.qd, w.state.tau, w.Q, strict=True))
-    return Claim("canonical power", "dH/dt", "qd.(tau + Q)", tuple(change), tuple(substitute([power], known)))
-
-
-def _slopes_of_routhian(w: Workspace) -> Claim:
-    """Return ∂R/∂u = p of velocities that are left, ∂R/∂p = -u of cyclic ones, at p = M u."""
-    (R,), u, p = entries(w, "routhian"), w.state.qd, entries(w, "momentum")
-    symbols = next(one.symbols for one in derive_one(w, "routhian").arguments if one.name == "p")
-    by = [symbols[k] if k in w.cyclic else u[k] for k in range(w.state.n)]
-    slopes = substitute(gradient(R, by), dict(zip(symbols, p, strict=True)))
-    right = tuple(-u[k] if k in w.cyclic else p[k] for k in range(w.state.n))
-    return Claim("Routh's function", "dR/dqd, dR/dp at p = M qd", "p, -qd", tuple(slopes), right)
-
-
-def _conserved(w: Workspace) -> Claim | None:
-    """Return {p_c, H} = 0 of cyclic coordinates, as rates of momenta without drives."""
-    held = dict.fromkeys(w.state.tau, w.graph.zero)
-    rates = [substitute(entries(w, "canonical_rates"), held)[w.state.n + k] for k in w.cyclic]
-    return Claim("conserved momenta", "{p, H} of cyclic", "0", tuple(rates), (w.graph.zero,) * len(rates))
-
-
-def _appell(w: Workspace) -> Claim:
-    (S,) = entries(w, "gibbs_function")
-    slopes = gradient(S, w.state.qdd)
-    rest = zip(_driving(w), w.Q, entries(w, "gravity_forces"), w.elastic.forces, strict=True)
-    right = tuple(tau + Q - g - pull for tau, Q, g, pull in rest)
-    return Claim("Appell's equations", "dS/dqdd", "tau + Q - g", tuple(slopes), right)
-
-
-LAWS_OF_CANONICAL: tuple[Law, ...] = (
-    everywhere(_total_energy, "hamiltonian", "momentum", "kinetic_energy", "potential_energy"),
-    everywhere(_canonical, "canonical_rates", "momentum", "forward_dynamics"),
-    Law(("canonical_rates", "hamiltonian"), None, _canonical_power),
-    Law(("routhian", "momentum"), None, _slopes_of_routhian),
-    Law(("routhian", "canonical_rates"), None, _conserved),
-    Law(("gibbs_function", "gravity_forces", DRIVING), ("gibbs_function", "gravity_forces", DRIVING_TREE), _appell),
 )
 
 

@@ -8,6 +8,7 @@
     q̇·(τ + Q) = d/dt (K + P)            power in is the rate of energy
     FD(q, q̇, ID(q, q̇, q̈)) = q̈          forward dynamics inverts inverse dynamics, prescribed motions in q̈
     Y π = τ, dC/dt = J u, p = m J u      regressors, centre of mass and momentum: see `claims.py`
+    H, R, S, feedback linearisation      see `laws_of_functions.py`
 
 Reactions are compared with momentum that comes from positions, differentiated:
 
@@ -35,7 +36,7 @@ Closed mechanisms; all but the last one hold off the constraint manifold too:
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
 from math import prod
@@ -48,24 +49,18 @@ from symdyn.graph import Expr, gradient, substitute, tangents
 from symdyn.scene.forces import elastic, without_place
 from symdyn.spatial import Inertia, Mat, Transform, Wrench, add, cross, scale
 from symdyn.verify.claims import (
-    LAWS_OF_CANONICAL,
     LAWS_OF_MOMENTUM,
     LAWS_OF_REGRESSORS,
     Law,
+    driving,
     entries,
     everywhere,
+    of_driving,
     of_loops,
+    product,
 )
 from symdyn.verify.equality import Claim
-
-
-def _rows(w: Workspace) -> list[tuple[Expr, ...]]:
-    G, n = entries(w, "constraint_jacobian"), w.state.n
-    return [G[k : k + n] for k in range(0, len(G), n)]
-
-
-def _row_product(w: Workspace, row: tuple[Expr, ...], x: tuple[Expr, ...]) -> Expr:
-    return w.graph.total(a * b for a, b in zip(row, x, strict=True))
+from symdyn.verify.laws_of_functions import LAWS_OF_CANONICAL, LAWS_OF_LINEARIZING
 
 
 def _drives(w: Workspace) -> tuple[Expr, ...]:
@@ -74,14 +69,12 @@ def _drives(w: Workspace) -> tuple[Expr, ...]:
 
 
 def _allowed(w: Workspace) -> Claim:
-    u = entries(w, "velocities")
-    rates = tuple(_row_product(w, row, u) for row in _rows(w))
+    rates = tuple(product(w, entries(w, "constraint_jacobian"), entries(w, "velocities")))
     return Claim("velocities", "G qd", "0", rates, (w.graph.zero,) * len(rates))
 
 
 def _kept_closed(w: Workspace) -> Claim:
-    qdd = entries(w, "forward_dynamics")
-    left = tuple(_row_product(w, row, qdd) for row in _rows(w))
+    left = tuple(product(w, entries(w, "constraint_jacobian"), entries(w, "forward_dynamics")))
     if w.closing.alpha or w.closing.beta:
         right = tuple(-one for one in w.loops.gamma(w.loops.recursive))
         return Claim("accelerations", "G qdd", "-Gdot qd - Baumgarte", left, right)
@@ -91,8 +84,9 @@ def _kept_closed(w: Workspace) -> Claim:
 def _balance(w: Workspace) -> Claim:
     motion = dict(zip(w.state.qdd, entries(w, "forward_dynamics"), strict=True))
     forces = substitute(entries(w, "tree_forces"), motion)
-    pairs = list(zip(_rows(w), entries(w, "multipliers"), strict=True))
-    right = tuple(tau + w.graph.total(row[k] * x for row, x in pairs) for k, tau in enumerate(_drives(w)))
+    G, x, n = entries(w, "constraint_jacobian"), entries(w, "multipliers"), w.state.n
+    exerted = (w.graph.total(a * b for a, b in zip(G[k::n], x, strict=True)) for k in range(n))
+    right = tuple(tau + force for tau, force in zip(_drives(w), exerted, strict=True))
     return Claim("multipliers", "M qdd + h", "tau + G^T lambda", tuple(forces), right)
 
 
@@ -315,18 +309,6 @@ def laws(workspace: Workspace, outputs: Collection[str]) -> list[Claim]:
     return [claim for claim in claims if claim is not None]
 
 
-DRIVING, DRIVING_TREE = "inverse_dynamics", "tree_forces"
-"""What drives of a tree must exert, and those of the spanning tree where loops close."""
-
-
-def _driving(w: Workspace) -> tuple[Expr, ...]:
-    return entries(w, DRIVING_TREE if w.scene.is_constrained else DRIVING)
-
-
-def _of_driving(claim: Callable[[Workspace], Claim | None], *outputs: str) -> Law:
-    return Law((DRIVING, *outputs), (DRIVING_TREE, *outputs), claim)
-
-
 def _hessian(w: Workspace) -> Claim:
     (K,) = entries(w, "kinetic_energy")
     slopes = gradient(K, w.state.qd)
@@ -342,9 +324,8 @@ def _skew(w: Workspace) -> Claim:
 
 
 def _product(w: Workspace) -> Claim:
-    n, C = w.state.n, entries(w, "coriolis_matrix")
-    product = tuple(w.graph.total(C[i * n + j] * w.state.qd[j] for j in range(n)) for i in range(n))
-    return Claim("velocity forces", "C qd", "c", product, entries(w, "velocity_forces"))
+    moved = tuple(product(w, entries(w, "coriolis_matrix"), w.state.qd))
+    return Claim("velocity forces", "C qd", "c", moved, entries(w, "velocity_forces"))
 
 
 def _slope(w: Workspace) -> Claim:
@@ -364,14 +345,14 @@ def _textbook(w: Workspace) -> Claim:
         for row in terms:
             row += [prod((rate[of][j] for of, j in rates), start=next(k)) for rates in columns]
     sums = [w.graph.total(row) - Q for row, Q in zip(terms, w.Q, strict=True)]
-    right = _driving(w)
+    right = driving(w)
     pulled = " + k_E" if elastic(w.scene) else ""
     return Claim("coefficients", f"k_z qdd + k_C qd qd + k_D qd^2 + k_G{pulled} - Q", "tau", tuple(sums), right)
 
 
 def _power(w: Workspace) -> Claim:
     (K,), (P,) = entries(w, "kinetic_energy"), entries(w, "potential_energy")
-    s, tau = w.state, _driving(w)
+    s, tau = w.state, driving(w)
     power = w.graph.total((t + force) * qd for t, force, qd in zip(tau, w.Q, s.qd, strict=True))
     left, rate = power + _brought_in(w, P), tangents([K + P], s.acceleration)
     return Claim("power balance", "qd.(tau + Q)", "d(K + P)/dt", (left,), tuple(rate))
@@ -395,13 +376,14 @@ LAWS: list[Law] = [
     everywhere(_skew, "mass_matrix", "coriolis_matrix"),
     everywhere(_product, "coriolis_matrix", "velocity_forces"),
     everywhere(_slope, "potential_energy", "gravity_forces"),
-    _of_driving(_textbook, "k_z", "k_C", "k_D", "k_G"),
-    _of_driving(_power, "kinetic_energy", "potential_energy"),
+    of_driving(_textbook, "k_z", "k_C", "k_D", "k_G"),
+    of_driving(_power, "kinetic_energy", "potential_energy"),
     Law(("inverse_dynamics", "forward_dynamics"), None, _inverse),
     *LAWS_OF_LOOPS,
     *LAWS_OF_REACTIONS,
     *LAWS_OF_MOMENTUM,
     *LAWS_OF_REGRESSORS,
     *LAWS_OF_CANONICAL,
+    *LAWS_OF_LINEARIZING,
 ]
 """The laws that are proved; those of trees hold for the spanning tree of a closed scene, with the forces on it."""

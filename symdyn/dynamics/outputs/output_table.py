@@ -25,6 +25,7 @@ from symdyn.dynamics.outputs.constrained_outputs import (
     REACTIONS,
 )
 from symdyn.dynamics.outputs.contact_outputs import CONTACTS
+from symdyn.dynamics.outputs.linearizing_outputs import LINEARIZING
 from symdyn.dynamics.outputs.output import FORCES, Formulation, Output, Size, by_differentiation, by_lagrange, by_loop
 from symdyn.dynamics.outputs.regressor_outputs import PASSIVITY, REGRESSORS
 from symdyn.dynamics.outputs.signal_outputs import SIGNALS
@@ -389,4 +390,5 @@ OUTPUTS: dict[str, Output] = {
     **REGRESSORS,
     **PASSIVITY,
     **CANONICAL,
+    **LINEARIZING,
 }

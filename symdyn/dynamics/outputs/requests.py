@@ -260,7 +260,7 @@ def _row(request: str, scene: Scene | None) -> tuple[Output, str]:
     if row.when_constrained == "only" and not scene.is_constrained:
         raise DerivationError(f"{name} is about closed loops and rows, of which {scene.name} has none")
     if row.when_constrained == "refuse" and scene.is_constrained:
-        raise DerivationError(f"{name} is about trees; loops or rows close {scene.name}")
+        raise DerivationError(f"{request} is about trees; loops or rows close {scene.name}")
     if row.place in KINDS:
         check_place(scene, place, KINDS[row.place])
     return row.constrained if scene.is_constrained else row, place
