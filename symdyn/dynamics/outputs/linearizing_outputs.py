@@ -203,8 +203,8 @@ def _of_led(at: str, led: str, rest: str) -> dict[str, Output]:
     )
     return {
         f"linearizing_forces{at}": usual(
-            f"driving forces, zero where it is passive, that give what is {led} the accelerations qdd; accelerations "
-            f"of what is {rest} are not read",
+            f"driving forces, zero at passive velocities, that give the {led} ones the accelerations qdd; those of "
+            f"{rest} ones are not read",
             ("q", "qd", "qdd"),
             "tau",
             (labels.velocities,),
@@ -212,7 +212,7 @@ def _of_led(at: str, led: str, rest: str) -> dict[str, Output]:
             formulations=_two(_forces, led),
         ),
         f"zero_dynamics{at}": usual(
-            f"accelerations of what is {rest} while drives hold the rest, whose velocities are not read",
+            f"accelerations of the {rest} coordinates while drives hold the {led} ones, whose velocities are not read",
             ("q", "qd"),
             "qdd",
             (lambda w: tuple(w.scene.velocities[k] for k in _wanted(w, led).free),),
