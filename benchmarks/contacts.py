@@ -1,0 +1,112 @@
+"""Contacts, stops and dry friction: times and velocities against closed forms, laws in numbers, time of a run.
+
+    python benchmarks/contacts.py
+
+Each line has what was set out to be reached; the script ends with 1 where one was missed.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from pathlib import Path
+from statistics import median
+
+import numpy as np
+
+import symdyn
+from symdyn.simulation.equations.complementarity import FREE, Laws
+
+DATA = Path(__file__).resolve().parent.parent / "tests" / "data" / "impacts"
+RANDOM = 10_000
+
+
+def told(name: str, value: float, most: float, unit: str) -> bool:
+    """Print one line; return whether it was missed."""
+    missed = not value <= most
+    print(f"{name:64} {value:10.3g} {unit:4} of {most:g} {'MISSED' if missed else 'reached'}")
+    return missed
+
+
+def ball() -> list[bool]:
+    """Return what was missed by a ball that bounces until it rests."""
+    scene = symdyn.read(DATA / "scenes" / "ball.toml")
+    first = (2 / 9.81) ** 0.5
+    truth = [first * (1 + 2 * sum(0.8**i for i in range(1, k + 1))) for k in range(30)]
+    missed = []
+    for method in ("taylor", "dop853"):
+        run = symdyn.simulate(scene, until=6, method=method, rtol=1e-13)
+        hits = [one.t for one in run.impacts][:30]
+        worst = float(np.abs(np.array(hits) - truth).max())
+        missed.append(told(f"ball by {method}: time of 30 hits, largest error", worst, 1e-12, "s"))
+        rest = abs((run.impacts[-1].rest or 0.0) - first * 1.8 / 0.2)
+        missed.append(told(f"ball by {method}: when it rests, error", rest, 1e-10, "s"))
+        missed.append(
+            told(f"ball by {method}: its rate then", float(np.abs(run["z_dot"][run.t > 4.1]).max()), 0.0, "m/s")
+        )
+    times = []
+    for _ in range(7):
+        begin = time.perf_counter()
+        run = symdyn.simulate(scene, until=6, method="taylor")
+        times.append(1e3 * (time.perf_counter() - begin))
+    ninety = median(times) * 90 / len(run.impacts)
+    missed.append(told(f"ball: {len(run.impacts)} events in {median(times):.0f} ms; ninety of them", ninety, 50, "ms"))
+    return missed
+
+
+def references() -> list[bool]:
+    """Return what was missed of published figures; see tests/test_contacts.py."""
+    missed = []
+    for case in json.loads((DATA / "references.json").read_text())["cases"]:
+        if "scene" not in case or case["id"] == "ball":
+            continue
+        run = symdyn.simulate(symdyn.read(DATA / case["scene"]), until=case["until"], method="taylor", rtol=1e-13)
+        words = {"impact": "strikes", "stick": "sticks", "slip": "slips"}
+        for kind, *rest in (one["what"] for one in case["expect"][:1]):
+            if kind == "time":
+                what, contact, k = rest
+                hits = [one.t for one in run.impacts if one.what == words[what] and one.contact.startswith(contact)]
+                wanted = case["expect"][0]
+                off = abs([t for t in hits if t > 1e-9][k] - wanted["value"])
+                missed.append(told(f"{case['id']}: time of the first event, error", off, wanted["tol"], "s"))
+        missed.append(told(f"{case['id']}: energy balance", float(np.abs(run["energy_error"]).max()), 1e-10, "J"))
+    return missed
+
+
+def laws() -> list[bool]:
+    """Return what was missed by the laws on random contacts: two ways to solve, and no energy gained."""
+    rng, differ, gained, count = np.random.default_rng(0), 0, 0, 0
+    times = {"cases": 0.0, "pivots": 0.0}
+    for _ in range(RANDOM):
+        k = int(rng.integers(1, 3))
+        B, W = rng.normal(size=(8, 8)), rng.normal(size=(2 * k, 8))
+        D = W @ np.linalg.solve(B @ B.T + 0.1 * np.eye(8), W.T)
+        mu, e = rng.uniform(0, 1, k), np.full(k, rng.uniform(0, 1))
+        one = Laws(D, tuple(range(0, 2 * k, 2)), tuple(range(1, 2 * k, 2)), mu, mu, e)
+        v = W @ rng.normal(size=8)
+        if not np.any(v[::2] < 0):
+            continue
+        count += 1
+        target = np.zeros(2 * k)
+        target[::2] = -e * v[::2]
+        begin = time.perf_counter()
+        cases = [found for _, found in one.solutions(v, [(FREE, *one.slips(i)) for i in range(k)], None, target)]
+        between = time.perf_counter()
+        pivots = one.by_pivots(v, [0.0] * k, np.zeros(k), target)
+        times["cases"] += between - begin
+        times["pivots"] += time.perf_counter() - between
+        size = max(1e-6, *(float(np.abs(found).max()) for found in cases))
+        differ += pivots is None or min(float(np.abs(found - pivots).max()) for found in cases) > 1e-8 * size
+        impulses = one.impact(v, [True] * k)
+        gained += impulses @ (2 * v + D @ impulses) / 2 > 1e-14 * np.abs(impulses * v).sum()
+    print(f"{count} random impacts of one or two contacts: all cases {1e6 * times['cases'] / count:.0f} us each, "
+          f"Lemke {1e6 * times['pivots'] / count:.0f} us")  # fmt: skip
+    return [
+        told("all cases and Lemke's pivots, differences", differ, 0, ""),
+        told("Poisson's law, one restitution: impacts that add energy", gained, 0, ""),
+    ]
+
+
+if __name__ == "__main__":
+    sys.exit(any([*ball(), *references(), *laws()]))
