@@ -21,7 +21,7 @@ from symdyn.rounding import digits_or
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values import Joint, Place, Pose, spell
+from symdyn.scene.values import Joint, Place, PlaneContact, Pose, spell
 from symdyn.spatial import Transform
 
 DIGITS = 6
@@ -339,6 +339,9 @@ def acting(scene: Scene) -> list[dict[str, str]]:
             )
         if joint.motion is not None:
             rows.append(row("motion", joint.name, at(joint.name, ()), f"{joint.coordinate} = {spell(joint.motion)}"))
+    for one in scene.unilaterals:
+        where = at("", one.ends) if isinstance(one, PlaneContact) else ""
+        rows.append(row("contact", one.name, where, FORCES[one.kind].law_words(one)))
     for load in scene.loads:
         rows.append(row(load.kind, load.name, at("", (scene.seated(load).place,)), FORCES[load.kind].law_words(load)))
     return rows

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from symdyn.cli.talk import say
-from symdyn.errors import DerivationError, SceneError, printable
+from symdyn.errors import DerivationError, SceneError, listed, printable
 from symdyn.scene import Scene, SceneUnits, bind, parse, read_noting, with_symbols
 from symdyn.scene.values import FormulaError, Unit, ask_for_units, fits, split_commas
 
@@ -87,7 +87,15 @@ def read_scene(options: argparse.Namespace) -> Scene:
         say(note)
     if options.verb in BY_VALUES and not any(getattr(options, name) for name in BY_VALUES[options.verb]):
         say_values_alone(options, scene, options.verb)
+    opening = [one.name for one in scene.unilaterals]
+    opening += [f"stops of {one.name}" for one in scene.joints if one.limits.restitution is not None]
+    if opening and options.verb in OPEN:
+        say(f"{scene.name}: all contacts open: {listed(opening)}; simulate alone closes them")
     return scene
+
+
+OPEN = ("equations", "info", "generate", "verify", "bench", "stress", "check-derivation")
+"""Verbs whose functions are those of contacts that are open, but for what is asked of contacts by name."""
 
 
 def say_values_alone(options: argparse.Namespace, scene: Scene, who: str) -> None:

@@ -23,6 +23,7 @@ from symdyn.extras import install
 from symdyn.scene import Quantity, Scene, SceneLike
 from symdyn.scene.values import Faults
 from symdyn.simulation.columns import apart, axes_of
+from symdyn.simulation.equations.contact_modes import check_names
 from symdyn.simulation.equations.control_loop import Loop, held_columns, hidden, sampled_rows
 from symdyn.simulation.equations.controller import Placed, placed, placed_function, read_feedback
 from symdyn.simulation.equations.implicit import differences
@@ -252,9 +253,12 @@ def simulate(
         )
         return integrated(asked, choice.method, progress, say or _warn), asked, others
 
+    begun_with = () if system.contacts is None else tuple(system.contacts.told)
     made, asked, others = attempt(choice)
     if choice.otherwise is not None and made.stopped not in (END, STOPPED, INTERRUPTED):
         choice = Choice(choice.otherwise, METHODS[choice.otherwise], f"{choice.name}: {made.stopped}")
+        if system.contacts is not None:
+            system.contacts.told[:] = begun_with
         made, asked, others = attempt(choice)
 
     def reported(made: Integration) -> Trajectory:
@@ -271,7 +275,7 @@ def simulate(
     found = replace(
         found, low=low, method=choice.name, rtol=asked.rtol, atol=asked.atol, steps=made.steps,
         evaluations=made.evaluations, preparing=made.preparing, wall=made.wall, notes=(*notes, *others, *seen),
-        dense=DenseOutput(made, asked, between, reported),
+        dense=DenseOutput(made, asked, between, lambda more: replace(reported(more), impacts=found.impacts)),
     )  # fmt: skip
     if say is None and not found.complete and found.stopped != INTERRUPTED:
         warnings.warn(
@@ -286,6 +290,7 @@ def _begun(
     """Return the equations with all that acts from outside, and the state at the start, shape (nx,)."""
     scene = problem.scene
     whole = with_modes(scene) if lacks_modes(scene) else scene
+    check_names(whole)
     initial = replace(initial, s=np.append(initial.s, np.zeros(len(whole.states) - len(scene.states))))
     system = state_equations(whole, given, events, problem.whole)
     system = replace(system, loop=outside.begun(whole, initial, until))

@@ -21,6 +21,7 @@ from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.graph import Expr, Op, gradient, substitute, tangents
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.forces import FORCES
+from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import DryJoint, GapContact, Joint, PlaneContact, StateVariable, Stop, Unilateral
 
 MODE = ("closed", "sticks", "slip")
@@ -84,6 +85,7 @@ class Touch:
         friction, static, restitution: μ while it slips and while it sticks, and e; of dry friction of a joint the
             forces themselves, N or N m.
         mode: closed, sticks, slip.
+        unit: of the gap, "m" or "rad".
     """
 
     law: Unilateral
@@ -94,6 +96,7 @@ class Touch:
     static: Expr
     restitution: Expr
     mode: tuple[Expr, Expr, Expr]
+    unit: str = "m"
 
     @property
     def tangent(self) -> Row | None:
@@ -123,7 +126,7 @@ def _touch(w: Workspace, law: Unilateral, rows: Sequence[tuple[Expr, Row]]) -> T
     graph = w.graph
     mu, e = law.friction.express(graph), law.restitution.express(graph)
     static = mu if law.static is None else law.static.express(graph)
-    gap, normal, slips = graph.zero, None, list[Row]()
+    gap, normal, slips, unit = graph.zero, None, list[Row](), "m"
     if isinstance(law, PlaneContact):
         (gap, normal), *others = rows
         slips = [row for _, row in others if not all(entry.is_zero for entry in row.entries)]
@@ -131,7 +134,8 @@ def _touch(w: Workspace, law: Unilateral, rows: Sequence[tuple[Expr, Row]]) -> T
         gap = law.gap.express(graph)
         slips = [] if law.tangent is None else [_row(w, law.tangent.express(graph))]
     elif isinstance(law, Stop):
-        gap = _joint(w.scene, law.joint).position(graph) - law.at.express(graph)
+        joint = _joint(w.scene, law.joint)
+        gap, unit = joint.position(graph) - law.at.express(graph), "m" if JOINTS[joint.type].slides(joint) else "rad"
         gap = -gap if law.upper else gap
     elif isinstance(law, DryJoint):
         assert law.dry is not None, "it was made of a friction"
@@ -143,7 +147,7 @@ def _touch(w: Workspace, law: Unilateral, rows: Sequence[tuple[Expr, Row]]) -> T
     if isinstance(law, (GapContact, Stop)):
         normal = _row(w, tangents([gap], w.state.velocity)[0])
     closed, held, slip = (graph.symbol(f"{law.name}.{word}") for word in MODE)
-    return Touch(law, gap, normal, tuple(slips), mu, static, e, (closed, held, slip))
+    return Touch(law, gap, normal, tuple(slips), mu, static, e, (closed, held, slip), unit)
 
 
 def _joint(scene: Scene, name: str) -> Joint:

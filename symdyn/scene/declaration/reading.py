@@ -172,6 +172,8 @@ def lost_words(scene: Scene) -> Iterator[str]:
             yield f"{where}: force = {shown}: there are no forces in formulas"
         if joint.dry is not None:
             yield f"{where}: {FORCES[joint.dry.kind].lost}"
+        if joint.limits.restitution is not None:
+            yield f"{where}: limits.restitution: the file has limits that nothing strikes"
         if joint.motion is not None:
             yield f"{where}: motion = {spell(joint.motion)}"
         if any(x != Quantity.ZERO for x in (*joint.start, *joint.start_rates)):

@@ -44,7 +44,8 @@ CLOSE = 1e-9
 class Case:
     """What one contact does: whether it is held, and how its slip is: "stick", 1, -1, or 0 without friction.
 
-    What is `moving` slips already, so that nothing is asked of ξt.
+    What is `moving` slips already, so that nothing is asked of ξt, or opens where its force passes zero, so that ξn is
+    zero but for rounding.
     """
 
     held: bool
@@ -52,7 +53,10 @@ class Case:
     moving: bool = False
 
 
-FREE = Case(False)
+FREE, OPENS = Case(False), Case(False, moving=True)
+
+ROUNDS = 1e-7
+"""An acceleration, over the largest one or 1, that is zero where a force passes zero."""
 
 
 @dataclass(frozen=True)
@@ -103,7 +107,8 @@ class Laws:
             return False
         for k, case in enumerate(cases):
             n, t = self.normals[k], self.tangents[k]
-            if n is not None and (found[n] < shift[k] - small or xi[n] < -slow):
+            zero = ROUNDS * max(1.0, float(np.abs(xi).max())) if case == OPENS else slow
+            if n is not None and (found[n] < shift[k] - small or xi[n] < -zero):
                 return False
             if t is None or (n is not None and found[n] == 0.0):
                 continue

@@ -19,6 +19,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.dynamics import Function, Workspace
 from symdyn.dynamics.outputs import MODE, ContactEquations, Touch
+from symdyn.errors import SimulateError
 from symdyn.graph import Expr, substitute
 from symdyn.scene import Scene
 from symdyn.simulation.equations.compiled_routines import function_of
@@ -88,11 +89,12 @@ class Impact:
         t: s.
         contact: its name.
         what: "strikes", "lifts off", "slips" or "sticks".
-        before, after: rates of its gap, m/s.
-        impulse: normal and tangential, N s.
+        before, after: rates of its gap, m/s or rad/s.
+        impulse: normal and tangential, N s or N m s.
         lost: kinetic energy, J, of all that struck at this time.
         mode: of all contacts then, in words.
         rest: when flights that become shorter and shorter have ended, s; None of other events.
+        unit: of its gap, "m" or "rad".
     """
 
     t: float
@@ -104,13 +106,14 @@ class Impact:
     lost: float = 0.0
     mode: tuple[str, ...] = ()
     rest: float | None = None
+    unit: str = "m"
 
     @property
     def words(self) -> str:
         """It in one line, such as "floor strikes at t = 0.45 s, -4.43 to 3.54 m/s, 3.53 J lost"."""
         found = f"{self.contact} {self.what} at t = {self.t!r} s"
         if self.impulse[0]:
-            found += f", {self.before:.6g} to {self.after:.6g} m/s, {self.lost:.3g} J lost"
+            found += f", {self.before:.6g} to {self.after:.6g} {self.unit}/s, {self.lost:.3g} J lost"
         return found if self.rest is None else f"{found}; it rests from t = {self.rest:.9g} s on"
 
 
@@ -131,6 +134,8 @@ class Contacts:
 
     Attributes:
         touches: names, and whether there are an n and a t.
+        kinds: "point", "gap", "stop", "dry" and so on.
+        units: of gaps, "m" or "rad".
         laws: "poisson" or "newton" of each.
         place: where their modes begin in a state.
         told: every event of a run, in order.
@@ -138,6 +143,8 @@ class Contacts:
     """
 
     touches: tuple[tuple[str, bool, bool], ...]
+    kinds: tuple[str, ...]
+    units: tuple[str, ...]
     laws: tuple[str, ...]
     place: int
     told: list[Impact] = field(default_factory=list)
@@ -146,8 +153,9 @@ class Contacts:
     @classmethod
     def of(cls, c: ContactEquations, place: int) -> Contacts:
         """Return those of some equations."""
+        kinds, units = tuple(one.law.kind for one in c.touches), tuple(one.unit for one in c.touches)
         touches = tuple((one.law.name, bool(one.normal), bool(one.tangent)) for one in c.touches)
-        return cls(touches, tuple(one.law.law for one in c.touches), place)
+        return cls(touches, kinds, units, tuple(one.law.law for one in c.touches), place)
 
     @property
     def rows(self) -> tuple[tuple[int | None, int | None], ...]:
@@ -192,6 +200,27 @@ class Contacts:
             sticks = case.slip == "stick"
             x[self.place + 3 * k : self.place + 3 * k + 3] = case.held, sticks, 0.0 if sticks else float(case.slip)
         return x
+
+
+COLUMNS = ("gap", "normal", "friction", "mode")
+"""What the columns of a contact begin with."""
+
+
+def check_names(scene: Scene) -> None:
+    """Report contacts of one name, and columns of contacts that are called as something else.
+
+    Raises:
+        SimulateError: a name stands for two.
+    """
+    signals = {*scene.coordinates, *scene.velocities, *(one.name for one in (*scene.given, *scene.outputs))}
+    known = set[str]()
+    for one in scene.unilaterals:
+        if one.name in known:
+            raise SimulateError(f"{scene.name}: contacts: {one.name} is the name of a stop or a friction, too; rename it")
+        known.add(one.name)
+        if both := signals.intersection(f"{word}_{one.name}" for word in COLUMNS):
+            told = f"{min(both)} is the name of a column of contact {one.name}, too; rename it or the contact"
+            raise SimulateError(f"{scene.name}: {told}")
 
 
 def columns_of(contacts: Contacts, system: StateEquations, t: Array, x: Array) -> dict[str, Array]:

@@ -17,8 +17,8 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.errors import SimulateError
-from symdyn.simulation.equations.complementarity import CLOSE, FREE, Case, Laws
-from symdyn.simulation.equations.contact_modes import BREAKS, LIFTS, STRIKES, Contacts, Impact, Numbers
+from symdyn.simulation.equations.complementarity import CLOSE, FREE, OPENS, Case, Laws
+from symdyn.simulation.equations.contact_modes import BREAKS, LIFTS, STOPS, STRIKES, Contacts, Impact, Numbers
 
 if TYPE_CHECKING:
     from symdyn.simulation.equations.system import StateEquations
@@ -31,6 +31,10 @@ STARTS = 1e-9
 
 FLAT = 1e-12
 """How high what bounces has to rise, m, for another flight."""
+
+
+Solution = tuple[tuple[Case, ...], Array]
+"""What contacts do, and their forces."""
 
 
 def part(laws: Laws, some: Sequence[int]) -> tuple[Laws, list[int]]:
@@ -88,7 +92,8 @@ class Settling:
         resting = [k for k in touching if self._still(k, after, rest) or flights.get(k) is not None]
         u = self._at_rest(u, resting, rest)
         after = self.n.W @ u
-        cases = self._mode(resting, after, rest, broke)
+        lifting = {k for k, what in leaving.items() if what == LIFTS} - set(struck)
+        cases = self._mode(resting, after, rest, broke, lifting)
         x[velocities] = u
         x[-1] -= lost
         x = self.contacts.with_mode(x, cases)
@@ -97,16 +102,18 @@ class Settling:
             n, t = self.contacts.rows[k]
             before, rate = (0.0 if n is None else float(one[n]) for one in (v, after))
             impulse = (0.0 if n is None else float(impulses[n]), 0.0 if t is None else float(impulses[t]))
-            if impulse[0] > size or (k in struck and n is not None and before <= rest and self.t > 0.0):
+            if impulse[0] > size or (
+                k in struck and self.t > 0.0 and (before < -rest or (before <= rest and words[k] != "open"))
+            ):
                 what = STRIKES
-            elif k in leaving:
-                what = leaving[k]
+            elif k in leaving:  # what stops may slip the other way at once
+                what = BREAKS if leaving[k] == STOPS and words[k].startswith("slips") else leaving[k]
             elif was[k] != "open" and words[k] == "open":
                 what = LIFTS
             else:
                 continue
             name = self.contacts.name(k)
-            told.append(Impact(self.t, name, what, before, rate, impulse, lost, words, flights.get(k)))
+            told.append(Impact(self.t, name, what, before, rate, impulse, lost, words, flights.get(k), self.contacts.units[k]))
         return x
 
     def _refuse_gain(self, lost: float, size: float, some: Sequence[int]) -> None:
@@ -161,8 +168,12 @@ class Settling:
             found.append(held if n is None else (*held, FREE))
         return found
 
-    def _mode(self, resting: Sequence[int], v: Array, rest: float, broke: dict[int, float]) -> list[tuple[int, Case]]:
-        """Return what contacts at rest do from now on.
+    def _mode(
+        self, resting: Sequence[int], v: Array, rest: float, broke: dict[int, float], lifting: Collection[int] = ()
+    ) -> list[tuple[int, Case]]:
+        """Return what contacts at rest do from now on; `lifting` are those whose force passes zero, which open.
+
+        There the force is zero, and rounding would tell whether it opens: it does, unless others do not let it.
 
         Raises:
             ArithmeticError: no motion keeps the laws, or several do.
@@ -171,10 +182,14 @@ class Settling:
             return []
         some, rows = part(self.n.laws, resting)
         options = self._options(resting, v, rest, broke)
-        found = list(some.solutions(self.n.drift[rows], options))
+        opening = [(OPENS,) if k in lifting else held for k, held in zip(resting, options, strict=True)]
+        found = list(some.solutions(self.n.drift[rows], opening)) or list(
+            some.solutions(self.n.drift[rows], options) if lifting else ()
+        )
         names = ", ".join(map(self.contacts.name, resting))
         if not found:
             raise ArithmeticError(f"contact {names}: no force keeps the laws of contact and friction (Painlevé)")
+        found = self._held_by_static(found, some)
         motions = [self.n.C[rows].T @ forces for _, forces in found]
         size = 1e-7 * (1.0 + float(np.abs(motions[0]).max(initial=0.0)))
         if any(np.abs(one - motions[0]).max(initial=0.0) > size for one in motions[1:]):
@@ -182,6 +197,13 @@ class Settling:
                 f"contact {names}: {len(found)} motions keep the laws of contact and friction (Painlevé)"
             )
         return self._independent(resting, some, found[0][0])
+
+    @staticmethod
+    def _held_by_static(found: list[Solution], some: Laws) -> list[Solution]:
+        """Return solutions without those in which something slips that static friction holds in another one."""
+        higher = np.flatnonzero(some.static > some.friction)
+        stuck = {k for k in higher.tolist() for cases, _ in found if cases[k].slip == "stick"}
+        return [one for one in found if all(not one[0][k].held or one[0][k].slip == "stick" for k in stuck)]
 
     def _independent(self, resting: Sequence[int], some: Laws, cases: Sequence[Case]) -> list[tuple[int, Case]]:
         """Return cases without what others hold already: its friction is not determined, and none is as good as any."""
@@ -231,7 +253,11 @@ def settled(system: StateEquations, t: float, x: Array, events: Sequence[tuple[i
     x = x.copy()
     x[:nq] += system.calls["moved"](x[:nq], np.append(step, x[nq + nv : nq + system.nu]))
     found = contacts.numbers(system.evaluate("contacts", t, x), nv)
-    return Settling(contacts, found, t, nq, nv).behind(x, struck, leaving, broke)
+    behind = Settling(contacts, found, t, nq, nv).behind(x, struck, leaving, broke)
+    if system.scene.prescribed_velocities:  # what moves as it is told takes and gives energy at an impact, too
+        before, after = (float(np.sum(system.evaluate("kinetic", t, y))) for y in (x, behind))
+        behind[-1] = x[-1] + after - before
+    return behind
 
 
 def begun(system: StateEquations, x: Array) -> Array:
@@ -246,8 +272,13 @@ def begun(system: StateEquations, x: Array) -> Array:
     gaps = contacts.numbers(system.evaluate("contacts", 0.0, x), system.nv).gaps
     inside = [k for k in range(len(gaps)) if gaps[k] < -STARTS]
     if inside:
-        name = contacts.name(inside[0])
-        told = f"contact {name} begins {-gaps[inside[0]]:.3g} m inside its plane"
-        raise SimulateError(f"{system.scene.name}: start: {told}; start where it touches, or above")
+        name, unit = contacts.name(inside[0]), contacts.units[inside[0]]
+        told = f"contact {name} begins {-gaps[inside[0]]:.3g} {unit} inside its plane; start where it touches, or above"
+        if contacts.kinds[inside[0]] == "stop":
+            told = f"stop {name} is passed by {-gaps[inside[0]]:.3g} {unit}; start the joint within its limits"
+        raise SimulateError(f"{system.scene.name}: start: {told}")
     touching = [(k, STRIKES) for k in range(len(gaps)) if gaps[k] <= STARTS]
-    return settled(system, 0.0, x, touching) if touching else x
+    try:
+        return settled(system, 0.0, x, touching) if touching else x
+    except ArithmeticError as fault:
+        raise SimulateError(f"{system.scene.name}: start: {fault}") from fault

@@ -29,15 +29,17 @@ from __future__ import annotations
 import copyreg
 import warnings
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 from functools import lru_cache
 
 from symdyn.algebra import Array
 from symdyn.dynamics import OUTPUTS, Function, Workspace, derive_one
 from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.outputs import Moving, WrittenDecisions, contact_equations, lacks_modes
-from symdyn.errors import DerivationError, SimulateError, SymdynWarning
+from symdyn.errors import DerivationError, SimulateError, SymdynWarning, listed
 from symdyn.graph import Expr, Op, reachable, substitute
 from symdyn.scene import Quantity, Scene
+from symdyn.scene.values import LETTERS
 from symdyn.simulation.equations.compiled_routines import Kept, acting, compiled, function_of, opened, points, powers
 from symdyn.simulation.equations.contact_modes import contact_parts
 from symdyn.simulation.equations.events import event_kinds
@@ -168,6 +170,8 @@ def _written(
         drives = [whole[k] - whole[w.state.n + k] if k in w.prescribed.place else tau[k] for k in range(w.state.n)]
     work = powers(w, drives, place)
     if touching is not None:
+        _refuse_reactions(scene, events)
+        moving = replace(moving, accelerations=lambda: touching.accelerations, drives=lambda: drives)
         forces_on = substitute(touching.generalized, place)
         work = [work[0], work[1] + w.graph.total(f * u for f, u in zip(forces_on, w.state.qd, strict=True))]
     power = work[0] + work[1]
@@ -211,6 +215,20 @@ def _written(
         scene, forces, found, decisions, events, made, {}, works, momenta, kept, mass, dependent,
         rows, filled, kinds, (), lambda: together(w, place, power), contacts=contacts,
     )  # fmt: skip
+
+
+def _refuse_reactions(scene: Scene, events: Sequence[Quantity]) -> None:
+    """Refuse reactions that are asked for where contacts push, whose forces these do not know.
+
+    Raises:
+        SimulateError: an event looks at one, or an output where there is more than stops and friction of joints.
+    """
+    pushing = [one.name for one in scene.unilaterals if one.kind not in ("stop", "dry")]
+    asked = [*events, *(one.formula for one in scene.outputs if pushing)]
+    named = [name for one in asked for name in one.symbols if name.startswith(LETTERS.reaction)]
+    if named:
+        names = listed(one.name for one in scene.unilaterals)
+        raise SimulateError(f"{scene.name}: {named[0]}: reactions do not know the forces of contacts, {names}; leave it out")
 
 
 def _bends(entries: Sequence[Expr], moving: Collection[Expr]) -> list[Expr]:
