@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import symdyn
+from symdyn.cli import main
 from symdyn.errors import DerivationError, SceneError, SimulateError, SymdynError
 from symdyn.scene import read_text, write_text
 from symdyn.simulation.equations.complementarity import FREE, Laws
@@ -449,3 +450,166 @@ def test_a_rod_slips_at_the_angle_of_its_closed_form() -> None:
     run = symdyn.simulate(read_text(ROD), until=1, method="taylor")
     slip = next(one for one in run.impacts if one.what == "slips")
     assert float(run(slip.t)["theta"][0]) == pytest.approx(CASES["falling_rod_0.36"]["slips_at_angle"], abs=1e-10)
+
+
+# What a second look found
+
+FALL = """
+gravity = [0, 0, -9.81]
+[parameters]
+e = 0.7
+[bodies.b]
+mass = 1
+[joints.z]
+type = "prismatic"
+parent = "ground"
+child = "b"
+axis = [0, 0, 1]
+coordinate = "z"
+start = 0
+[contacts.f]
+body = "b"
+restitution = "e"
+"""
+
+TABLE = FALL.replace('body = "b"\nrest', 'body = "b"\nplane = { body = "table", normal = [0, 0, 1] }\nrest')
+TABLE += """
+[bodies.table]
+mass = 3
+[joints.t]
+type = "prismatic"
+parent = "ground"
+child = "table"
+axis = [0, 0, 1]
+coordinate = "h"
+motion = "0.05*sin(20*t)"
+"""
+
+SLOPE = """
+gravity = ["9.81*sin(0.4)", 0, "-9.81*cos(0.4)"]
+[bodies.rail]
+[bodies.b]
+mass = 1
+[joints.x]
+type = "prismatic"
+parent = "ground"
+child = "rail"
+axis = [1, 0, 0]
+coordinate = "x"
+[joints.z]
+type = "prismatic"
+parent = "rail"
+child = "b"
+axis = [0, 0, 1]
+coordinate = "z"
+[contacts.c]
+body = "b"
+plane = { body = "ground", normal = [0, 0, 1] }
+friction = 0.3
+static = 0.6
+"""
+
+KNEE = """
+gravity = [0, 0, -9.81]
+[bodies.b]
+mass = 2
+com = [0.5, 0, 0]
+inertia = [0, 0.2, 0.2]
+inertia_about = "com"
+[joints.h]
+type = "revolute"
+parent = "ground"
+child = "b"
+axis = [0, 1, 0]
+coordinate = "q"
+limits = { lower = -1, upper = 0.5, restitution = 0 }
+"""
+
+
+def test_what_is_pulled_up_lifts_off_again_and_again() -> None:
+    run = symdyn.simulate(read_text(FALL), until=1, forces="tau1=20*t")
+    assert [one.what for one in run.impacts] == ["lifts off"]
+    assert run["z"][-1] == pytest.approx(20 / 6 * (1 - 9.81 / 20) ** 3)
+    run = symdyn.simulate(read_text(FALL), until=4, forces="tau1=15*sin(5*t)", values={"e": 0})
+    assert [one.what for one in run.impacts] == ["lifts off", "strikes"] * 3 + ["lifts off"]
+    assert run["gap_f"].min() > -1e-12
+    assert run["normal_f"].min() >= 0
+    run = symdyn.simulate(read_text(KNEE), until=2, forces="tau1=-15*t")
+    assert [(one.contact, one.what) for one in run.impacts][:2] == [("h_upper", "strikes"), ("h_upper", "lifts off")]
+    assert "rad/s" in run.impacts[0].words
+
+
+@pytest.mark.parametrize("e", [0, 0.7])
+def test_a_plane_that_moves_as_it_is_told_keeps_the_balance_of_energy(e: float) -> None:
+    run = symdyn.simulate(read_text(TABLE), until=2, start="z=0.1", values={"e": e})
+    assert len(run.impacts) > 6
+    assert np.abs(run["energy_error"]).max() < 1e-11
+    assert run["gap_f"].min() > -1e-12
+    assert min(one.lost for one in run.impacts) >= 0
+
+
+@pytest.mark.parametrize(("rate", "sticks"), [(0, 0.0), (-1, 1 / 9.81 / (np.sin(0.4) + 0.3 * np.cos(0.4)))])
+def test_static_friction_holds_what_sliding_friction_would_not(rate: float, sticks: float) -> None:
+    run = symdyn.simulate(read_text(SLOPE), until=1, start_rates=f"x_dot={rate}")
+    assert run["mode_c"][-1] == 1
+    assert run["x_dot"][-1] == 0
+    assert [one.t for one in run.impacts] == pytest.approx([sticks] if rate else [])
+
+
+def test_formulas_of_accelerations_know_the_forces_of_contacts() -> None:
+    scene = read_text(SLOPE.replace("0.4)", "0)") + '[outputs]\na = "x_ddot"\n')
+    run = symdyn.simulate(scene, until=1, start_rates="x_dot=1", stops=["x_ddot + 2"])
+    assert run["a"][0] == pytest.approx(-0.3 * 9.81)
+    assert run.t[-1] == pytest.approx(1 / (0.3 * 9.81))
+
+
+@pytest.mark.parametrize(
+    ("more", "asked", "words"),
+    [
+        ("", {"reactions": True}, "reactions: they do not know the forces of contacts, f"),
+        ("", {"stops": ["reaction_z_fx"]}, "reaction_z_fx: reactions do not know the forces of contacts, f"),
+        ('[outputs]\nr = "reaction_z_fz"\n', {}, "reaction_z_fz: reactions do not know the forces of contacts, f"),
+        ("[inputs.gap_f]\n", {}, "gap_f is the name of a column of contact f, too; rename it or the contact"),
+        ('[outputs]\nmode_f = "z"\n', {}, "mode_f is the name of a column of contact f, too"),
+    ],
+)
+def test_what_a_run_with_contacts_cannot_tell_is_refused(more: str, asked: dict[str, object], words: str) -> None:
+    with pytest.raises(SymdynError) as fault:
+        symdyn.simulate(read_text(FALL + more), until=1, **asked)
+    assert words in str(fault.value)
+
+
+def test_starts_beyond_a_stop_and_names_of_stops_are_told_in_their_words() -> None:
+    with pytest.raises(SimulateError) as fault:
+        symdyn.simulate(read_text(KNEE), until=1, start="q=0.7")
+    assert "start: stop h_upper is passed by 0.2 rad; start the joint within its limits" in str(fault.value)
+    with pytest.raises(SimulateError) as fault:
+        symdyn.simulate(read_text(KNEE + '[contacts.h_upper]\nbody = "b"\n'), until=1)
+    assert "h_upper is the name of a stop or a friction, too" in str(fault.value)
+
+
+def test_friction_that_turns_round_at_once_does_not_stick() -> None:
+    scene = read_text(KNEE.replace("restitution = 0 }", "restitution = 0.5 }\nfriction = { coulomb = 2 }"))
+    run = symdyn.simulate(scene, until=0.5)
+    assert [one.what for one in run.impacts] == ["strikes", "slips"]
+    assert run.impacts[1].mode[-1] == "slips +"
+
+
+def test_a_run_between_its_samples_tells_the_impacts_of_the_run() -> None:
+    run = symdyn.simulate(read_text(FALL), until=1, start="z=1", every=0.5)
+    assert len(run(0.9).impacts) == len(run.impacts) == 1
+    assert run(0.7)["z_dot"][0] == pytest.approx(0.7 * (2 * 9.81) ** 0.5 - 9.81 * (0.7 - (2 / 9.81) ** 0.5))
+
+
+def test_who_takes_contacts_as_open_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name, text in (("fall", FALL), ("knee", KNEE)):
+        (tmp_path / f"{name}.toml").write_text(text)
+        for verb in ("equations", "info"):
+            assert main([verb, str(tmp_path / f"{name}.toml")]) == 0
+            err = capsys.readouterr().err
+            assert f"{name}: all contacts open: {'f' if name == 'fall' else 'stops of h'}; simulate alone" in err
+    main(["info", str(tmp_path / "fall.toml")])
+    assert "restitution e, friction 0, Poisson's law" in capsys.readouterr().out
+    assert "limits.restitution: the file has limits that nothing strikes" in "".join(
+        write_text(read_text(KNEE), "urdf", lossy=True).lost
+    )

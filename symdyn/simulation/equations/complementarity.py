@@ -40,6 +40,13 @@ CLOSE = 1e-9
 """What is smaller, over the largest of its kind, is zero."""
 
 
+def least(A: Array, b: Array) -> Array:
+    """Return the x of least size with A x as close to b as can be, shape (m,)."""
+    if A.shape == (1, 1):
+        return np.asarray(b / A[0] if A[0, 0] else np.zeros(1), dtype=np.float64)
+    return np.asarray(np.linalg.lstsq(A, b, rcond=1e-12)[0], dtype=np.float64)
+
+
 @dataclass(frozen=True)
 class Case:
     """What one contact does: whether it is held, and how its slip is: "stick", 1, -1, or 0 without friction.
@@ -96,7 +103,7 @@ class Laws:
                         b[t] = -limit
                     else:
                         A[t, n] = limit
-            found = np.asarray(np.linalg.lstsq(A, b, rcond=1e-12)[0], dtype=np.float64)
+            found = least(A, b)
             if self._kept(cases, found, np.asarray(A @ found - b), self.D @ found + d - goal, shift):
                 yield cases, found
 

@@ -216,7 +216,9 @@ def check_names(scene: Scene) -> None:
     known = set[str]()
     for one in scene.unilaterals:
         if one.name in known:
-            raise SimulateError(f"{scene.name}: contacts: {one.name} is the name of a stop or a friction, too; rename it")
+            raise SimulateError(
+                f"{scene.name}: contacts: {one.name} is the name of a stop or a friction, too; rename it"
+            )
         known.add(one.name)
         if both := signals.intersection(f"{word}_{one.name}" for word in COLUMNS):
             told = f"{min(both)} is the name of a column of contact {one.name}, too; rename it or the contact"

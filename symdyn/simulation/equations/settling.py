@@ -17,7 +17,7 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.errors import SimulateError
-from symdyn.simulation.equations.complementarity import CLOSE, FREE, OPENS, Case, Laws
+from symdyn.simulation.equations.complementarity import CLOSE, FREE, OPENS, Case, Laws, least
 from symdyn.simulation.equations.contact_modes import BREAKS, LIFTS, STOPS, STRIKES, Contacts, Impact, Numbers
 
 if TYPE_CHECKING:
@@ -113,7 +113,9 @@ class Settling:
             else:
                 continue
             name = self.contacts.name(k)
-            told.append(Impact(self.t, name, what, before, rate, impulse, lost, words, flights.get(k), self.contacts.units[k]))
+            told.append(
+                Impact(self.t, name, what, before, rate, impulse, lost, words, flights.get(k), self.contacts.units[k])
+            )
         return x
 
     def _refuse_gain(self, lost: float, size: float, some: Sequence[int]) -> None:
@@ -153,7 +155,7 @@ class Settling:
             rows += [] if t is None or abs(self.n.W[t] @ u) > rest else [t]
         if not rows:
             return u
-        missed = np.linalg.lstsq(self.n.laws.D[np.ix_(rows, rows)], self.n.W[rows] @ u, rcond=1e-12)[0]
+        missed = least(self.n.laws.D[np.ix_(rows, rows)], self.n.W[rows] @ u)
         return np.asarray(u - self.n.C[rows].T @ missed)
 
     def _options(self, some: Sequence[int], v: Array, rest: float, broke: dict[int, float]) -> list[tuple[Case, ...]]:
@@ -239,7 +241,7 @@ def settled(system: StateEquations, t: float, x: Array, events: Sequence[tuple[i
     struck = {k for k, what in events if what == STRIKES}
     leaving = {k: what for k, what in events if what != STRIKES}
     found = contacts.numbers(system.evaluate("contacts", t, x), nv)
-    forces = system.evaluate("contact_forces", t, x)
+    forces = system.evaluate("contact_forces", t, x) if leaving else np.zeros(0)
     broke = {
         k: -float(np.sign(forces[row]))
         for k, what in leaving.items()
@@ -249,7 +251,7 @@ def settled(system: StateEquations, t: float, x: Array, events: Sequence[tuple[i
     normals = {k: n for k in held if (n := contacts.rows[k][0]) is not None}
     rows = list(normals.values())
     D = found.laws.D[np.ix_(rows, rows)]
-    step = -found.C[rows].T @ np.linalg.lstsq(D, found.gaps[list(normals)], rcond=1e-12)[0]
+    step = -found.C[rows].T @ least(D, found.gaps[list(normals)])
     x = x.copy()
     x[:nq] += system.calls["moved"](x[:nq], np.append(step, x[nq + nv : nq + system.nu]))
     found = contacts.numbers(system.evaluate("contacts", t, x), nv)

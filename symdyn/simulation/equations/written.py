@@ -228,7 +228,9 @@ def _refuse_reactions(scene: Scene, events: Sequence[Quantity]) -> None:
     named = [name for one in asked for name in one.symbols if name.startswith(LETTERS.reaction)]
     if named:
         names = listed(one.name for one in scene.unilaterals)
-        raise SimulateError(f"{scene.name}: {named[0]}: reactions do not know the forces of contacts, {names}; leave it out")
+        raise SimulateError(
+            f"{scene.name}: {named[0]}: reactions do not know the forces of contacts, {names}; leave it out"
+        )
 
 
 def _bends(entries: Sequence[Expr], moving: Collection[Expr]) -> list[Expr]:

@@ -206,6 +206,9 @@ ROUNDING = 8 * EPS
 SOON = 0.25 ** np.arange(26.0, 0.0, -1.0)
 """Parts of the first step, ascending, at which the sign is looked for that a formula takes behind its zero."""
 
+CLEAR = 1e4
+"""Times what rounding makes of it, from where on a formula tells how it leaves its zero."""
+
 BEHIND = 64
 """Parts of a stretch that are looked at for where a limit was passed, whose slack was passed at its end."""
 
@@ -334,6 +337,17 @@ class Watch:
             first = float(values[told[0]])
             begin = float(np.append(times, step.t1)[told[0]])
             self.armed[k] = np.sign(first)
+            if self.kinds[k].contact is not None:  # zero where a contact has just struck: that zero is divided out
+                clear = told[np.abs(values[told]) > CLEAR * self._noise(step.t0, self.x)[k]]
+                if len(clear) and np.all(np.sign(values[told[0] : clear[0] + 1]) == self.armed[k]):
+                    begin = float(np.append(times, step.t1)[clear[0]])
+                    first = float(values[clear[0]]) / (begin - step.t0)
+                    last /= step.t1 - step.t0
+                    of = look
+
+                    def look(times: Array) -> Array:
+                        return of(times) / (times - step.t0)
+
         most = DIVISIONS if k in self.problem.unsure else MOST
         search = Search(look, (begin, first), (step.t1, last), float(self.armed[k]), most)
         for low, high in search.passages():
