@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from math import atan, pi
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -573,7 +574,7 @@ def test_formulas_of_accelerations_know_the_forces_of_contacts() -> None:
         ('[outputs]\nmode_f = "z"\n', {}, "mode_f is the name of a column of contact f, too"),
     ],
 )
-def test_what_a_run_with_contacts_cannot_tell_is_refused(more: str, asked: dict[str, object], words: str) -> None:
+def test_what_a_run_with_contacts_cannot_tell_is_refused(more: str, asked: dict[str, Any], words: str) -> None:
     with pytest.raises(SymdynError) as fault:
         symdyn.simulate(read_text(FALL + more), until=1, **asked)
     assert words in str(fault.value)
@@ -613,3 +614,51 @@ def test_who_takes_contacts_as_open_says_so(tmp_path: Path, capsys: pytest.Captu
     assert "limits.restitution: the file has limits that nothing strikes" in "".join(
         write_text(read_text(KNEE), "urdf", lossy=True).lost
     )
+
+
+BLOCK = """
+gravity = [0, 0, -9.81]
+[bodies.x]
+[bodies.z]
+[bodies.b]
+mass = 1
+inertia = [0.1, 0.1, 0.1]
+inertia_about = "com"
+[joints.x]
+type = "prismatic"
+parent = "ground"
+child = "x"
+axis = [1, 0, 0]
+coordinate = "x"
+[joints.z]
+type = "prismatic"
+parent = "x"
+child = "z"
+axis = [0, 0, 1]
+coordinate = "z"
+start = 0.5
+[joints.r]
+type = "revolute"
+parent = "z"
+child = "b"
+axis = [0, 1, 0]
+coordinate = "r"
+"""
+for at in (-0.3, 0.3):
+    BLOCK += f'[contacts.c{int(at > 0)}]\nbody = "b"\nat = [{at}, 0, -0.5]\nfriction = 0.5\n'
+    BLOCK += 'plane = { body = "ground", normal = [0, 0, 1] }\n'
+
+
+def test_a_block_on_two_corners_slides_when_both_are_at_the_edge_of_their_cones() -> None:
+    run = symdyn.simulate(read_text(BLOCK), until=1, forces="tau1=8*t")
+    slips = 0.5 * 9.81 / 8
+    assert run["x_dot"][-1] == pytest.approx(4 * (1 - slips**2) - 0.5 * 9.81 * (1 - slips))
+    assert run.impacts[-1].t == pytest.approx(slips)
+
+
+def test_a_block_that_rocks_from_corner_to_corner_comes_to_rest() -> None:
+    run = symdyn.simulate(read_text(BLOCK), until=2, start="z=0.8, r=0.3")
+    assert min(run["gap_c0"].min(), run["gap_c1"].min()) > -1e-11
+    assert (run["mode_c0"][-1], run["mode_c1"][-1]) == (1, 1)
+    assert run["z"][-1] == pytest.approx(0.5, abs=1e-9)
+    assert np.abs(run["energy_error"]).max() < 1e-10

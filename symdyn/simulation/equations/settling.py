@@ -87,7 +87,7 @@ class Settling:
         flights = {
             k: self._flights(k, float(after[n]), touching, after, rest)
             for k, n in normal.items()
-            if k in struck and v[n] < -rest and after[n] > rest and 0 < laws.restitution[k] < 1
+            if after[n] > rest and laws.restitution[k] < 1 and (v[n] < -rest or lost > 0)  # a bounce, or kicked by one
         }
         resting = [k for k in touching if self._still(k, after, rest) or flights.get(k) is not None]
         u = self._at_rest(u, resting, rest)
@@ -198,6 +198,8 @@ class Settling:
             raise ArithmeticError(
                 f"contact {names}: {len(found)} motions keep the laws of contact and friction (Painlevé)"
             )
+        if broke:  # at the edge of its cone what follows may stick or slip: it slips
+            found.sort(key=lambda one: -sum(case.slip in (1.0, -1.0) for case in one[0]))
         return self._independent(resting, some, found[0][0])
 
     @staticmethod

@@ -258,6 +258,7 @@ class Watch:
     def __init__(self, problem: InitialValueProblem) -> None:
         self.problem, self.kinds = problem, problem.system.kinds
         self.slack = np.array([kind.slack for kind in self.kinds])
+        self._held = np.array([kind.contact is not None for kind in self.kinds], dtype=bool)  # never below zero
         self.bent: int | None = None
         self.entered: dict[int, tuple[float, Array]] = {}
         if problem.stops:
@@ -265,6 +266,7 @@ class Watch:
             self.armed = np.where(
                 np.abs(self.values) <= self._noise(problem.begin, problem.x), 0.0, np.sign(self.values)
             )
+            self.armed[self._held] = np.maximum(self.armed[self._held], 0.0)
 
     def copy(self) -> Watch:
         """Return one that stands where this one does."""
@@ -336,10 +338,10 @@ class Watch:
                 return
             first = float(values[told[0]])
             begin = float(np.append(times, step.t1)[told[0]])
-            self.armed[k] = np.sign(first)
-            if self.kinds[k].contact is not None:  # zero where a contact has just struck: that zero is divided out
+            self.armed[k] = 1.0 if self._held[k] else np.sign(first)
+            if self._held[k]:  # zero where a contact has just struck: that zero is divided out
                 clear = told[np.abs(values[told]) > CLEAR * self._noise(step.t0, self.x)[k]]
-                if len(clear) and np.all(np.sign(values[told[0] : clear[0] + 1]) == self.armed[k]):
+                if len(clear) and np.all(values[told[0] : clear[0] + 1] > 0):
                     begin = float(np.append(times, step.t1)[clear[0]])
                     first = float(values[clear[0]]) / (begin - step.t0)
                     last /= step.t1 - step.t0
