@@ -594,6 +594,10 @@ def test_friction_that_turns_round_at_once_does_not_stick() -> None:
     run = symdyn.simulate(scene, until=0.5)
     assert [one.what for one in run.impacts] == ["strikes", "slips"]
     assert run.impacts[1].mode[-1] == "slips +"
+    told = symdyn.simulate(scene, until=0.1, reactions=True)  # beside stops and friction of joints they are known
+    assert np.isfinite(told["reaction_h_fz"]).all()
+    formula = read_text(write_text(scene, "toml").text + '[outputs]\nr = "reaction_h_fz"\n')
+    assert symdyn.simulate(formula, until=0.1)["r"] == pytest.approx(told["reaction_h_fz"])
 
 
 def test_a_run_between_its_samples_tells_the_impacts_of_the_run() -> None:

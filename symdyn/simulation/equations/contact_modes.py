@@ -134,7 +134,7 @@ class Contacts:
 
     Attributes:
         touches: names, and whether there are an n and a t.
-        kinds: "point", "gap", "stop", "dry" and so on.
+        kinds: "point", "gap", "joint_stop", "joint_friction" and so on.
         units: of gaps, "m" or "rad".
         laws: "poisson" or "newton" of each.
         place: where their modes begin in a state.

@@ -278,7 +278,7 @@ def begun(system: StateEquations, x: Array) -> Array:
     if inside:
         name, unit = contacts.name(inside[0]), contacts.units[inside[0]]
         told = f"contact {name} begins {-gaps[inside[0]]:.3g} {unit} inside its plane; start where it touches, or above"
-        if contacts.kinds[inside[0]] == "stop":
+        if contacts.kinds[inside[0]] == "joint_stop":
             told = f"stop {name} is passed by {-gaps[inside[0]]:.3g} {unit}; start the joint within its limits"
         raise SimulateError(f"{system.scene.name}: start: {told}")
     touching = [(k, STRIKES) for k in range(len(gaps)) if gaps[k] <= STARTS]

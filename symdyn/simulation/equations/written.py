@@ -223,7 +223,7 @@ def _refuse_reactions(scene: Scene, events: Sequence[Quantity]) -> None:
     Raises:
         SimulateError: an event looks at one, or an output where there is more than stops and friction of joints.
     """
-    pushing = [one.name for one in scene.unilaterals if one.kind not in ("stop", "dry")]
+    pushing = [one.name for one in scene.unilaterals if one.kind not in ("joint_stop", "joint_friction")]
     asked = [*events, *(one.formula for one in scene.outputs if pushing)]
     named = [name for one in asked for name in one.symbols if name.startswith(LETTERS.reaction)]
     if named:
