@@ -39,6 +39,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
+from flint import arb
+
 from symdyn.algebra import Midpoints, rounded
 from symdyn.dynamics.mechanism.state import vector
 from symdyn.errors import DerivationError
@@ -382,7 +384,7 @@ def turns_of(cosine: Expr, sine: Expr) -> Fraction | None:
     values = values_of([cosine, sine])
     with Midpoints(DIGITS) as numbers:
         c, s = map(numbers.constant, values)
-        turns = _fraction(s.atan2(c) / (2 * numbers.pi()))
+        turns = _fraction(arb.atan2(s, c) / (2 * numbers.pi()))
     simple = turns.limit_denominator(WHOLE_TURN)
     return simple if abs(simple - turns) <= SAME else None
 

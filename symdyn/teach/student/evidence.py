@@ -101,10 +101,6 @@ class Atom:
     unit: str
     values: tuple[float, ...]
 
-    def is_apart_from(self, other: Atom) -> bool:
-        """Whether it is another function, or of something else."""
-        return (self.function, self.of) != (other.function, other.of)
-
 
 @dataclass(frozen=True)
 class Atoms:
@@ -115,9 +111,10 @@ class Atoms:
     @cached_property
     def pairs(self) -> list[tuple[Atom, Atom, int]]:
         """Return what a term may be times: a/b, and with the last number 1 or -1 both, or one over both."""
-        apart = [(a, b, 0) for a, b in permutations(self.every, 2) if a.is_apart_from(b)]
-        both = [(a, b) for a, b in combinations(self.every[1:], 2) if a.is_apart_from(b)]
-        return [*apart, *((a, b, power) for a, b in both for power in (1, -1))]
+        apart = [(a, b) for a, b in permutations(self.every, 2) if (a.function, a.of) != (b.function, b.of)]
+        every = set(apart)
+        both = [pair for pair in combinations(self.every[1:], 2) if pair in every]
+        return [*((a, b, 0) for a, b in apart), *((a, b, power) for a, b in both for power in (1, -1))]
 
     @cached_property
     def quotients(self) -> Array:
