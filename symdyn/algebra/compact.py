@@ -26,7 +26,6 @@ from functools import lru_cache
 from math import gcd, lcm
 
 from symdyn.algebra.form import Form, Function, Number, Pi, Power, Sum, Symbol
-from symdyn.algebra.ratios import Ratios
 from symdyn.algebra.sums_of_angles import (
     SMALL,
     Angle,
@@ -127,6 +126,8 @@ class Compactor:
             return form
         if any(isinstance(x, (Function, Pi)) for x in parts):
             return form.with_parts(map(self.in_lowest_terms, form.parts))
+        from symdyn.algebra.ratios import Ratios  # imports NumPy
+
         graph = next(g.node.graph for g in self.ring.generators if g.node is not None)
         other = Ratios.collected(form.express(graph))
         return other if sum(1 for _ in other.walk()) <= NESTED * len(parts) else form

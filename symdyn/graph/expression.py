@@ -131,7 +131,7 @@ class Graph:
     def __init__(self) -> None:
         """Make a graph that holds only 0 and 1."""
         self.nodes: list[Expr] = []
-        self.found: dict[str, dict[Expr, Any]] = {}  # about nodes, by topic, so that no one looks twice
+        self.found: dict[str, dict[Any, Any]] = {}  # about nodes, by topic, so that no one looks twice
         self.reached: tuple[tuple[Expr, ...], tuple[Expr, ...]] = ((), ())  # outputs and what they need, asked last
         self._tables: tuple[dict[Key, Expr], ...] = tuple({} for _ in Op)
         self.zero = self.constant(Fraction(0))

@@ -37,10 +37,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cache
-from typing import TYPE_CHECKING
+from typing import Any
 
-from symdyn.algebra import rounded
+from flint import arb
+
+from symdyn.algebra import Midpoints, rounded
 from symdyn.dynamics.mechanism.state import vector
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable, substitute
@@ -48,9 +49,6 @@ from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS, joint_motion
 from symdyn.scene.values import Body, Joint
 from symdyn.spatial import Inertia, Mat, Transform, Vec, Wrench, add, cross, dot, scale, zero_vector
-
-if TYPE_CHECKING:
-    from symdyn.algebra import BigFloats
 
 
 @dataclass(frozen=True)
@@ -359,9 +357,10 @@ def values_of(nodes: Sequence[Expr]) -> list[Fraction]:
     seen = nodes[0].graph.found.setdefault("constants", {})
     try:
         fresh = reachable(nodes, seen)
-        seen.update(zip(fresh, evaluate(fresh, _numbers(), seen), strict=True))
+        with Midpoints(DIGITS) as numbers:
+            seen.update(zip(fresh, evaluate(fresh, numbers, seen), strict=True))
         return [_fraction(seen[node]) for node in nodes]
-    except (ArithmeticError, ValueError, AttributeError) as fault:
+    except (ArithmeticError, ValueError) as fault:
         raise DerivationError("a constant of the scene's placements is no finite real number") from fault
 
 
@@ -382,19 +381,12 @@ def in_fractions(nodes: Sequence[Expr]) -> list[Expr]:
 
 def turns_of(cosine: Expr, sine: Expr) -> Fraction | None:
     """Return the angle with this cosine and sine, both numbers, in turns within ±1/2; None if it is no simple part."""
-    context = _numbers().context
-    c, s = (context.mpf(x.numerator) / x.denominator for x in values_of([cosine, sine]))
-    turns = _fraction(context.atan2(s, c) / (2 * context.pi))
+    values = values_of([cosine, sine])
+    with Midpoints(DIGITS) as numbers:
+        c, s = map(numbers.constant, values)
+        turns = _fraction(arb.atan2(s, c) / (2 * numbers.pi()))
     simple = turns.limit_denominator(WHOLE_TURN)
     return simple if abs(simple - turns) <= SAME else None
-
-
-@cache
-def _numbers() -> BigFloats:
-    """Return the one context of 100 digits; making one takes longer than using it."""
-    from symdyn.algebra import BigFloats
-
-    return BigFloats(DIGITS)
 
 
 def rational(node: Expr) -> Fraction | None:
@@ -415,10 +407,9 @@ def _settled(node: Expr, value: Fraction) -> Expr:
     return node.graph.constant(simple) if abs(simple - value) <= SAME else node
 
 
-def _fraction(value: object) -> Fraction:
-    """Return a big float as the fraction that it is; a complex one has no `_mpf_`, an infinite one no mantissa."""
-    negative, mantissa, exponent, _ = value._mpf_  # type: ignore[attr-defined]
-    if mantissa == 0 and exponent != 0:
+def _fraction(value: Any) -> Fraction:
+    """Return the midpoint of a ball as the fraction that it is."""
+    if not value.is_finite():
         raise ValueError(f"{value} is not finite")
-    size = Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
-    return -size if negative else size
+    mantissa, exponent = value.mid().man_exp()
+    return Fraction(int(mantissa)) * Fraction(2) ** int(exponent)

@@ -15,7 +15,6 @@ from symdyn.dynamics import ClosedForm, closed_form
 from symdyn.emit.print.formula_text import Latex, rounded, text_of
 from symdyn.emit.print.printable import ENTRYWISE, Printable
 from symdyn.emit.print.printed_names import latex_symbols
-from symdyn.emit.print.sympy_equations import SympyEquations, sympy_equations
 from symdyn.emit.print.sympy_page import sympy_definitions, sympy_page
 from symdyn.emit.print.written_page import (
     base_parameter_name,
@@ -33,6 +32,7 @@ from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
     from symdyn.algebra import Array
+    from symdyn.emit.print.sympy_equations import SympyEquations
 
 
 @dataclass(frozen=True)
@@ -270,6 +270,8 @@ class EquationsOfMotion(Shown):
         >>> arm.M[1, 1], arm.g[1]
         (h2**2*m2, g*h2*m2*sin(q1 + q2))
         """
+        from symdyn.emit.print.sympy_equations import sympy_equations  # with loops, which printing can do without
+
         check_arguments(EquationsOfMotion.sympy, locals(), EmitError)
         if self.formulation != "lagrange":
             raise EmitError(f"the equations of {self.formulation} are printed, by .latex() or .text(); leave it out")

@@ -129,10 +129,10 @@ class Scene(Shown):
         """The joints that have coordinates, in order of q."""
         return tuple(joint for joint in self.joints if joint.coordinates)
 
-    @property
-    def followed(self) -> set[str]:
+    @cached_property
+    def followed(self) -> frozenset[str]:
         """Names of the coordinates that other joints follow."""
-        return {name for joint in self.joints if joint.coupling for name in joint.coupling.coordinates}
+        return frozenset(name for joint in self.joints if joint.coupling for name in joint.coupling.coordinates)
 
     @cached_property
     def coordinates(self) -> tuple[str, ...]:

@@ -112,7 +112,8 @@ class Atoms:
     def pairs(self) -> list[tuple[Atom, Atom, int]]:
         """Return what a term may be times: a/b, and with the last number 1 or -1 both, or one over both."""
         apart = [(a, b) for a, b in permutations(self.every, 2) if (a.function, a.of) != (b.function, b.of)]
-        both = [(a, b) for a, b in combinations(self.every[1:], 2) if (a, b) in set(apart)]
+        every = set(apart)
+        both = [pair for pair in combinations(self.every[1:], 2) if pair in every]
         return [*((a, b, 0) for a, b in apart), *((a, b, power) for a, b in both for power in (1, -1))]
 
     @cached_property

@@ -16,6 +16,7 @@ import random
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import isfinite
+from operator import attrgetter
 
 import numpy as np
 
@@ -24,7 +25,7 @@ from symdyn.dynamics.loops import Numbers, free_motions
 from symdyn.dynamics.mechanism import TIME, prescribed
 from symdyn.emit.print import Printable
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Graph, Op, evaluate, gradient, reachable
+from symdyn.graph import Expr, Graph, Op, gradient, reachable, repeated
 from symdyn.scene import Scene
 from symdyn.scene.values import acceleration_name
 from symdyn.teach.student.course import Course
@@ -135,9 +136,15 @@ def _values(points: Sequence[Point], forms: Sequence[Form]) -> list[list[float]]
 
 def numbers(nodes: Sequence[Expr], point: Point) -> list[float]:
     """Return the values of nodes at a point; nan where there is none."""
-    seeds = {x: point.get(str(x.value), float("nan")) for x in reachable(list(nodes)) if x.op is Op.SYMBOL}
+    if not nodes:
+        return []
+    asked, kept = tuple(nodes), nodes[0].graph.found.setdefault("numbers", {})
     try:
-        return [float(x) for x in evaluate(list(nodes), Floats(), seeds)]
+        if asked not in kept:
+            names = [str(x.value) for x in reachable(asked) if x.op is Op.SYMBOL]
+            kept[asked] = names, repeated(asked, Floats(), attrgetter("value"))
+        names, values_at = kept[asked]
+        return [float(x) for x in values_at({name: point.get(name, float("nan")) for name in names})]
     except (ArithmeticError, ValueError):
         return [numbers([node], point)[0] for node in nodes] if len(nodes) > 1 else [float("nan")]
 
