@@ -151,8 +151,9 @@ def test_every_formula_of_the_latex_has_the_value_of_the_graph(name: str, formul
     count = len(document.scene.velocities) if solved else 0
     equations = [[document.names[f"{side}:{i + 1}"].node for side in ("tau", "QA")] for i in range(count)]
     for balance, force in equations:  # with the accelerations put in
-        assert balance is not None and force is not None
-        expected, shown = floats(substitute([force, balance], solved))
+        assert balance is not None
+        assert force is not None
+        expected, shown = floats([force, *substitute([balance], solved)])
         assert shown == pytest.approx(expected, rel=DIGITS.get(name, 1e-9), abs=1e-9)
 
 
