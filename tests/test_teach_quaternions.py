@@ -31,6 +31,8 @@ def lesson(name: str, language: str = "en") -> Document:
 
 
 def value_of_symbol(name: str) -> float:
+    if name.startswith("euler:"):
+        return euler()[name]
     return UNIT.get(name, 0.3 + sum(ord(letter) * (k + 3) for k, letter in enumerate(name)) % 89 / 60)
 
 
@@ -70,6 +72,18 @@ def rotation(e: list[float]) -> np.ndarray:
     angle, (x, y, z) = 2 * np.arctan2(length, e[0]), half / length
     skew = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     return np.eye(3) + np.sin(angle) * skew + (1 - np.cos(angle)) * skew @ skew
+
+
+@cache
+def euler() -> dict[str, float]:
+    """Return ψ, θ, φ from the vertical z to the axis y of the heavy top, where the quaternion is `UNIT`, and rates."""
+    R = rotation(list(UNIT.values()))
+    psi, theta, phi = np.arctan2(R[0, 1], -R[1, 1]), np.arccos(R[2, 1]), np.arctan2(R[2, 2], R[2, 0])
+    x, y, z = (value_of_symbol(f"point_w{axis}") for axis in "xyz")
+    turns = (z * np.sin(phi) + x * np.cos(phi)) / np.sin(theta)
+    values = psi, theta, phi, turns, z * np.cos(phi) - x * np.sin(phi), y - turns * np.cos(theta)
+    names = [f"euler:{one}{rate}" for rate in ("", "_dot") for one in ("psi", "theta", "phi")]
+    return dict(zip(names, map(float, values), strict=True))
 
 
 def test_the_matrix_is_that_of_rodrigues() -> None:

@@ -394,7 +394,8 @@ def of_links() -> Iterator[Row]:
         if place.startswith(CHAIN) and f"dh/links/{'/'.join(path[2:])}" in words and not own:
             names = {name: name.replace("joints__pin", "dh__links__0") for name in beside}
             there = {names[name].replace("bodies__arm", "dh__links__0"): said for name, said in beside.items()}
-            yield ("dh", "links", "0", *path[2:]), one, other, {"dh": DH, **there}
+            beside_it = {"joints__foot__parent": "arm"} if "joints__foot" in beside else {}  # as the link
+            yield ("dh", "links", "0", *path[2:]), one, other, {"dh": DH, **there, **beside_it}
 
 
 def every() -> tuple[Row, ...]:

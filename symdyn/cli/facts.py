@@ -177,7 +177,7 @@ def gather(scene: Scene, formulation: str | None, closing: LoopChoices) -> tuple
             }
             for p in scene.parameters
         ],
-        **({"derived": derived} if (derived := _derived(scene)) else {}),
+        **_put_in(scene),
         **({"values_with_units": list(said)} if (said := SceneUnits(scene).mistakable) else {}),
         **({"doubtful_units": list(said)} if (said := SceneUnits(scene).doubtful) else {}),
         **_signals(scene),
@@ -186,14 +186,16 @@ def gather(scene: Scene, formulation: str | None, closing: LoopChoices) -> tuple
     return facts, left_out
 
 
-def _derived(scene: Scene) -> list[dict[str, str]]:
-    """Return the parameters that are formulas of others, which stand in place of their names."""
+def _put_in(scene: Scene) -> dict[str, list[dict[str, str]]]:
+    """Return derived parameters and signals, whose formulas stand in place of their names, nothing where none is."""
     units = SceneUnits(scene)
-    return [
-        {"name": p.name, "formula": spell(p.value), "unit": p.unit or units.of_formula(p.value, {}), "text": p.text}
-        for p in scene.derived
-        if p.value is not None
-    ]
+
+    def row(name: str, formula: Quantity, unit: str, text: str) -> dict[str, str]:
+        return {"name": name, "formula": spell(formula), "unit": unit or units.of_formula(formula, {}), "text": text}
+
+    derived = [row(p.name, p.value, p.unit, p.text) for p in scene.derived if p.value is not None]
+    signals = [row(p.name, p.formula, p.unit, p.text) for p in scene.signals]
+    return {kind: rows for kind, rows in (("derived", derived), ("signals", signals)) if rows}
 
 
 def _signals(scene: Scene) -> dict[str, list[dict[str, str]]]:

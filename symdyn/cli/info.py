@@ -100,9 +100,10 @@ def show(facts: dict[str, Any]) -> None:
         rows = [(p["name"], _value(p), p["unit"], p["text"]) for p in facts["parameters"]]
         title = "Parameters; free ones are passed as params, in this order"
         print_table(Table(("name", "value", "unit", ""), rows, title=title))
-    if facts.get("derived"):
-        rows = [(p["name"], short(p["formula"]), p["unit"], p["text"]) for p in facts["derived"]]
-        print_table(Table(("name", "formula", "unit", ""), rows, title="Derived parameters; their formulas are put in"))
+    put_in = (*facts.get("derived", ()), *facts.get("signals", ()))
+    if rows := [(p["name"], short(p["formula"]), p["unit"], p["text"]) for p in put_in]:
+        title = "Derived parameters and signals; their formulas are put in"
+        print_table(Table(("name", "formula", "unit", ""), rows, title=title))
     for said in (*facts.get("values_with_units", ()), *facts.get("doubtful_units", ())):
         print(f"{said}\n")
     columns = ("function", "shape", "formulation", "mul", "add", "div", "sin/cos", "other")

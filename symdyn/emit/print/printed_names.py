@@ -245,6 +245,8 @@ FAMILIES = (
     Family("roots", r"|\d+", (("w",), ("chi",))),
     Family("angular momenta", rf"{_TAG}{_AXIS}", (("H",), ("D",), ("Xi",))),
     Family("momenta", r"\d+", (("p",), ("pi",))),
+    Family("right-hand sides of accelerations", r"|\d+", (("h",), ("eta",))),
+    Family("right-hand sides with multipliers, sums of squares", r"|\d+|[su]", (("b",), ("beta",))),
 )
 
 

@@ -22,7 +22,7 @@ import numpy as np
 
 from symdyn.algebra import Array, Floats, Form
 from symdyn.dynamics.loops import Numbers, free_motions
-from symdyn.dynamics.mechanism import TIME, prescribed
+from symdyn.dynamics.mechanism import TIME, prescribed, quaternions
 from symdyn.emit.print import Printable
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, gradient, reachable, repeated
@@ -122,9 +122,10 @@ class Motions:
 
 
 def rows_of(scene: Scene) -> dict[str, tuple[str, tuple[Form, ...]]]:
-    """Return unit and entries of the rows of a scene that have multipliers, by these."""
-    rows = Printable.of(scene, lengths=None).constraints.rows if scene.is_constrained else ()
-    return {row.multiplier: (row.unit, row.G) for row in rows}
+    """Return unit and entries of the rows of a scene that have multipliers, by these; none where quaternions turn."""
+    if not scene.is_constrained or quaternions(scene):
+        return {}
+    return {row.multiplier: (row.unit, row.G) for row in Printable.of(scene, lengths=None).constraints.rows}
 
 
 def _values(points: Sequence[Point], forms: Sequence[Form]) -> list[list[float]]:
