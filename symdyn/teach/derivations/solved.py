@@ -67,6 +67,9 @@ class Quotients:
         if under and letters and len(sums) == 1 and len(above[sums[0]].terms) == 2:
             spread = _divided(above[sums[0]], under)
             above, under = ([*above[: sums[0]], spread, *above[sums[0] + 1 :]], []) if spread else (above, under)
+        above, under = (
+            [self.short(x) if any(_scale(y) != 1 for y in x.walk()) else x for x in some] for some in (above, under)
+        )
         return _in_decimals(self.lesson, sorted(above, key=self._place), sorted(under, key=self._place))
 
     def _place(self, form: Form) -> tuple[int, int]:
@@ -126,8 +129,7 @@ def _in_decimals(lesson: Lesson, above: list[Form], under: list[Form]) -> tuple[
     if number < LARGE or 10**9 % number:
         return above, under
     sums = [k for k, x in enumerate(above) if isinstance(x, Sum)]
-    small = not isinstance(above[0], Number) or abs(above[0].value) < LARGE
-    if len(sums) == 1 and small:
+    if len(sums) == 1 and (not isinstance(above[0], Number) or abs(above[0].value) < LARGE):
         divided = in_sines(lesson, above[sums[0]].express(lesson.graph) / number)
         if divided is not None:
             return [*above[: sums[0]], _plus_first(divided), *above[sums[0] + 1 :]], under[1:]
@@ -270,7 +272,7 @@ def accelerations(
     if len(free) > SMALL_SCENE:
         return None
     M, h = _linear(lesson, told, free)
-    found = _solved(lesson, M, h, free) or (_solved(lesson, *named_as, free) if named_as else None)
+    found = _solved(lesson, M, h, free, chosen) or (_solved(lesson, *named_as, free, chosen) if named_as else None)
     if found is None:
         return None
     delta, forms = found
@@ -291,8 +293,7 @@ def _linear(lesson: Lesson, told: Sequence[Expr], free: Sequence[int]) -> Linear
 def _entries(lesson: Lesson, free: Sequence[int]) -> Linear | None:
     """Return M and h by the names of coefficients, where the mass matrix is constant; None elsewhere."""
     entries = {(i, j): lesson.forms.form("k_z", i, j) for i in free for j in free}
-    letters = {str(q.value) for q in lesson.state.q}
-    if any(letters.intersection(form.symbols) for form in entries.values()):
+    if any({str(q.value) for q in lesson.state.q}.intersection(form.symbols) for form in entries.values()):
         return None
     zero, symbol = lesson.graph.zero, lesson.graph.symbol
     M = [[symbol(f"k_z:{min(i, j) + 1},{max(i, j) + 1}") if entries[i, j].terms else zero for j in free] for i in free]
@@ -316,9 +317,9 @@ def vanishing(lesson: Lesson, of: Sequence[int], put: Mapping[Expr, Expr]) -> li
 
 
 def _solved(
-    lesson: Lesson, M: Sequence[Sequence[Expr]], h: Sequence[Expr], free: Sequence[int]
+    lesson: Lesson, M: Sequence[Sequence[Expr]], h: Sequence[Expr], free: Sequence[int], chosen: Chosen
 ) -> tuple[dict[Symbol, Form], list[Form]] | None:
-    """Return Δ, where several denominators share a sum, and the accelerations; None where they have no short form."""
+    """Return Δ > 0, if several denominators share a sum, and the accelerations; None where they have no short form."""
     try:
         write = Quotients(lesson, [*(x for row in M for x in row), *h])
         left = [[write.known[x] for x in row] for row in M]
@@ -331,21 +332,39 @@ def _solved(
     delta: dict[Symbol, Form] = {}
     if shared:
         form = max(shared, key=length)
-        symbol = lesson.name("Delta:", r"\Delta", node=form.express(lesson.graph))
-        delta[symbol] = form
-        parts = [(above, [*(x for x in under if x != form), symbol]) for above, under in parts]
+        turned = _is_negative(lesson, form, chosen)  # Δ is positive, as the determinant is
+        delta_form = _plus_first(form.negative) if turned else form
+        symbol = lesson.name("Delta:", r"\Delta", node=delta_form.express(lesson.graph))
+        delta[symbol] = delta_form
+        for k, (above, under) in enumerate(parts):
+            one = next((i for i, x in enumerate(above) if isinstance(x, Sum)), 0)
+            signed = [_plus_first(x.negative) if turned and i == one else x for i, x in enumerate(above)]
+            parts[k] = (signed, [*(x for x in under if x != form), symbol])
     forms = [quotient(*pair) for pair in parts]
     return (delta, forms) if max(map(length, (*forms, *delta.values()))) <= LONGEST else None
+
+
+def _is_negative(lesson: Lesson, form: Form, chosen: Chosen) -> bool:
+    """Tell whether a form is negative at the lesson's state; False where it has no value there."""
+    try:
+        return chosen.of(*_with_entries(lesson, [form.express(lesson.graph)]))[0] < 0
+    except NoValueError:
+        return False
+
+
+def _with_entries(lesson: Lesson, nodes: Sequence[Expr]) -> list[Expr]:
+    """Return nodes with Δ put in, and the entries of the mass matrix and lengths that stand in Δ, too."""
+    known = {lesson.graph.symbol(key): name.node for key, name in lesson.names.items() if name.node is not None}
+    for key in ("Delta:", "k_", "length:"):
+        nodes = substitute(nodes, {x: node for x, node in known.items() if str(x.value).startswith(key)})
+    return list(nodes)
 
 
 def _compare(
     lesson: Lesson, M: Sequence[Sequence[Expr]], h: Sequence[Expr], forms: Sequence[Form], chosen: Chosen
 ) -> None:
     """Hold the forms against the solution in numbers."""
-    known = {lesson.graph.symbol(key): name.node for key, name in lesson.names.items() if name.node is not None}
-    nodes = [form.express(lesson.graph) for form in forms]
-    for key in ("Delta:", "k_", "length:"):  # which stand in Δ, too
-        nodes = substitute(nodes, {x: node for x, node in known.items() if str(x.value).startswith(key)})
+    nodes = _with_entries(lesson, [form.express(lesson.graph) for form in forms])
     drives = {lesson.graph.symbol(name): 1.0 for name in lesson.scene.drives if name}
     at = chosen.with_values(drives)
     n = len(h)
@@ -416,8 +435,7 @@ def _drives(lesson: Lesson, led: Collection[int], put: Mapping[Expr, Expr]) -> S
     """Return the drives that prescribed motions take."""
     blocks, names = list[Block](), list[Symbol]()
     for k in led:
-        own = lesson.scene.drives[k]
-        if own is None:
+        if (own := lesson.scene.drives[k]) is None:
             continue
         (node,) = substitute([lesson.drives[k]], put)
         form = in_sines(lesson, node)
