@@ -58,11 +58,7 @@ class Quotients:
         above = self._joined([self.short(x) for x in form.factors if not _below(x)])
         under = self._joined([self.short(y) for x in form.factors if _below(x) for y in _base(x).factors])
         above, under = _decimal(*_powers_cancelled(above, under))
-        sums = [k for k, x in enumerate(above) if isinstance(x, Sum)]
-        if sums and above[0].split_sign()[0] < 0 and any(x.split_sign()[0] < 0 for x in above[sums[0]].terms):
-            above[0], above[sums[0]] = above[0].negative, above[sums[0]].negative
-        for k in sums:
-            above[k] = _plus_first(above[k])
+        above, sums = _sign_inside(above), [k for k, x in enumerate(above) if isinstance(x, Sum)]
         letters = not any(isinstance(y, (Number, Sum)) for y in under) and not self._moves(Form.product(under))
         if under and letters and len(sums) == 1 and len(above[sums[0]].terms) == 2:
             spread = _divided(above[sums[0]], under)
@@ -199,6 +195,14 @@ def _base(form: Form) -> Form:
     return form.base.power(-form.exponent)
 
 
+def _sign_inside(factors: Sequence[Form]) -> list[Form]:
+    """Return factors with a minus put into the first sum that holds one; sums begin without."""
+    found, k = list(factors), next((k for k, x in enumerate(factors) if isinstance(x, Sum)), 0)
+    if k and found[0].split_sign()[0] < 0 and any(x.split_sign()[0] < 0 for x in found[k].terms):
+        found[0], found[k] = found[0].negative, found[k].negative
+    return [_plus_first(x) if isinstance(x, Sum) else x for x in found]
+
+
 def _plus_first(form: Form) -> Form:
     """Return a sum that begins with a term without a minus, if there is one."""
     first = next((k for k, x in enumerate(form.terms) if x.split_sign()[0] > 0), 0)
@@ -237,18 +241,14 @@ def solved_steps(lesson: Lesson, chosen: Chosen) -> list[Step]:
         small = len(free) <= SMALL_SCENE and not led.place
         found = accelerations(lesson, told, free, chosen, _entries(lesson, free) if small else None)
         key = "explicit.led" if led.place else "explicit" if len(free) > 1 else "explicit.one"
-        where = together([named(state.q[k]) for k in led.place])
-        claim = lesson.say(key, q=named(state.q[free[0]]), led=where)
+        claim = lesson.say(key, q=named(state.q[free[0]]), led=together([named(state.q[k]) for k in led.place]))
         if found is not None:
             blocks, forms = found
             reason = lesson.say("explicit.cramer" if len(free) > 1 else "explicit.divided")
             if any(name.startswith("k_z:") for form in forms for name in form.symbols):
                 blocks = [lesson.say("explicit.entries"), *blocks]
-            steps.append(
-                Step(
-                    "explicit", claim, tuple(blocks), Words((*reason.parts, " ", *_signs(lesson, free, forms, chosen)))
-                )
-            )
+            said = Words((*reason.parts, " ", *_signs(lesson, free, forms, chosen)))
+            steps.append(Step("explicit", claim, tuple(blocks), said))
         elif len(free) <= MOST and not led.place:
             _, h = _linear(lesson, told, free)
             claim = lesson.say("explicit.linear")
@@ -336,10 +336,8 @@ def _solved(
         delta_form = _plus_first(form.negative) if turned else form
         symbol = lesson.name("Delta:", r"\Delta", node=delta_form.express(lesson.graph))
         delta[symbol] = delta_form
-        for k, (above, under) in enumerate(parts):
-            one = next((i for i, x in enumerate(above) if isinstance(x, Sum)), 0)
-            signed = [_plus_first(x.negative) if turned and i == one else x for i, x in enumerate(above)]
-            parts[k] = (signed, [*(x for x in under if x != form), symbol])
+        sign = Number.MINUS_ONE if turned else Number.ONE
+        parts = [(_sign_inside([sign, *x]), [*(z for z in y if z != form), symbol]) for x, y in parts]
     forms = [quotient(*pair) for pair in parts]
     return (delta, forms) if max(map(length, (*forms, *delta.values()))) <= LONGEST else None
 
