@@ -11,7 +11,7 @@ from dataclasses import replace
 from fractions import Fraction
 from itertools import permutations
 
-from symdyn.algebra import Form, Function, Number, Power, Product, Sum
+from symdyn.algebra import Form, Function, Power, Product, Sum
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, reachable, substitute
 from symdyn.scene import SceneUnits
@@ -216,11 +216,9 @@ def wrong_terms(course: Course, right: Expr) -> Iterator[Wrong]:
         form = Form.of(right)
     except DerivationError:
         return
-    for ops in ((Op.SIN, Op.COS), (Op.COS, Op.SIN)):
-        yield ("trig", _exchanged(form, {ops[0]: ops[1]}).express(graph))
-    both = _exchanged(form, {Op.SIN: Op.COS, Op.COS: Op.SIN}).express(graph)
-    yield ("trig", both)
-    yield ("trig", -both)
+    for ops in ({Op.SIN: Op.COS}, {Op.COS: Op.SIN}, {Op.SIN: Op.COS, Op.COS: Op.SIN}):
+        yield ("trig", other := _exchanged(form, ops).express(graph))
+    yield ("trig", -other)
 
 
 def _swaps(course: Course, node: Expr) -> Iterator[dict[Expr, Expr]]:
@@ -244,8 +242,8 @@ def _swaps(course: Course, node: Expr) -> Iterator[dict[Expr, Expr]]:
                 yield there
 
 
-def _exchanged(form: Form, ops: Mapping[Op, Op | None]) -> Form:
-    """Return a form with sines for cosines, and so on; None leaves the function out."""
+def _exchanged(form: Form, ops: Mapping[Op, Op]) -> Form:
+    """Return a form with sines for cosines, and so on."""
     if isinstance(form, Sum):
         return Form.sum(_exchanged(one, ops) for one in form.terms)
     if isinstance(form, Product):
@@ -253,8 +251,7 @@ def _exchanged(form: Form, ops: Mapping[Op, Op | None]) -> Form:
     if isinstance(form, Power):
         return _exchanged(form.base, ops).power(form.exponent)
     if isinstance(form, Function) and form.op in ops:
-        other = ops[form.op]
-        return Number.ONE if other is None else Function(other, form.args)
+        return Function(ops[form.op], form.args)
     return form
 
 
