@@ -568,7 +568,7 @@ def test_a_robot_file_holds_numbers_only() -> None:
 @pytest.mark.parametrize(
     ("language", "words"),
     [
-        ("en", ("Matter that leaves or arrives", "no derivative of a mass appears", "of jet damping")),
+        ("en", ("Matter that leaves or arrives", "masses are held fixed in all derivatives", "of jet damping")),
         ("sk", ("Hmota, ktorá odchádza alebo pribúda", "Meščerského rovnica", "ktorý otáčanie tlmí")),
     ],
 )

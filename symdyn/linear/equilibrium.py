@@ -139,15 +139,15 @@ def equilibria(prepared: Prepared, t: float = 0.0, starts: int = STARTS, start: 
         LinearizeError: a prescribed motion does not rest.
     """
     scene, moved = prepared.scene, prepared.functions.w.prescribed.place
-    begun = Problem(scene, prepared.forces).initial
-    rates = begun.u if moved else ()
+    problem = Problem(scene, prepared.forces)  # whose start is asked for where it is needed: it may be singular
+    rates = problem.initial.u if moved else ()
     led = ", ".join(f"{scene.velocities[k]} = {rates[k]:g}" for k in moved if rates[k])
     if led:
         raise LinearizeError(
             f"{scene.name}: no position of rest: a prescribed motion goes on, {led}; for a steady motion say where, "
             f"as in {argument('start', {'NAME': 'VALUE'})}"
         )
-    search = Search(prepared, begun.q if start is None else start, t)
+    search = Search(prepared, problem.initial.q if start is None else start, t)
     exact = _exact(prepared, search.idle)
     known, (scanned, changes) = search.placed(exact), search.scanned()
     q, good = search.roots(np.vstack([known, search.drawn(starts), changes]))

@@ -16,7 +16,7 @@ from symdyn.graph import Expr, evaluate, gradient, reachable, substitute, tangen
 from symdyn.teach.derivations.constrained import Constrained
 from symdyn.teach.derivations.multiplier_steps import meaning, multiplier, valued
 from symdyn.teach.derivations.precession import NO_FORM, shortened
-from symdyn.teach.derivations.solved import LONGEST, NO_SHORT_FORM, accelerations
+from symdyn.teach.derivations.solved import LONGEST, NO_SHORT_FORM, accelerations, motions_put_in
 from symdyn.teach.derivations.solved_ties import closed_positions
 from symdyn.teach.derivations.velocities import length
 from symdyn.teach.document import Block, Formula, Section, Step
@@ -174,24 +174,44 @@ def _same(a: Expr, b: Expr) -> bool:
 
 def _solved(lesson: Constrained, put: PutIn, chosen: Chosen) -> list[Step]:
     """Return accelerations, and with them put in the multipliers, as far as they have a short form."""
-    state, free = lesson.state, lesson.partition.independent
-    found = None if lesson.scene.prescribed_velocities else accelerations(lesson, _told(lesson, put), free, chosen)
+    state, every, motions = lesson.state, lesson.partition.independent, motions_put_in(lesson)
+    led = lesson.scene.prescribed_velocities
+    told = {k: node for k, node in zip(every, _told(lesson, put), strict=True) if k not in led}
+    free = list(told)
+    if not free or not set(led) <= set(every):
+        return []
+    found = accelerations(lesson, substitute(list(told.values()), motions), free, chosen)
     if found is None:
         return []
     blocks, forms = found
     known = {state.qdd[k]: valued(lesson, form) for k, form in zip(free, forms, strict=True)}
+
+    def written(node: Expr) -> Form | None:
+        return _written(lesson, substitute(substitute([node], known), motions)[0])
+
     for j in lesson.partition.dependent:
-        if (form := _written(lesson, substitute([put.rates[state.qdd[j]]], known)[0])) is not None:
-            blocks.append(Formula("", named(state.qdd[j]), right=form))
-    steps = [Step("eliminated:solved", lesson.say("eliminated.solved"), tuple(blocks), lesson.say("explicit.signs"))]
+        if (form := written(put.rates[state.qdd[j]])) is not None:
+            same = next((x for x, one in zip(free, forms, strict=True) if one == form), None)
+            blocks.append(Formula("", named(state.qdd[j]), right=form if same is None else named(state.qdd[same])))
+    claim = lesson.say("eliminated.led" if led else "eliminated.solved", led=together([named(state.q[k]) for k in led]))
+    steps = [Step("eliminated:solved", claim, tuple(blocks), lesson.say("explicit.signs"))]
     exerted = list[Block]()
+    for k in led:
+        if (own := lesson.scene.drives[k]) and (form := written(put.equation(k))) is not None:
+            exerted.append(Formula("", Symbol(own), right=form))
     for tie in lesson.ties:
-        node = substitute(put.into([valued(lesson, multiplier(tie))]), known)[0]
-        if (form := _written(lesson, node)) is not None:
+        if (form := written(put.into([valued(lesson, multiplier(tie))])[0])) is not None:
             said = lesson.say("eliminated.meaning", name=multiplier(tie), meaning=meaning(lesson, tie))
             exerted += [Formula("", multiplier(tie), right=form), said]
     if exerted:
-        steps.append(Step("eliminated:forces", lesson.say("eliminated.forces"), tuple(exerted), show=("reactions",)))
+        steps.append(
+            Step(
+                "eliminated:forces",
+                lesson.say("eliminated.forces.led" if led else "eliminated.forces"),
+                tuple(exerted),
+                show=("reactions",),
+            )
+        )
     return steps
 
 

@@ -261,7 +261,8 @@ def _steady(lesson: Prose, idle: Sequence[str]) -> Step | None:
     rows = [(Symbol(scene.coordinates[k]), _with_unit(lesson, float(one.point.q[k]), units[k])) for k in q]
     rows += [(Symbol(scene.velocities[k]), f"{lesson.written(float(one.point.u[k]))} {rates[k]}/s") for k in u]
     verdict = lesson.say(f"closed.{one.stability.verdict}")
-    key = "closed.next.driven" if any(scene.drives) else "closed.next"
+    how = "led" if scene.prescribed_velocities else "driven" if any(scene.drives) else ""
+    key = f"closed.next.{how}".rstrip(".")
     told = lesson.say(key, kind=verdict, values=eigenvalues(lesson, _moving(one)))
     blocks = (lesson.table(("table.symbol", "table.value"), rows), told)
     claim, reason = lesson.say("closed.steady"), lesson.say("closed.steady.reason")

@@ -38,7 +38,7 @@ def with_states(document: Document, declared: Scene) -> Document:
     names = together([Symbol(one.name) for one in states])
     nodes = [one.rate.express(document.graph) for one in states]
     rates = [prose.rate(one.name, node) for one, node in zip(states, nodes, strict=True)]
-    blocks = [folded(prose, Formula(x.name, Ratios.form_of(node))) for x, node in zip(rates, nodes, strict=True)]
+    blocks = [folded(prose, Formula(x.name, Form.of(node))) for x, node in zip(rates, nodes, strict=True)]
     step = Step("states", prose.say("states", names=names), tuple(blocks), prose.say("states.reason", names=names))
     first, *others = [one for one in document.sections if not one.key.startswith("after.")]
     if document.formulation == "lagrange":
@@ -124,7 +124,7 @@ class Stateful:
 
     def numbers(self, section: Section) -> Section:
         """Return the section with rates of states in the table of the state, and the energy that states store."""
-        return replace(section, steps=(*map(self._with_rates, section.steps), *self._energy()))
+        return replace(section, steps=(*map(self._with_rates, section.steps), *self._matter(), *self._energy()))
 
     def _with_rates(self, step: Step) -> Step:
         if step.key != "state":
@@ -136,6 +136,18 @@ class Stateful:
         assert isinstance(table, Table), "a state is a table"
         reason = lesson.say("states.chosen", names=together(list(map(named, self.x))))
         return replace(step, blocks=(replace(table, rows=(*table.rows, *more.rows)), *rest), reason=reason)
+
+    def _matter(self) -> Iterator[Step]:
+        """Yield what the energy changes by because states, such as a mass, stand in it."""
+        lesson, total = self.lesson, self.lesson.energy.K + self.lesson.energy.P
+        pairs = zip(gradient(total, self.x), self.rates, strict=True)
+        held = {x: rate * slope for x, (slope, rate) in zip(self.x, pairs, strict=True) if not slope.is_zero}
+        if held:
+            power = lesson.graph.total(held.values())
+            names, value = together(list(map(named, held))), lesson.written(*self.chosen.of(power))
+            claim = lesson.say("states.matter", names=names, total=Symbol("E:"), value=value)
+            symbol = lesson.called("E:matter", Letter("W", ("m",)), power)
+            yield Step("states:matter", claim, (Formula(symbol.name, Form.of(power)),), show=("energies",))
 
     def _energy(self) -> Iterator[Step]:
         """Yield the energy of every state whose force and rate exchange power."""
@@ -154,15 +166,16 @@ class Stateful:
         if not stored:
             return
         energy = lesson.graph.total(stored)
+        every = lesson.energy.K + lesson.energy.P + energy
         power = lesson.graph.total(
             [
                 *(force * u for force, u in zip(forces, state.qd, strict=True)),
-                *(gradient(energy, [x])[0] * rate for x, rate in zip(self.x, self.rates, strict=True)),
+                *(gradient(every, [x])[0] * rate for x, rate in zip(self.x, self.rates, strict=True)),
             ]
         )
         try:
-            form = Ratios.form_of(lowest(power))
-            whole = lesson.called("E:states", Letter("E", above="*"), lesson.energy.K + lesson.energy.P + energy)
+            form = shortened(lesson, lowest(power))
+            whole = lesson.called("E:states", Letter("E", above="*"), every)
             shown = shortened(lesson, energy)
         except NO_FORM:
             return

@@ -22,7 +22,7 @@ import numpy as np
 
 from symdyn.algebra import Array, Batches, Form, Symbol, with_squares
 from symdyn.dynamics import Energies
-from symdyn.dynamics.mechanism import TIME, prescribed
+from symdyn.dynamics.mechanism import TIME, generalized_forces, prescribed
 from symdyn.errors import DerivationError, NoValueError, SymdynError
 from symdyn.graph import Expr, gradient, reachable, repeated, substitute
 from symdyn.scene import Quantity, Scene, SceneUnits
@@ -280,10 +280,13 @@ def _left(lesson: Lesson, vanishing: Expr, K: Expr, P: Expr) -> Words:
         said.append(lesson.say("limits.idle", names=together(idle)))
     if cyclic:
         said.append(lesson.say("limits.cyclic", names=together(cyclic)))
-    slopes = gradient(P, lesson.state.q)
-    if not idle and all(zero(lesson, x) for x in slopes):
-        said.append(lesson.say("limits.level"))
     none = {vanishing: lesson.graph.zero}
+    acting = substitute(
+        generalized_forces(lesson.scene, lesson.graph), dict.fromkeys(lesson.state.qd, lesson.graph.zero)
+    )
+    still = not idle and not lesson.scene.prescribed_velocities and all(x.is_zero for x in substitute(acting, none))
+    if still and all(zero(lesson, x) for x in gradient(P, lesson.state.q)):
+        said.append(lesson.say("limits.level"))
     for mass in lesson.masses:
         (m,) = substitute([mass.m], none)
         kept = substitute([x for row in mass.inertia for x in row], none)
@@ -303,6 +306,9 @@ def smaller_by(lesson: Lesson, vanishing: Expr, K: Expr, P: Expr) -> str:
         left = substitute(nodes, {vanishing: graph.zero})
         if smaller is None or not nodes or not all(x.is_zero for x in left):
             continue
+        others = [mass.m for mass in lesson.masses if mass.body.name != body.name and not mass.m.is_zero]
+        if any(x.is_zero for x in substitute(others, {vanishing: graph.zero})):
+            continue  # the same letter weighs another body, which would stay
         other = Energies.of(smaller, graph)  # the parameter may stand in what is left, too
         less = substitute([other.K, other.P], {vanishing: graph.zero})
         same = zero(lesson, K - less[0]) and zero(lesson, P - less[1])

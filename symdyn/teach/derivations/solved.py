@@ -58,15 +58,14 @@ class Quotients:
         above = self._joined([self.short(x) for x in form.factors if not _below(x)])
         under = self._joined([self.short(y) for x in form.factors if _below(x) for y in _base(x).factors])
         above, under = _decimal(*_powers_cancelled(above, under))
-        sums = [k for k, x in enumerate(above) if isinstance(x, Sum)]
-        if sums and above[0].split_sign()[0] < 0 and any(x.split_sign()[0] < 0 for x in above[sums[0]].terms):
-            above[0], above[sums[0]] = above[0].negative, above[sums[0]].negative
-        for k in sums:
-            above[k] = _plus_first(above[k])
+        above, sums = _sign_inside(above), [k for k, x in enumerate(above) if isinstance(x, Sum)]
         letters = not any(isinstance(y, (Number, Sum)) for y in under) and not self._moves(Form.product(under))
         if under and letters and len(sums) == 1 and len(above[sums[0]].terms) == 2:
             spread = _divided(above[sums[0]], under)
             above, under = ([*above[: sums[0]], spread, *above[sums[0] + 1 :]], []) if spread else (above, under)
+        above, under = (
+            [self.short(x) if any(_scale(y) != 1 for y in x.walk()) else x for x in some] for some in (above, under)
+        )
         return _in_decimals(self.lesson, sorted(above, key=self._place), sorted(under, key=self._place))
 
     def _place(self, form: Form) -> tuple[int, int]:
@@ -126,8 +125,7 @@ def _in_decimals(lesson: Lesson, above: list[Form], under: list[Form]) -> tuple[
     if number < LARGE or 10**9 % number:
         return above, under
     sums = [k for k, x in enumerate(above) if isinstance(x, Sum)]
-    small = not isinstance(above[0], Number) or abs(above[0].value) < LARGE
-    if len(sums) == 1 and small:
+    if len(sums) == 1 and (not isinstance(above[0], Number) or abs(above[0].value) < LARGE):
         divided = in_sines(lesson, above[sums[0]].express(lesson.graph) / number)
         if divided is not None:
             return [*above[: sums[0]], _plus_first(divided), *above[sums[0] + 1 :]], under[1:]
@@ -197,6 +195,14 @@ def _base(form: Form) -> Form:
     return form.base.power(-form.exponent)
 
 
+def _sign_inside(factors: Sequence[Form]) -> list[Form]:
+    """Return factors with a minus put into the first sum that holds one; sums begin without."""
+    found, k = list(factors), next((k for k, x in enumerate(factors) if isinstance(x, Sum)), 0)
+    if k and found[0].split_sign()[0] < 0 and any(x.split_sign()[0] < 0 for x in found[k].terms):
+        found[0], found[k] = found[0].negative, found[k].negative
+    return [_plus_first(x) if isinstance(x, Sum) else x for x in found]
+
+
 def _plus_first(form: Form) -> Form:
     """Return a sum that begins with a term without a minus, if there is one."""
     first = next((k for k, x in enumerate(form.terms) if x.split_sign()[0] > 0), 0)
@@ -235,18 +241,14 @@ def solved_steps(lesson: Lesson, chosen: Chosen) -> list[Step]:
         small = len(free) <= SMALL_SCENE and not led.place
         found = accelerations(lesson, told, free, chosen, _entries(lesson, free) if small else None)
         key = "explicit.led" if led.place else "explicit" if len(free) > 1 else "explicit.one"
-        where = together([named(state.q[k]) for k in led.place])
-        claim = lesson.say(key, q=named(state.q[free[0]]), led=where)
+        claim = lesson.say(key, q=named(state.q[free[0]]), led=together([named(state.q[k]) for k in led.place]))
         if found is not None:
             blocks, forms = found
             reason = lesson.say("explicit.cramer" if len(free) > 1 else "explicit.divided")
             if any(name.startswith("k_z:") for form in forms for name in form.symbols):
                 blocks = [lesson.say("explicit.entries"), *blocks]
-            steps.append(
-                Step(
-                    "explicit", claim, tuple(blocks), Words((*reason.parts, " ", *_signs(lesson, free, forms, chosen)))
-                )
-            )
+            said = Words((*reason.parts, " ", *_signs(lesson, free, forms, chosen)))
+            steps.append(Step("explicit", claim, tuple(blocks), said))
         elif len(free) <= MOST and not led.place:
             _, h = _linear(lesson, told, free)
             claim = lesson.say("explicit.linear")
@@ -270,7 +272,7 @@ def accelerations(
     if len(free) > SMALL_SCENE:
         return None
     M, h = _linear(lesson, told, free)
-    found = _solved(lesson, M, h, free) or (_solved(lesson, *named_as, free) if named_as else None)
+    found = _solved(lesson, M, h, free, chosen) or (_solved(lesson, *named_as, free, chosen) if named_as else None)
     if found is None:
         return None
     delta, forms = found
@@ -291,8 +293,7 @@ def _linear(lesson: Lesson, told: Sequence[Expr], free: Sequence[int]) -> Linear
 def _entries(lesson: Lesson, free: Sequence[int]) -> Linear | None:
     """Return M and h by the names of coefficients, where the mass matrix is constant; None elsewhere."""
     entries = {(i, j): lesson.forms.form("k_z", i, j) for i in free for j in free}
-    letters = {str(q.value) for q in lesson.state.q}
-    if any(letters.intersection(form.symbols) for form in entries.values()):
+    if any({str(q.value) for q in lesson.state.q}.intersection(form.symbols) for form in entries.values()):
         return None
     zero, symbol = lesson.graph.zero, lesson.graph.symbol
     M = [[symbol(f"k_z:{min(i, j) + 1},{max(i, j) + 1}") if entries[i, j].terms else zero for j in free] for i in free]
@@ -316,9 +317,9 @@ def vanishing(lesson: Lesson, of: Sequence[int], put: Mapping[Expr, Expr]) -> li
 
 
 def _solved(
-    lesson: Lesson, M: Sequence[Sequence[Expr]], h: Sequence[Expr], free: Sequence[int]
+    lesson: Lesson, M: Sequence[Sequence[Expr]], h: Sequence[Expr], free: Sequence[int], chosen: Chosen
 ) -> tuple[dict[Symbol, Form], list[Form]] | None:
-    """Return Δ, where several denominators share a sum, and the accelerations; None where they have no short form."""
+    """Return Δ > 0, if several denominators share a sum, and the accelerations; None where they have no short form."""
     try:
         write = Quotients(lesson, [*(x for row in M for x in row), *h])
         left = [[write.known[x] for x in row] for row in M]
@@ -331,21 +332,37 @@ def _solved(
     delta: dict[Symbol, Form] = {}
     if shared:
         form = max(shared, key=length)
-        symbol = lesson.name("Delta:", r"\Delta", node=form.express(lesson.graph))
-        delta[symbol] = form
-        parts = [(above, [*(x for x in under if x != form), symbol]) for above, under in parts]
+        turned = _is_negative(lesson, form, chosen)  # Δ is positive, as the determinant is
+        delta_form = _plus_first(form.negative) if turned else form
+        symbol = lesson.name("Delta:", r"\Delta", node=delta_form.express(lesson.graph))
+        delta[symbol] = delta_form
+        sign = Number.MINUS_ONE if turned else Number.ONE
+        parts = [(_sign_inside([sign, *x]), [*(z for z in y if z != form), symbol]) for x, y in parts]
     forms = [quotient(*pair) for pair in parts]
     return (delta, forms) if max(map(length, (*forms, *delta.values()))) <= LONGEST else None
+
+
+def _is_negative(lesson: Lesson, form: Form, chosen: Chosen) -> bool:
+    """Tell whether a form is negative at the lesson's state; False where it has no value there."""
+    try:
+        return chosen.of(*_with_entries(lesson, [form.express(lesson.graph)]))[0] < 0
+    except NoValueError:
+        return False
+
+
+def _with_entries(lesson: Lesson, nodes: Sequence[Expr]) -> list[Expr]:
+    """Return nodes with Δ put in, and the entries of the mass matrix and lengths that stand in Δ, too."""
+    known = {lesson.graph.symbol(key): name.node for key, name in lesson.names.items() if name.node is not None}
+    for key in ("Delta:", "k_", "length:"):
+        nodes = substitute(nodes, {x: node for x, node in known.items() if str(x.value).startswith(key)})
+    return list(nodes)
 
 
 def _compare(
     lesson: Lesson, M: Sequence[Sequence[Expr]], h: Sequence[Expr], forms: Sequence[Form], chosen: Chosen
 ) -> None:
     """Hold the forms against the solution in numbers."""
-    known = {lesson.graph.symbol(key): name.node for key, name in lesson.names.items() if name.node is not None}
-    nodes = [form.express(lesson.graph) for form in forms]
-    for key in ("Delta:", "k_", "length:"):  # which stand in Δ, too
-        nodes = substitute(nodes, {x: node for x, node in known.items() if str(x.value).startswith(key)})
+    nodes = _with_entries(lesson, [form.express(lesson.graph) for form in forms])
     drives = {lesson.graph.symbol(name): 1.0 for name in lesson.scene.drives if name}
     at = chosen.with_values(drives)
     n = len(h)
@@ -416,8 +433,7 @@ def _drives(lesson: Lesson, led: Collection[int], put: Mapping[Expr, Expr]) -> S
     """Return the drives that prescribed motions take."""
     blocks, names = list[Block](), list[Symbol]()
     for k in led:
-        own = lesson.scene.drives[k]
-        if own is None:
+        if (own := lesson.scene.drives[k]) is None:
             continue
         (node,) = substitute([lesson.drives[k]], put)
         form = in_sines(lesson, node)

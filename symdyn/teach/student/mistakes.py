@@ -372,5 +372,5 @@ def _every(course: Course, key: str, right: Expr) -> Iterator[Mistake]:
                 yield Mistake(rule, value, of)
         for rule, node in divided(course, key):
             yield Mistake(rule, node)
-    for rule, node in wrong_terms(course, key, right):
+    for rule, node in wrong_terms(course, right):
         yield Mistake(rule, node)

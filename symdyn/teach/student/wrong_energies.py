@@ -11,13 +11,12 @@ from dataclasses import replace
 from fractions import Fraction
 from itertools import permutations
 
-from symdyn.algebra import Form, Function, Number, Power, Product, Sum
+from symdyn.algebra import Form, Function, Power, Product, Sum
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, reachable, substitute
 from symdyn.scene import SceneUnits
 from symdyn.spatial import dot
 from symdyn.teach.student.course import Course, Energies, Parts
-from symdyn.teach.student.differences import split_terms
 
 HALF = Fraction(1, 2)
 
@@ -203,12 +202,9 @@ def from_ground(course: Course, sign: int = -1) -> Iterator[dict[Expr, Expr]]:
 Wrong = tuple[str, Expr]
 """A rule and what it gives when it is forgotten."""
 
-MOST_TERMS = 24
-FACTORS = (2, Fraction(1, 2), 3, Fraction(1, 3), 4, Fraction(1, 4))
 
-
-def wrong_terms(course: Course, key: str, right: Expr) -> Iterator[Wrong]:
-    """Yield the right formula with one symbol, function or term wrong."""
+def wrong_terms(course: Course, right: Expr) -> Iterator[Wrong]:
+    """Yield the right formula with one symbol or function wrong in all of it; single terms are told by `evidence`."""
     graph, state = course.graph, course.state
     yield ("turned", -right)
     for pairs in _swaps(course, right):
@@ -218,68 +214,11 @@ def wrong_terms(course: Course, key: str, right: Expr) -> Iterator[Wrong]:
         yield ("clockwise", substitute([right], {x: turned[x] for x in (q, u, a)})[0])
     try:
         form = Form.of(right)
-        terms = [one.express(graph) for one in split_terms(form, course.scene)]
     except DerivationError:
         return
-    for ops in ((Op.SIN, Op.COS), (Op.COS, Op.SIN)):
-        yield ("trig", _exchanged(form, {ops[0]: ops[1]}).express(graph))
-    both = _exchanged(form, {Op.SIN: Op.COS, Op.COS: Op.SIN}).express(graph)
-    yield ("trig", both)
-    yield ("trig", -both)
-    if len(terms) > MOST_TERMS:
-        return
-    rate = {x: k for k, x in enumerate(state.qdd)}
-    for term in terms:
-        rest, own = right - term, Form.of(term)
-        swapped = _exchanged(own, {Op.SIN: Op.COS, Op.COS: Op.SIN}).express(graph)
-        lost = _lost(course, key, term)
-        if len(terms) > 1:
-            yield (lost, rest)
-            yield ("gravity" if lost == "weightless" else "cross" if lost == "cross" else "termsign", rest - term)
-        yield ("trig", rest + swapped)
-        yield ("trig", rest - swapped)
-        plain = _exchanged(own, {Op.SIN: None, Op.COS: None}).express(graph)
-        yield ("trig", rest + plain)
-        for times in FACTORS:
-            yield lost if lost in ("cross", "velocities") else "termfactor", rest + graph.constant(times) * term
-        for a in used(term, state.qdd):
-            yield ("squared", rest + substitute([term], {a: state.qd[rate[a]] * state.qd[rate[a]]})[0])
-        for angles in (*from_ground(course), *from_ground(course, 1)):
-            turned_angle = {q: x for q, x in angles.items() if q in state.q}
-            yield "absolute", rest + substitute([term], turned_angle)[0]
-        for pairs in _swaps(course, term):
-            yield ("index", rest + substitute([term], pairs)[0])
-
-
-def _lost(course: Course, key: str, term: Expr) -> str:
-    """Return the rule of a term that is lost, by what stands in it."""
-    state = course.state
-    accelerations, rates = used(term, state.qdd), used(term, state.qd)
-    if accelerations:
-        drives = [
-            *(f"tau:{i + 1}" for i in range(len(state.qdd))),
-            *course.scene.drives,
-        ]  # a formulation asks for one of them
-        own = state.qdd[drives.index(key) % len(state.qdd)] if key in drives else None
-        return "coupling" if own is not None and own not in accelerations else "term"
-    if key.startswith(("K", "v2")):
-        return "cross" if used(term, state.q) or len(rates) > 1 else "term"
-    if (
-        key.startswith("dL")
-        and rates
-        and not used(term, state.q)
-        and not any(key.endswith(f"/d{u.value}") for u in rates)
-    ):
-        return "relative"
-    if key.startswith("dL") and rates:
-        return "cross" if used(term, state.q) else "term"
-    if key.startswith(("tau", "P", "k_G", "L")) and not rates:
-        return "weightless"
-    if key.startswith(("tau", "d/dt")) and rates:
-        return "velocities"
-    if key.startswith("k_z") and not used(term, state.q) and any(part.rigid for part in course.parts):
-        return "inertia"
-    return "term"
+    for ops in ({Op.SIN: Op.COS}, {Op.COS: Op.SIN}, {Op.SIN: Op.COS, Op.COS: Op.SIN}):
+        yield ("trig", other := _exchanged(form, ops).express(graph))
+    yield ("trig", -other)
 
 
 def _swaps(course: Course, node: Expr) -> Iterator[dict[Expr, Expr]]:
@@ -303,8 +242,8 @@ def _swaps(course: Course, node: Expr) -> Iterator[dict[Expr, Expr]]:
                 yield there
 
 
-def _exchanged(form: Form, ops: Mapping[Op, Op | None]) -> Form:
-    """Return a form with sines for cosines, and so on; None leaves the function out."""
+def _exchanged(form: Form, ops: Mapping[Op, Op]) -> Form:
+    """Return a form with sines for cosines, and so on."""
     if isinstance(form, Sum):
         return Form.sum(_exchanged(one, ops) for one in form.terms)
     if isinstance(form, Product):
@@ -312,8 +251,7 @@ def _exchanged(form: Form, ops: Mapping[Op, Op | None]) -> Form:
     if isinstance(form, Power):
         return _exchanged(form.base, ops).power(form.exponent)
     if isinstance(form, Function) and form.op in ops:
-        other = ops[form.op]
-        return Number.ONE if other is None else Function(other, form.args)
+        return Function(ops[form.op], form.args)
     return form
 
 

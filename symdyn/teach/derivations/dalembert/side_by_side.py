@@ -235,7 +235,7 @@ def side_by_side(lesson: Prose) -> Step | None:
 
 def _row(lesson: Prose, term: Term) -> tuple[Form | Words | str, ...]:
     shares = zip(lesson.scene.bodies, term.shares, strict=True)
-    said = [Words((f"{body.name}: ", form)) for body, form in shares if form != Number.ZERO]
+    said = [lesson.say("side.share", body=body.name, share=form) for body, form in shares if form != Number.ZERO]
     rates: Form | str = lesson.text("side.weights") if term.rates == Number.ONE else term.rates
     return rates, term.coefficient, _joined(said)
 

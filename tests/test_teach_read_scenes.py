@@ -1,0 +1,80 @@
+"""Five scenes read as a teacher would: what was false, not said or said in an ugly way in their lessons.
+
+Equations: Taylor, Classical Mechanics, 7.41 (bead on a parabola), 3.2 (rocket), 11.4 (double pendulum).
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+from symdyn.emit.print import text_of
+from symdyn.scene import Scene, read
+from symdyn.teach import walkthrough
+from symdyn.teach.derivations.reduced import smaller_by, vanishing
+from symdyn.teach.derivations.solved import solved_steps
+from symdyn.teach.document import Formula
+from symdyn.teach.lesson import Lesson
+from symdyn.teach.render.markdown import markdown
+from symdyn.teach.shown_state import choose_state
+
+SCENES = Path(__file__).parent / "data" / "read_scenes"
+
+
+@cache
+def page(name: str, language: str = "en") -> str:
+    (text,) = (x for key, x in markdown(walkthrough(scene(name), language, "full")).items() if key.endswith(".md"))
+    return str(text)
+
+
+@cache
+def scene(name: str) -> Scene:
+    return read(SCENES / f"{name}.toml")
+
+
+def test_energy_of_a_rocket_changes_with_its_mass() -> None:
+    text = page("rocket")
+    assert "masses are held fixed in all derivatives with respect to time below" in text
+    z, z_dot, g, c = 0.3, 1.0, 9.81, 2.0
+    power = -c * (g * z + z_dot**2 / 2)
+    assert f"in the chosen state at the rate of {power:.4g} W".replace("-", "−") in text
+    assert r"W_m = -c (g z + \tfrac{1}{2} \dot z^2)" in text
+
+
+def test_bodies_of_one_mass_do_not_vanish_one_by_one() -> None:
+    lesson = Lesson(scene("twin"), "en")
+    (found,) = ((m, K, P) for m, K, P in vanishing(lesson) if str(m.value) == "m")
+    assert not smaller_by(lesson, *found)  # with m → 0 both bobs weigh nothing
+
+
+def test_a_determinant_is_positive() -> None:
+    lesson = Lesson(scene("twin"), "en")
+    (step,) = solved_steps(lesson, choose_state(lesson.scene, lesson.state, lesson.graph))
+    delta = step.blocks[0]
+    assert isinstance(delta, Formula)
+    assert text_of(delta.form) == "2 - cos(theta2)**2"
+
+
+def test_what_is_shaken_rests_nowhere_without_its_spring() -> None:
+    assert "it rests everywhere" not in page("shaken")
+    assert "| base: $M$; cart: $m_1$ |" in page("shaken")
+
+
+def test_a_bead_on_a_turning_parabola_has_its_equation_with_the_rate_put_in() -> None:
+    text = page("parabola")
+    above = r"\bigl(\Omega^2 - 2 (2 a \dot r^2 + g) a\bigr) r"
+    assert rf"\ddot r = \frac{{{above}}}{{4 a^2 r^2 + 1}}" in text
+    assert r"T = 2 m \Omega \dot r r" in text
+    assert "with prescribed motions kept: oscillates, λ ≈ ± 3.774 i 1/s" in text  # √(2 a g - Ω²)
+    assert "so that no rate is held" not in text
+
+
+def test_a_ratio_that_acts_twice_is_a_square() -> None:
+    text = page("belt")
+    assert r"Q_1^{A} = k i - \frac{r_1^2 b \dot{\phi}_1}{r_2^2}" in text
+    assert r"\frac{U - R i - k \dot{\phi}_1}{L_p}" in text
+
+
+def test_formulas_are_the_same_in_slovak() -> None:
+    shown = [[part.replace("{,}", ".") for part in page("parabola", code).split("$$")[1::2]] for code in ("en", "sk")]
+    assert shown[0] == shown[1]
