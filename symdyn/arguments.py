@@ -307,11 +307,11 @@ def _called(function: Callable[..., object]) -> str:
 def _refuse_unknown(function: Callable[..., object], keywords: Iterable[str]) -> None:
     """Raise ArgumentError for a keyword that a function does not have."""
     known = [name for name in inspect.signature(function).parameters if name != "self"] if keywords else []
-    for name in keywords:
-        if name not in known:
-            needed, told = INSTEAD.get(name, ("", ""))
-            told = told if needed in known else choice(name, known)
-            raise ArgumentError(f"{_called(function)}() got an unexpected keyword argument {name!r}; {told}")
+    for name in (one for one in keywords if one not in known):
+        needed, told = INSTEAD.get(name, ("", ""))
+        same = {name.rstrip("s"), f"{name}es"} & {*known}  # but for its number
+        told = told if needed in (*known, name) and not same else choice(name, known)
+        raise ArgumentError(f"{_called(function)}() got an unexpected keyword argument {name!r}; {told}")
 
 
 def check_arguments(
@@ -351,6 +351,8 @@ INSTEAD = {
     name: ("feedback", f"give it with the controller: feedback=symdyn.Feedback(law, {name}=...)")
     for name in ("period", "delay", "limits", "noise", "quantisation", "reference", "measures")
 } | {old: (new, f"it is {new} now") for old, new in {"of": "measures", "to": "inputs", "drives": "inputs"}.items()}
+INSTEAD["parameters"] = ("hold_back", "symdyn.identification.output_error(scene, data, parameters) takes it")
+INSTEAD["ax"] = ("ax", "it makes a figure of its own, whose axes are plot().axes")
 INSTEAD["along"] = ("anywhere", "systems along a run are symdyn.linear.linearize_along(scene, run)")
 INSTEAD["start"] = ("system", "system takes it: lambda m: symdyn.linearize(scene, values={'m': m}, start=...)")
 """What to give in place of a keyword, told where there is another one; for errors alone."""
