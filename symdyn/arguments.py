@@ -309,8 +309,7 @@ def _refuse_unknown(function: Callable[..., object], keywords: Iterable[str]) ->
     known = [name for name in inspect.signature(function).parameters if name != "self"] if keywords else []
     for name in (one for one in keywords if one not in known):
         needed, told = INSTEAD.get(name, ("", ""))
-        same = {name.rstrip("s"), f"{name}es"} & {*known}  # but for its number
-        told = told if needed in (*known, name) and not same else choice(name, known)
+        told = told if needed in (*known, name) and not {name[:-1], f"{name}es"} & {*known} else choice(name, known)
         raise ArgumentError(f"{_called(function)}() got an unexpected keyword argument {name!r}; {told}")
 
 
@@ -355,7 +354,7 @@ INSTEAD["parameters"] = ("hold_back", "symdyn.identification.output_error(scene,
 INSTEAD["ax"] = ("ax", "it makes a figure of its own, whose axes are plot().axes")
 INSTEAD["along"] = ("anywhere", "systems along a run are symdyn.linear.linearize_along(scene, run)")
 INSTEAD["start"] = ("system", "system takes it: lambda m: symdyn.linearize(scene, values={'m': m}, start=...)")
-"""What to give in place of a keyword, told where there is another one; for errors alone."""
+"""What to give in place of a keyword, told where there is another one, none but for its number; for errors alone."""
 
 
 def checked(error: type[SymdynError]) -> Callable[[F], F]:
