@@ -158,7 +158,7 @@ def words(entries: Iterable[str], what: str, faults: Faults) -> dict[str, str]:
             faults.add(what, f'"{entry}" {known}')
         elif name in found:
             faults.add(what, f"{name} is given twice, as {found[name]} and as {text}")
-        elif text.endswith((".csv", ".toml")):
+        elif what in ("forces", "motion") and text.endswith((".csv", ".toml")):
             faults.add(what, f"{name}: a file is given alone, {text}; its columns are called after what they are")
         elif (more := _SECOND.search(text)) is not None:
             each = f"{name}={text[: more.start()]}", f"{more[1]}={text[more.end() :]}"
