@@ -62,6 +62,7 @@ MOVED = {
     },
     **{name: f"it is symdyn {name} in a shell" for name in ["new", "walkthrough", "convert", "draw", "info", "bench"]},
     "generate": "it is symdyn generate in a shell; symdyn.load has functions to call, symdyn.emit.emit their source",
+    **dict.fromkeys(("codegen", "code"), "symdyn generate in a shell writes code; symdyn.load has functions to call"),
     "plot": "it is symdyn.simulate(...).plot",
 }
 """Names that are somewhere else, for errors alone."""

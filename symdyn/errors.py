@@ -174,13 +174,14 @@ ELSEWHERE = {
     **dict.fromkeys(("hinge", "pin", "continuous"), "revolute"),
     **dict.fromkeys(("slide", "slider", "translational"), "prismatic"),
     **{"ball": "spherical", "floating": "free", "weld": "fixed", "screw": "helical", "hooke": "universal"},
+    **dict.fromkeys(("actuated", "passive", "active", "actuator"), "drive"),
     **{"python": "numpy", "py": "numpy", "javascript": "js", "c++": "cpp", "cuda": "gpu", "simulink": "fmu"},
-    **dict.fromkeys(("tend", "t-end", "tfinal", "tf", "t-span", "tspan", "duration", "stop-time"), "until"),
-    **dict.fromkeys(("dt", "max-step", "t-eval"), "every"),
+    **dict.fromkeys(("t", "tend", "t-end", "t-final", "tfinal", "t-span", "tspan", "duration", "stop-time"), "until"),
+    **dict.fromkeys(("dt", "ts", "max-step", "t-eval"), "every period"),
     **dict.fromkeys(("params", "parameters", "values", "set", "bind"), "bind values parameters"),
     **dict.fromkeys(("at", "initial", "x0", "y0", "q0"), "start"),
     **dict.fromkeys(("rates", "speed", "v0"), "start_rates"),
-    **dict.fromkeys(("samples", "n-samples", "runs"), "count"),
+    **dict.fromkeys(("n", "samples", "n-samples", "runs"), "count intervals"),
     **dict.fromkeys(("solver", "integrator"), "method"),
     **{"ode45": "rk45 dop853", "ode23": "rk23", "ode15s": "bdf", "ode23s": "radau", "ode113": "adams", "rk4": "rk45"},
     **dict.fromkeys(("controller", "control", "law"), "feedback to_control"),
@@ -188,20 +189,25 @@ ELSEWHERE = {
     **dict.fromkeys(("inertia-about", "about"), "about inertia_about"),
     **{"k": "stiffness", "c": "damping velocity_forces", "free-length": "free", "rest-length": "free"},
     **{"m": "mass_matrix", "mass": "mass_matrix", "g": "gravity_forces", "coriolis": "velocity_forces"},
+    **{"gravity": "gravity_forces", "rnea": "inverse_dynamics", "crba": "mass_matrix", "aba": "forward_dynamics"},
+    **{"fk": "pose", "forward-kinematics": "pose", "save": "to_csv", "language": "target", "eom": "equations"},
     **dict.fromkeys(("validate", "validation", "test", "holdout"), "hold_back"),
     **dict.fromkeys(("to-df", "df", "dataframe", "to-dataframe"), "to_pandas table"),
     **dict.fromkeys(("to-mat", "savez", "to-numpy"), "to_npz"),
     **dict.fromkeys(("time", "times"), "t"),
     **{"to-excel": "to_csv", "y": "columns keys q", "x": "columns keys", "savefig": "save_plot plot", "show": "plot"},
+    **dict.fromkeys(("w", "frequency", "frequencies", "freq"), "omega"),
+    **dict.fromkeys(("saturation", "u-max", "umax", "max-force"), "limits feedback"),
+    **{"setpoint": "reference", "set-point": "reference", "inputs": "forces", "ax": "axes"},
     **{"tf": "until transfer", "ss2tf": "transfer", "to-tf": "transfer", "transfer-function": "transfer"},
     **{"c2d": "discretize", "sample": "discretize", "cont2discrete": "discretize", "rlocus": "root_locus"},
     **dict.fromkeys(("eig", "eigenvalues", "eigvals", "pole"), "poles"),
     **{"num": "numerator", "den": "denominator", "zero": "zeros", "margin": "margins", "ss": "closed_loop A"},
     **{"mag": "decibels", "magnitude": "decibels", "phase": "degrees", "lqe": "kalman", "dlqr": "lqr"},
-    **{"acker": "place", "pole-placement": "place", "gain": "K"},
-    **{"ctrb": "controllability", "obsv": "observability", "tvlqr": "track", "tracking": "track"},
+    **{"acker": "place", "pole-placement": "place", "gain": "k decibels"},
+    **{"ctrb": "controllability", "obsv": "observability", "tvlqr": "track", "tracking": "track", "cost": "objective"},
     **{"step-response": "step", "impulse-response": "impulse", "bode-plot": "bode", "pzmap": "plot"},
-    **dict.fromkeys(("std", "stddev", "sigma"), "sd"),
+    **dict.fromkeys(("std", "stddev", "sigma", "errors"), "sd standard_errors errors"),
     **dict.fromkeys(("bode", "lqr", "lqg", "nyquist", "root-locus", "poles", "modes", "step"), "every linearize"),
     **{"run": "simulate", "plot": "draw", "export": "convert", "linearise": "linearize", "codegen": "generate"},
 }
@@ -274,5 +280,5 @@ def suggestion(name: object, known: Iterable[str]) -> str:
 def choice(name: object, known: Iterable[str]) -> str:
     """Return all known names, of which a user chooses one, and "did you mean X?" when one of them is near."""
     every = list(known)
-    near, all_of_them = nearest(name, every), f"there are {', '.join(every)}"
+    near, all_of_them = nearest(name, every), f"there are {', '.join(every) or 'none'}"
     return f"did you mean {near}? ({all_of_them})" if near else all_of_them

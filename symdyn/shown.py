@@ -30,6 +30,15 @@ INSTEAD = {
         ("coordinates_of_joints", 'symdyn.scene.write_text(scene, "toml").text is its file'),
     ),
     **dict.fromkeys(
+        ("equations", "simulate", "linearize", "inverse"),
+        ("coordinates_of_joints", "it is a function: symdyn.equations(scene), symdyn.simulate(scene, ...) and others"),
+    ),
+    **dict.fromkeys(
+        ("transmissibility", "freqresp", "frequency_response", "frequencyresponse", "evalfr"),
+        ("to_control", "abs(lin.bode(output, input).response) has ratios, lin.transfer(output, input).at(s) a value"),
+    ),
+    "u": ("violation", 'its run has forces by name, run["F"]'),
+    **dict.fromkeys(
         ("report", "save_report", "to_html"),
         ("not_identifiable", "symdyn.identification.report(identification) is its page"),
     ),

@@ -26,6 +26,8 @@ MEANT = {
     "friction": "scenes", "spring": "scenes", "quaternion": "scenes", "LQR": "control", "Kalman": "control",
     "controllability": "control", "root locus": "control", "Lagrange": "equations", "Jacobian": "derivatives",
     "Hamiltonian": "equations", "feedback linearization": "control", "zero dynamics": "control",
+    "transmissibility": "scenes", "base excitation": "scenes", "shaking table": "scenes",
+    "quarter car": "scenes", "gravity compensation": "howto", "inverted pendulum": "howto",
     "optimal control": "collocation", "inverse kinematics": "simulate", "python-control": "from-control",
     "Pinocchio": "from-pinocchio", "PyDy": "from-sympy", "Simscape": "from-simulink", "CUDA": "targets",
     "simulate": "api/symdyn.simulate", "linearize": "linearize", "lambdify": "api/symdyn.lambdify",

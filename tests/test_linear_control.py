@@ -236,7 +236,7 @@ def test_gains_drive_the_drives_and_no_disturbance():
 
     assert one.inputs.names == ("F", "gust")
     assert one.lqr().gains()["inputs"] == ["F"]
-    with pytest.raises(LinearizeError, match="R: gust is not known; known are F"):
+    with pytest.raises(LinearizeError, match="R: gust disturbs, as there is a drive to control by: F"):
         one.lqr(R={"gust": 1})
     assert_allclose(one.kalman({"gust": 1}, {"x": 1, "theta": 1}).L, one.kalman({"F": 1}).L, rtol=1e-9)
 

@@ -15,6 +15,7 @@ from symdyn.cli import main
 from symdyn.errors import (
     ArgumentError,
     EmitError,
+    IdentifyError,
     LinearizeError,
     SceneError,
     SimulateError,
@@ -22,7 +23,9 @@ from symdyn.errors import (
     suggestion,
 )
 from symdyn.linear import root_locus
+from symdyn.linear.weights import read_weights
 from symdyn.scene import body, revolute, scene, spring
+from symdyn.scene.toml import read_text
 from symdyn.simulation import read_feedback
 from symdyn.simulation.integrate import integration
 
@@ -247,6 +250,17 @@ def _flat() -> symdyn.Scene:
     return scene("flat", parameters={"J": 1}, bodies=[one], joints=[revolute("p", "ground", "b")])
 
 
+BASE = """
+units = "none"
+gravity = "none"
+parameters = {{ k = 3, c = 1 }}
+inputs = {{ base = 0 }}
+bodies.floor.mass = 1
+joints.story = {{ type = "prismatic", parent = "ground", child = "floor", coordinate = "x", force = "{force}" }}
+{more}
+"""
+
+
 TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
     'x_dot is a velocity; give it by start_rates={"x_dot": 1}': (
         SimulateError,
@@ -281,7 +295,63 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
         ArgumentError,
         lambda: symdyn.load(CART, "forward_dynamics").forward_dynamics([0, 0], [0, 0], [1]),
     ),
+    "Scene has no attribute 'equations'; it is a function: symdyn.equations(scene)": (
+        AttributeError,
+        lambda: CART.equations,  # type: ignore[attr-defined]
+    ),
+    "'saturation'; did you mean feedback?": (
+        ArgumentError,
+        lambda: symdyn.simulate(CART, saturation=8),  # type: ignore[call-arg]
+    ),
+    "'measures'; did you mean measure?": (
+        ArgumentError,
+        lambda: symdyn.sweep(CART, "mp=[1,2]", measures="end(x)"),  # type: ignore[call-arg]
+    ),
+    "the function peak is not known; statistics are max, min,": (
+        SimulateError,
+        lambda: symdyn.sweep(CART, "mp=[1,2]", "peak(x)", until=1),
+    ),
+    "symdyn.identification.output_error(scene, data, parameters) takes it": (
+        ArgumentError,
+        lambda: symdyn.identify(CART, {}, parameters=["mp"]),  # type: ignore[call-arg]
+    ),
+    'the times of all arrays are called "t"': (
+        IdentifyError,
+        lambda: symdyn.identify(CART, {"time": np.arange(9.0), "x": np.zeros(9)}),
+    ),
+    "abs(lin.bode(output, input).response) has ratios": (
+        AttributeError,
+        lambda: symdyn.linearize(CART).transmissibility,  # type: ignore[attr-defined]
+    ),
+    "did you mean gravity_forces?": (AttributeError, lambda: symdyn.load(CART, "gravity_forces").gravity),
+    "it makes a figure of its own": (
+        ArgumentError,
+        lambda: symdyn.linearize(CART).bode("x", "F").plot(ax=0),  # type: ignore[call-arg]
+    ),
+    'x_dot is a velocity; give it by end_rates={"x_dot": 0}': (
+        SimulateError,
+        lambda: symdyn.collocation(CART, until=1, end={"x": 1, "x_dot": 0}),
+    ),
+    "'N'; did you mean intervals?": (
+        ArgumentError,
+        lambda: symdyn.collocation(CART, until=1, N=5),  # type: ignore[call-arg]
+    ),
+    "write rates = 1 in [inputs.base]": (SceneError, lambda: _on_a_base("-k*x - c*(x_dot - base_dot)", "")),
+    "base disturbs, as there is a drive to control by: tau1; base controls where its joint has drive = false": (
+        LinearizeError,
+        lambda: symdyn.linearize(_on_a_base("base - k*x", "")).lqr({"x": 1}, {"base": 1}),
+    ),
+    "where its ends meet, spring prop has no direction": (
+        LinearizeError,
+        lambda: symdyn.linearize(
+            _on_a_base("-k*x", '[springs.prop]\nfrom = "floor"\nto = "ground"\nstiffness = 1\nfree = 1')
+        ),
+    ),
 }
+
+
+def _on_a_base(force: str, more: str) -> symdyn.Scene:
+    return read_text(BASE.format(force=force, more=more))
 
 
 @pytest.mark.parametrize("told", TOLD)
@@ -297,6 +367,10 @@ def test_what_is_asked_in_another_place_is_told_where_it_is(told: str) -> None:
         (["bode", "a.toml"], "did you mean linearize?"),
         (["simulate", "a.toml", "--noise", "x=1"], "in Python a controller has it: symdyn.Feedback(law, noise=...)"),
         (["sweep", "a.toml", "--feedback", "g.json"], "--feedback is no option\n"),
+        (["identify", "a.toml", "--output-error", "m"], "--output-error is no option; give --by output-error"),
+        (["linearize", "a.toml", "--transmissibility", "z"], "give --bode FILE"),
+        (["generate", "a.toml", "--language", "c"], "did you mean --target?"),
+        (["eom", "a.toml"], "did you mean equations?"),
     ],
 )
 def test_the_shell_guesses_what_is_meant_or_nothing(
@@ -305,6 +379,29 @@ def test_the_shell_guesses_what_is_meant_or_nothing(
     with pytest.raises(SystemExit):
         main(words)
     assert meant in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("motion", "told"),
+    [
+        ("hinge=sin(t)", "hinge is not a coordinate, but a joint: it has theta"),
+        ("x=t,theta=sin(t)", '"x=t" "theta=sin(t)"'),
+        ("theta=minjerk(0,1,2)", "a motion has quintic(a, b, T)"),
+        ("theta=angle.csv", "theta: a file is given alone, angle.csv"),
+    ],
+)
+def test_motions_as_one_would_write_them_are_told_how(motion: str, told: str) -> None:
+    with pytest.raises(SimulateError, match=re.escape(told)):
+        symdyn.inverse(CART, [motion], until=1)
+
+
+def test_weights_as_one_would_write_them_are_told_how() -> None:
+    for text, told in (
+        ("Q=diag(1,10,0,0)", "write Q=NAME:1;NAME:2"),
+        ("Q=x:1,theta:10", "semicolons stand between weights: x:1;theta:10"),
+    ):
+        with pytest.raises(LinearizeError, match=re.escape(told)):
+            read_weights("--lqr", [text], ("Q", "R"))
 
 
 def test_equations_are_printed_by_other_formulations_in_python() -> None:

@@ -58,7 +58,7 @@ def test_a_limit_in_bare_numbers_of_an_input_that_is_not_in_si_is_asked_about(
     words = ["simulate", str(tmp_path / "p.toml"), "--until", "0.1", "--feedback", str(tmp_path / "k.json")]
 
     assert main([*words, "--limits", "V=20"]) == 1
-    assert "--limits: V is given in mV: write V=20mV or V=0.02V" in capsys.readouterr().err
+    assert "--limits: V is given in mV: write V=20mV or V=20V" in capsys.readouterr().err
     main([*words, "--limits", "V=20mV"])
     assert "say V=" not in capsys.readouterr().err
 

@@ -46,6 +46,7 @@ RENAMED = {"--road": "--formulation", "--transfer": "--show transfer", "--reach"
 """Options by the names that they had, for errors alone."""
 
 ELSEWHERE = {"--margins": "give --show margins", "--step": "give --show step",
+             "--transmissibility": "give --bode FILE, of --outputs", "--output-error": "give --by output-error",
              "--noise": "in Python a controller has it: symdyn.Feedback(law, noise=...)",
              "--place": "give --lqr, or in Python symdyn.linearize(...).place(poles)"}  # fmt: skip
 """What one asks for that is no option, and how it is had from `linearize`, for errors alone."""
@@ -129,7 +130,8 @@ def _meant(word: str, known: Sequence[str]) -> str:
     """Return what an unknown option may have meant, in words; "" for nothing near."""
     if RENAMED.get(word, "").partition(" ")[0] in known:
         return f"; it is called {RENAMED[word]} now"
-    if word in ELSEWHERE and ("--lqr" in known or (word == "--noise" and "--feedback" in known)):
+    needed = {"--noise": "--feedback", "--output-error": "--by"}.get(word, "--lqr")
+    if word in ELSEWHERE and needed in known:
         return f"; {ELSEWHERE[word]}"
     near = [name for name in known if len(word) > 2 and name.startswith(word)] or filter(None, [nearest(word, known)])
     meant = " or ".join(near)

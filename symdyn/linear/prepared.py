@@ -245,6 +245,12 @@ def _turning(v: Variations, u: Array) -> Array:
     return found
 
 
+def _valueless(scene: Scene, fault: NoValueError) -> str:
+    """Return what has no value at a point, in words."""
+    between = ", ".join(f"{one.kind} {one.name}" for one in scene.struts if one.ends)
+    return f"{scene.name}: {fault}{f'; where its ends meet, {between} has no direction' if between else ''}"
+
+
 CORNER = 1e-12
 """What a sign is of, as far as it is zero."""
 
@@ -291,7 +297,7 @@ class Prepared:
             with np.errstate(all="ignore"):
                 return place(self.functions, values, t, q, u, tables)
         except NoValueError as fault:
-            raise LinearizeError(f"{self.scene.name}: {fault}") from None
+            raise LinearizeError(_valueless(self.scene, fault)) from None
 
     def kinematics(self, q: Array, t: float = 0.0) -> tuple[Array, Array]:
         """Return the rows that hold velocities, those of prescribed motions last, shape (rows, nv), and H: q̇ = H u."""
@@ -317,7 +323,7 @@ class Prepared:
             with np.errstate(all="ignore"):  # what has no finite value is told below
                 found = matrices(v, here, choice, self.drives)
         except NoValueError as fault:
-            raise LinearizeError(f"{scene.name}: {fault}") from None
+            raise LinearizeError(_valueless(scene, fault)) from None
         except np.linalg.LinAlgError:
             raise LinearizeError(f"{scene.name}: independent states do not determine the others there") from None
         for matrix in (found.A, found.B, found.C, found.D):

@@ -287,7 +287,7 @@ def lqr(
     """Return the linear quadratic regulator of a system; arguments and errors as of its method."""
     used, faults = controls(one), Faults("")
     heavy = weight("Q", Q, one.states, faults)
-    light = weight("R", R, one.inputs.of(used), faults, definite=True)
+    light = weight("R", R, one.inputs.of(used), faults, definite=True, inputs=one.inputs)
     faults.close(LinearizeError)
     step = _steps(one, period)
     K, poles, notes = _gain(

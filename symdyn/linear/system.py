@@ -313,7 +313,7 @@ def track(
     each = linearize_along(run.scene, run, independent=independent)
     last, used, faults = each[-1], controls(each[-1]), Faults("")
     inputs = last.inputs.of(used)
-    heavy, light = weight("Q", Q, last.states, faults), weight("R", R, inputs, faults, definite=True)
+    heavy, light = weight("Q", Q, last.states, faults), weight("R", R, inputs, faults, True, last.inputs)
     final = None if end is None else weight("end", end, last.states, faults)
     faults.close(LinearizeError)
     A, B = np.array([one.A for one in each]), np.array([one.B[:, used] for one in each])

@@ -75,12 +75,19 @@ def read_weights(option: str, specified: Sequence[str], names: Sequence[str]) ->
         found[name] = {}
         for part in filter(None, (one.strip() for one in rest.split(";"))):
             key, colon, value = (one.strip() for one in part.rpartition(":"))
+            if not colon and part.startswith(("diag", "eye", "[")):
+                write = f"write {name}=NAME:1;NAME:2, or matrices in an .npz file"
+                faults.add(option, f'{name}: "{part}" names nothing; {write}')
+                continue
             if not colon:
                 lacks, write = ("weight", f"{part}:1") if part[0].isalpha() else ("name", f"NAME:{part}")
                 faults.add(option, f'{name}: "{part}" has no {lacks}; write {write}')
                 continue
             if key in found[name]:
                 faults.add(option, f"{name}: {key} is named twice")
+            if "," in key:
+                faults.add(option, f'{name}: "{part}": semicolons stand between weights: {part.replace(",", ";")}')
+                continue
             try:
                 found[name][key] = number_in(value)
             except FormulaError as error:
@@ -145,8 +152,13 @@ LARGEST = 1e150
 """No weight is as large: its square is a double."""
 
 
-def weight(name: str, given: Weights | None, axis: Axis, faults: Faults, definite: bool = False) -> Array:
-    """Return a weight as a symmetric matrix; what is wrong with it goes to the faults."""
+def weight(
+    name: str, given: Weights | None, axis: Axis, faults: Faults, definite: bool = False, inputs: Axis | None = None
+) -> Array:
+    """Return a weight as a symmetric matrix; what is wrong with it goes to the faults.
+
+    Of drives, `inputs` are all that the system has: the others are disturbances.
+    """
     n = len(axis)
     if given is None:
         return np.eye(n)
@@ -154,7 +166,11 @@ def weight(name: str, given: Weights | None, axis: Axis, faults: Faults, definit
         found = np.zeros(n)
         for key, one in given.items():
             value = _number(one)
-            if key not in axis.names:
+            if inputs is not None and key in inputs.names and key not in axis.names:
+                drives = ", ".join(axis.names)
+                instead = f"{key} controls where its joint has drive = false"
+                faults.add(name, f"{key} disturbs, as there is a drive to control by: {drives}; {instead}")
+            elif key not in axis.names:
                 faults.add(name, f"{key} is not known; {suggestion(key, axis.names)}")
             elif not value < LARGEST or value < 0 or (definite and value == 0):
                 least = "above zero" if definite else "of 0 or more"

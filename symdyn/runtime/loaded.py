@@ -10,7 +10,7 @@ from typing import Any, overload
 from symdyn.arguments import check_arguments, suggesting
 from symdyn.dynamics import Function, LoopChoices, Requested, Workspace, called, request_of, row_of
 from symdyn.emit import TARGETS, C, emit
-from symdyn.errors import EmitError, SceneError, UnknownNameError, choice, quoted, suggestion
+from symdyn.errors import EmitError, SceneError, UnknownNameError, choice, nearest, quoted, suggestion
 from symdyn.graph import growing
 from symdyn.program import Program, formulate, identifier, lower, prepare as prepare_program
 from symdyn.runtime.numeric_function import Later, Makers, NumericFunction, numeric_function, plain, soon
@@ -95,7 +95,9 @@ class Loaded(Shown):
 
     def _missing(self, name: object) -> str:
         known = ", ".join(self.__dict__.get("calls", ()))
-        return f"there is no function {quoted(name)}; there are {known}; load(…, functions=…) takes others"
+        near = nearest(name, self.__dict__.get("calls", ()))
+        meant = f"did you mean {near}?" if near else "load(…, functions=…) takes others, such as pose:BODY"
+        return f"there is no function {quoted(name)}; there are {known}; {meant}"
 
     def __repr__(self) -> str:
         kind = self.backend if not self.compiled or self.backend != "NumPy" else "compiled"

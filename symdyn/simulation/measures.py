@@ -168,6 +168,7 @@ class Measure:
         seen = {*_seen(scene, said), *more, *(one.name for one in scene.outputs)}
         own = Faults("")
         found = read_formula(left + rest, [*known, *seen], where, own)
+        own.lines[:] = [line.replace("write * for a product", f"statistics are {_listed()}") for line in own.lines]
         found = found and substituted(found, scene.derived_formulas)
         loose = [name for name in (found.symbols if found else ()) if name not in known]
         for one in loose:

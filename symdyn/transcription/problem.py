@@ -14,7 +14,7 @@ from operator import index
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import SympyExpression, suggesting
+from symdyn.arguments import SympyExpression, argument, suggesting
 from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.outputs import kinks
 from symdyn.errors import SimulateError, listed, suggestion
@@ -144,7 +144,10 @@ class Layout:
             ("end", "q", end, self.scene.coordinates),
             ("end rates", "u", speeds, self.scene.velocities),
         ):
-            known_names(where, tuple(given), names, faults)
+            odd = [name for name in given if where == "end" and name in self.scene.velocities and name not in names]
+            for name in odd:
+                faults.add(where, f"{name} is a velocity; give it by {argument('end_rates', {name: given[name]})}")
+            known_names(where, [name for name in given if name not in odd], names, faults)
             for name, text in given.items():
                 formula = read_formula(text, values, f"{where}: {name}", faults, unit=units.get(name, ""))
                 x = None if formula is None else number_of(formula, values, f"{where}: {name}", faults)
@@ -324,7 +327,8 @@ def collocation(
     span = _span(until, faults)
     state = (TIME, *scene.coordinates, *scene.velocities, *values, *scene.point_names)
     inputs = ", ".join(one.name for one in declared.inputs)
-    held = f"and no inputs, {inputs}: they keep their values; what is to be found are drives" if inputs else ""
+    instead = "what is to be found are drives: give a joint a drive, not a force"
+    held = f"and no inputs, {inputs}: they keep their values; {instead}" if inputs else ""
     formulas = {
         "path": _formulas(scene, tuple(path or ()), state, "path", faults, held),
         "running": _formulas(

@@ -107,6 +107,9 @@ def _why(name: str, use: Use, scene: Scene, motion: dict[str, None]) -> str:
         return "uses t, the time; only forces, loads and prescribed motions may depend on it"
     if name in motion:
         return f"uses {name}, which moves; only the force of a joint, loads and rows may depend on what moves"
+    for one in scene.inputs:
+        if name in (of := (f"{one.name}_dot", f"{one.name}_ddot")):
+            return f"uses {name}, a rate of the input; write rates = {of.index(name) + 1} in [inputs.{one.name}]"
     known = [*parameters, *(other for other in (*motion, *given) if other in use.allowed)]
     near = nearest(name, sorted(use.allowed))
     known += [near] if near and near not in known else []

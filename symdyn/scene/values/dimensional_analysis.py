@@ -31,7 +31,7 @@ from symdyn.scene.values.folding import fraction
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.letters import Letter
 from symdyn.scene.values.quantity import FormulaError, Quantity, spell
-from symdyn.scene.values.unit import Unit, UnitError, in_si, out_of_si
+from symdyn.scene.values.unit import Unit, UnitError, out_of_si
 
 Powers = tuple[tuple[str, Exponent], ...]
 
@@ -359,9 +359,8 @@ def question(letter: Letter, text: str) -> str:
         return ""
     number = fraction(quantity(text))
     size = Quantity.ONE if number is None else folding.constant(number)
-    there = float(in_si(size, Unit.read(letter.written)).at({}) or 0)
-    front = f"{letter.name} is given in {letter.written}: write {letter.name}="
-    return f"{front}{spell(size)}{letter.written} or {letter.name}={there:.12g}{letter.unit}"
+    ways = (f"{letter.name}={spell(size)}{unit}" for unit in (letter.written, letter.unit))
+    return f"{letter.name} is given in {letter.written}: write {' or '.join(ways)}, whichever is meant"
 
 
 def _is_bare(text: str) -> bool:

@@ -94,7 +94,7 @@ class Faults:
     def close(self, error: Callable[[Sequence[str]], Exception] = SceneError) -> None:
         """Raise all faults together, if there are any."""
         if self.lines:
-            raise error(self.lines)
+            raise error([*dict.fromkeys(self.lines)])
 
 
 @dataclass(frozen=True)

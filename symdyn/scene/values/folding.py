@@ -344,6 +344,8 @@ INSTEAD = {
     **dict.fromkeys(("clip", "sat", "saturate", "saturation", "limit"), "write max(-1, min(x, 1))"),
     **{
         "ramp": "write max(t - 1, 0)",
+        "minjerk": "a motion has quintic(a, b, T)",
+        "smoothstep": "a motion has quintic(a, b, T)",
         "pow": "write x**y",
         "power": "write x**y",
         "deg2rad": "write x deg",

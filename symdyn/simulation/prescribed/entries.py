@@ -44,6 +44,7 @@ Entries: TypeAlias = str | Path | Mapping[str, Any] | Callable[..., Any] | Tabul
 """What the module's legend lists."""
 
 KINDS = 'a formula such as "2*t", a number, (times, values), or a function of t'
+OF_ARRAYS = 'the times of all arrays are called "t"'
 
 
 @dataclass
@@ -80,7 +81,8 @@ def read_entries(
             elif hasattr(entry, "keys"):
                 faults.add(what, f"{type(entry).__name__} has neither a column nor an index t, the times in s")
             else:
-                faults.add(what, f"{_spoken(entry)} says no {what}; give {KINDS} by name, text, or a table")
+                own = "its .forces, or " if hasattr(entry, "forces") else ""
+                faults.add(what, f"{_spoken(entry)} says no {what}; give {own}{KINDS} by name, text, or a table")
     found.texts += [(what, name, text) for name, text in words(plain, what, faults).items()]
     return found
 
@@ -129,7 +131,7 @@ def _by_name(entries: Mapping[Any, Any], what: str, specified_entries: Specified
                 with faults.noted():
                     specified_entries.tables.append(columns_of(f"{what}: {name}", pair[0], {name: pair[1]}, every=True))
             else:
-                faults.add(f"{what}: {name}", f"{_spoken(value)} is no course over time; give {KINDS}")
+                faults.add(f"{what}: {name}", f"{_spoken(value)} is no course over time; give {KINDS}; {OF_ARRAYS}")
     if over:
         with faults.noted():
             specified_entries.tables.append(columns_of(what, times, over, every=True))

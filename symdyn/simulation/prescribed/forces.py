@@ -352,6 +352,8 @@ def read_motion(scene: Scene, entries: Entries) -> SceneMotion:
     ]:
         if name not in known:
             whose = f"{name} is not a coordinate" if name else "a function moves a coordinate; give it by name"
+            if moved := [", ".join(joint.coordinates) for joint in scene.joints if joint.name == name]:
+                whose = f"{whose}, but a joint: it has {moved[0] or 'none'}"
             faults.add(where, f"{whose}; {suggestion(name, known)}")
             continue
         if name in laws:

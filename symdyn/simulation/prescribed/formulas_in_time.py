@@ -143,6 +143,10 @@ def number_of(formula: Quantity, values: Mapping[str, Quantity], where: str, fau
     return float(value)
 
 
+_SECOND = re.compile(r"\s*[,;]\s*(\w+)\s*=(?!=)\s*")
+"""Where a second formula begins, that stands in one argument with the first."""
+
+
 def words(entries: Iterable[str], what: str, faults: Faults) -> dict[str, str]:
     """Return name and text of every `name=text` in order; what is none is a fault of the option `what`."""
     found: dict[str, str] = {}
@@ -154,6 +158,11 @@ def words(entries: Iterable[str], what: str, faults: Faults) -> dict[str, str]:
             faults.add(what, f'"{entry}" {known}')
         elif name in found:
             faults.add(what, f"{name} is given twice, as {found[name]} and as {text}")
+        elif what in ("forces", "motion") and text.endswith((".csv", ".toml")):
+            faults.add(what, f"{name}: a file is given alone, {text}; its columns are called after what they are")
+        elif (more := _SECOND.search(text)) is not None:
+            each = f"{name}={text[: more.start()]}", f"{more[1]}={text[more.end() :]}"
+            faults.add(what, f'{name}: each is an argument of its own: "{each[0]}" "{each[1]}"')
         else:
             found[name] = text
     return found
