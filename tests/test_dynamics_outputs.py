@@ -26,6 +26,7 @@ from symdyn.dynamics.loops import Numbers
 from symdyn.dynamics.mechanism.state import has_motion
 from symdyn.dynamics.outputs import Counts
 from symdyn.dynamics.outputs.canonical_outputs import CANONICAL
+from symdyn.dynamics.outputs.contact_outputs import CONTACTS
 from symdyn.dynamics.outputs.linearizing_outputs import LINEARIZING
 from symdyn.dynamics.outputs.output import Constrained
 from symdyn.dynamics.outputs.output_table import CENTROIDAL
@@ -38,6 +39,7 @@ from symdyn.scene.forces.ropes import ElasticRope
 from symdyn.scene.scene_files import Starter
 from symdyn.scene.values import Place, acceleration_name
 from symdyn.scene.values.letters import Signal, StateVariable
+from symdyn.scene.values.unilateral import PlaneContact
 from symdyn.verdict import Verdict
 from symdyn.verify import certify, laws, prove
 
@@ -55,7 +57,7 @@ def scene(name: str) -> Scene:
 def request(name: str, one: Scene) -> str:
     """Return how an output is asked for, of the last body if it is of one."""
     place = OUTPUTS[name].place
-    of = {"output": "seen", "rope": "cord"}.get(place, one.bodies[-1].name)
+    of = {"output": "seen", "rope": "cord", "contact": "seat"}.get(place, one.bodies[-1].name)
     return f"{name}:{of}" if place else name
 
 
@@ -75,6 +77,8 @@ def looked(name: str, one: Scene) -> Scene:
     ends = (Place(Scene.GROUND, (Quantity.ONE, Quantity.ONE, Quantity.ONE)), Place(one.bodies[-1].name))
     cord = ElasticRope("cord", ends=ends, stiffness=(Quantity.ONE,))
     one = replace(one, elements=(*one.elements, cord)) if OUTPUTS[name].place == "rope" else one
+    if name in CONTACTS:
+        one = replace(one, elements=(*one.elements, PlaneContact("seat", place=ends[1])))
     if name == "state_rates":
         one = replace(one, states=(StateVariable("kept", Quantity.symbol(one.velocities[0])),))
     if name == "routhian":
@@ -120,7 +124,7 @@ def test_every_row_says_what_it_is_where_loops_close(name: str) -> None:
     assert isinstance(row.when_constrained, Constrained) or row.when_constrained in ("same", "tree", "refuse", "only")
     assert not isinstance(row.constrained.when_constrained, Constrained)
     if row.when_constrained == "refuse":
-        with pytest.raises(DerivationError, match=f"{name} is about trees; loops or rows close four_bar"):
+        with pytest.raises(DerivationError, match=f"{name}(:seat)? is about trees; loops or rows close four_bar"):
             entries(name, one)
         return
     one = looked(name, one)
@@ -276,9 +280,10 @@ def exists(name: str) -> None:
     assert not OUTPUTS[name].exists(plain), f"{name}: {plain.name} has it"
     missing = {"routhian": "no coordinate is cyclic", "tension": r"there is no rope 'y' in \[ropes\]"}
     missing |= dict.fromkeys(LED, "two_link: every joint is driven")
+    missing |= dict.fromkeys(CONTACTS, r"two_link has no contacts; declare one, such as \[contacts.floor\]")
     if name == "state_rates":  # of a scene without states it is what forward dynamics gives, behind velocities
         return
-    if name in {*SIGNALS, *LINEARIZING, "routhian"}:
+    if name in {*SIGNALS, *LINEARIZING, *CONTACTS, "routhian"}:
         none = missing.get(name, r"two_link has no outputs; declare one, such as \[outputs.y\]")
         with pytest.raises(DerivationError, match=none):
             derive_one(Workspace(plain), f"{name}:y" if OUTPUTS[name].place else name)
@@ -288,7 +293,7 @@ def exists(name: str) -> None:
     assert nothing or function.entries in [one.symbols for one in function.arguments], name
 
 
-UNWRITTEN = {*CENTROIDAL, *REGRESSORS, *PASSIVITY, *CANONICAL, *LINEARIZING, "constraint_forces"}
+UNWRITTEN = {*CENTROIDAL, *REGRESSORS, *PASSIVITY, *CANONICAL, *LINEARIZING, *CONTACTS, "constraint_forces"}
 
 
 def default_in(name: str) -> None:

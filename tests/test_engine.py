@@ -11,6 +11,7 @@ from engine.trials.compare import COMPARED, report
 from engine.trials.options import OPTIONS, PAIRED, covering, pairs
 
 from symdyn.dynamics import OUTPUTS
+from symdyn.dynamics.outputs.contact_outputs import CONTACTS
 from symdyn.dynamics.outputs.linearizing_outputs import LINEARIZING
 from symdyn.dynamics.outputs.regressor_outputs import PASSIVITY, REGRESSORS
 
@@ -43,10 +44,10 @@ def test_every_pair_of_options_meets_in_the_first_trials() -> None:
 FORMULAS = {"output", "outputs", "tension"}
 """What scenes of trials do not have: formulas of reactions and accelerations, which are compared themselves."""
 LED = {name.partition(":")[0] for name in LINEARIZING}
-ELSEWHERE = {*REGRESSORS, *PASSIVITY, *LED, "state_rates", "canonical_rates", "routhian"}
+ELSEWHERE = {*REGRESSORS, *PASSIVITY, *LED, *CONTACTS, "state_rates", "canonical_rates", "routhian"}
 """What is proved to be forces times parameters, and compared in numbers by `test_regressors.py`; rates of states, which
 scenes of trials do not have, by `test_states.py` and `test_state_examples.py`; by `test_canonical.py` rates of momenta,
-and Routh's function; by `test_linearizing.py` what linearises."""
+and Routh's function; by `test_linearizing.py` what linearises; by `test_contacts.py` contacts that open and close."""
 
 
 def test_every_output_is_compared() -> None:

@@ -23,6 +23,7 @@ from symdyn.dynamics.outputs.output import Formulation, Output
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.errors import DerivationError, choice
 from symdyn.graph import Expr, Op, substitute
+from symdyn.scene import Scene
 
 DIRECTIONS = ("normal", "along", "across")
 """The rows of a contact; those along which it cannot slip are zero."""
@@ -31,13 +32,26 @@ MASK, SLIP = "mask", "slip"
 """Arguments of what holds for all modes: which contacts are closed, 0 or 1; and the signs of their slips, 0 sticks."""
 
 
+def _every(w: Workspace, by_recursion: bool = True) -> tuple[Touch, ...]:
+    """Return all contacts.
+
+    Raises:
+        DerivationError: there are none.
+    """
+    found: tuple[Touch, ...] = w.once(touching, by_recursion)
+    if not found:
+        advice = 'declare one, such as [contacts.floor] body = "NAME"'
+        raise DerivationError(f"{w.scene.name} has no contacts; {advice}")
+    return found
+
+
 def _touch(w: Workspace, name: str, by_recursion: bool) -> Touch:
     """Return a contact by its name.
 
     Raises:
         DerivationError: there is none of that name.
     """
-    every: tuple[Touch, ...] = w.once(touching, by_recursion)
+    every = _every(w, by_recursion)
     found = {one.law.name: one for one in every}
     if name not in found:
         raise DerivationError(f"{w.scene.name}: there is no contact {name!r} in [contacts]; {choice(name, found)}")
@@ -78,6 +92,7 @@ def _impact_matrix(w: Workspace, name: str, by_recursion: bool) -> list[Expr]:
 
 
 def _all(w: Workspace, by_recursion: bool) -> ContactEquations:
+    _every(w, by_recursion)
     return contact_equations(w, _free(w, by_recursion), by_recursion)
 
 
@@ -159,7 +174,7 @@ def _larger(a: Expr, b: Expr) -> Expr:
 
 
 def _contact_rows(w: Workspace) -> tuple[str, ...]:
-    every: tuple[Touch, ...] = w.once(touching, True)
+    every = _every(w)
     both = [(one.law.name, {"normal": one.normal, "tangent": one.tangent}) for one in every]
     return tuple(f"{word} of {name}" for name, rows in both for word, row in rows.items() if row is not None)
 
@@ -171,19 +186,18 @@ def _both(derive: Callable[..., list[Expr]], up_to: float = 4) -> dict[str, Form
     return {"recursive": Formulation(way(True)), "differentiation": Formulation(way(False), up_to=up_to)}
 
 
-_OF_ONE = partial(Output, when_constrained="same", may_fail="reported", place="contact", default_in="request")
-_OF_ALL = partial(
-    Output,
-    when_constrained="refuse",
-    may_fail="reported",
-    default_in="request",
-    exists=lambda s: bool(unilaterals_of(s)),
-)
+def _touches(scene: Scene) -> bool:
+    return bool(unilaterals_of(scene))
+
+
+_PLACED = partial(Output, when_constrained="same", place="contact", default_in="request", exists=_touches)
+_STRUCK = partial(_PLACED, when_constrained="refuse", may_fail="reported")
+_OF_ALL = partial(Output, when_constrained="refuse", may_fail="reported", default_in="request", exists=_touches)
 _UNITS = "m/s or rad/s"
 
 CONTACTS: Mapping[str, Output] = {
-    "gap": _OF_ONE("gap of {name}", ("q",), "g", (), "m or rad", formulations=_both(_gap, 8)),
-    "gap_jacobian": _OF_ONE(
+    "gap": _PLACED("gap of {name}", ("q",), "g", (), "m or rad", formulations=_both(_gap, 8)),
+    "gap_jacobian": _PLACED(
         "Jacobian of the rates of gap and slip of {name}",
         ("q",),
         "W",
@@ -191,7 +205,7 @@ CONTACTS: Mapping[str, Output] = {
         "m, rad or 1",
         formulations=_both(_jacobian, 8),
     ),
-    "gap_rate": _OF_ONE(
+    "gap_rate": _PLACED(
         "rates of gap and slip of {name}",
         ("q", "qd"),
         "v",
@@ -199,7 +213,7 @@ CONTACTS: Mapping[str, Output] = {
         _UNITS,
         formulations=_both(_rate, 8),
     ),
-    "gap_jdot": _OF_ONE(
+    "gap_jdot": _PLACED(
         "accelerations of gap and slip of {name} at qdd = 0",
         ("q", "qd"),
         "gamma",
@@ -207,7 +221,7 @@ CONTACTS: Mapping[str, Output] = {
         f"{_UNITS}, per s",
         formulations=_both(_bias, 8),
     ),
-    "impact_matrix": _OF_ONE(
+    "impact_matrix": _STRUCK(
         "velocities by a unit of impulse at {name}, M^-1 W^T",
         ("q",),
         "C",
@@ -215,7 +229,7 @@ CONTACTS: Mapping[str, Output] = {
         "per N s or N m s",
         formulations=_both(_impact_matrix),
     ),
-    "impact": _OF_ONE(
+    "impact": _STRUCK(
         "velocities behind an impact of {name} alone, and its impulses",
         ("q", "qd"),
         "qd_after",
