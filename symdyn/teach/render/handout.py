@@ -126,6 +126,7 @@ def walkthrough(
         NoValueError: a formula has no value where the lesson shows numbers.
     """
     scene = scene_of(scene)
+    scene.refuse_contacts("a lesson", EmitError)
     formulation = formulation or usual_formulation(scene)
     declared, scene = scene, scene.as_parameters()
     for name, value, known in (
