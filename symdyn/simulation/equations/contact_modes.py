@@ -112,8 +112,9 @@ class Impact:
     def words(self) -> str:
         """It in one line, such as "floor strikes at t = 0.45 s, -4.43 to 3.54 m/s, 3.53 J lost"."""
         found = f"{self.contact} {self.what} at t = {self.t!r} s"
-        if self.impulse[0]:
-            found += f", {self.before:.6g} to {self.after:.6g} {self.unit}/s, {self.lost:.3g} J lost"
+        if self.what == STRIKES and self.impulse[0]:
+            before, after = (0.0 if abs(rate) < 1e-9 * abs(self.before) else rate for rate in (self.before, self.after))
+            found += f", {before:.6g} to {after:.6g} {self.unit}/s, {self.lost:.3g} J lost"
         return found if self.rest is None else f"{found}; it rests from t = {self.rest:.9g} s on"
 
 
