@@ -39,6 +39,7 @@ from symdyn.dynamics.outputs import Moving, WrittenDecisions, contact_equations,
 from symdyn.errors import DerivationError, SimulateError, SymdynWarning, listed
 from symdyn.graph import Expr, Op, reachable, substitute
 from symdyn.scene import Quantity, Scene
+from symdyn.scene.forces import FORCES
 from symdyn.scene.values import LETTERS
 from symdyn.simulation.equations.compiled_routines import Kept, acting, compiled, function_of, opened, points, powers
 from symdyn.simulation.equations.contact_modes import contact_parts
@@ -223,7 +224,7 @@ def _refuse_reactions(scene: Scene, events: Sequence[Quantity]) -> None:
     Raises:
         SimulateError: an event looks at one, or an output where there is more than stops and friction of joints.
     """
-    pushing = [one.name for one in scene.unilaterals if one.kind not in ("joint_stop", "joint_friction")]
+    pushing = [one.name for one in scene.unilaterals if FORCES[one.kind].section != "joints"]
     asked = [*events, *(one.formula for one in scene.outputs if pushing)]
     named = [name for one in asked for name in one.symbols if name.startswith(LETTERS.reaction)]
     if named:
