@@ -5,14 +5,18 @@ from __future__ import annotations
 import json
 from math import atan, pi
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 import symdyn
+from symdyn.algebra import Floats
 from symdyn.cli import main
+from symdyn.dynamics.outputs.contact_outputs import _phase
 from symdyn.errors import DerivationError, SceneError, SimulateError, SymdynError
+from symdyn.graph import Graph, evaluate
 from symdyn.scene import read_text, write_text
 from symdyn.simulation.equations.complementarity import FREE, Laws
 
@@ -271,7 +275,7 @@ ROD = (DATA / "scenes" / "falling_rod_0.36.toml").read_text()
 
 
 @pytest.mark.parametrize("law", ["newton", "poisson"])
-@pytest.mark.parametrize("friction", [0, 0.3])
+@pytest.mark.parametrize("friction", [0, 0.3, 2.5])
 def test_the_impact_of_one_contact_is_a_formula(law: str, friction: float) -> None:
     text = ROD.replace('friction = "0.36"', f'friction = {friction}\nrestitution = 0.7\nlaw = "{law}"')
     scene = read_text(text)
@@ -286,6 +290,23 @@ def test_the_impact_of_one_contact_is_a_formula(law: str, friction: float) -> No
         found = call.impact_foot(q, u)
         assert found[3 : 3 + m] == pytest.approx(impulses, abs=1e-12)
         assert found[:3] == pytest.approx(u + C[:, :m] @ impulses, abs=1e-12)
+
+
+def test_the_formula_of_a_phase_is_that_of_all_cases_however_rough() -> None:
+    """Where μ |D_nt| is above D_nn, no impulse fits one of the ways to slip."""
+    graph, rng, steep = Graph(), np.random.default_rng(4), 0
+    a, b, c, mu, vn, vt = letters = [graph.symbol(name) for name in ("a", "b", "c", "mu", "vn", "vt")]
+    touch = SimpleNamespace(friction=mu)
+    forms = _phase([[a, b], [b, c]], [vn, vt], touch, graph.zero)  # type: ignore[arg-type]
+    for _ in range(400):
+        B, size = rng.normal(size=(2, 2)), float(rng.uniform(0, 2))
+        D, v = B @ B.T + 0.02 * np.eye(2), rng.normal(size=2) * (-1, 1)
+        v[0] = -abs(v[0])
+        laws = Laws(D, (0,), (1,), np.array([size]), np.array([size]), np.zeros(1))
+        values = dict(zip(letters, [D[0, 0], D[0, 1], D[1, 1], size, *v], strict=True))
+        assert evaluate(forms, Floats(), values) == pytest.approx(laws.impact(v, [False]), rel=1e-7, abs=1e-12)
+        steep += D[0, 0] < size * abs(D[0, 1])
+    assert steep > 20
 
 
 def test_outputs_of_contacts_are_proved() -> None:

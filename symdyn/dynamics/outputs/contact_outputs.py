@@ -4,8 +4,8 @@ The impact of one contact alone is a formula. With v = (ġ⁻, s⁻), D its Dela
 
     stick    Λ = -D⁻¹ v, where |Λt| ≤ μ Λn        else slip    Λn = -v_n/(D_nn - z μ D_nt), Λt = -z μ Λn
 
-z is the sign of the slip, against which friction acts: that of -Λt which sticking would take. By Poisson's law
-expansion begins with e Λn, and ends where that is left; by Newton's law v_n is (1 + e) ġ⁻.
+z is the sign of the slip, against which friction acts: 1 where Λn and s⁺ are above zero with it, else -1. By Poisson's
+law expansion begins with e Λn, and ends where that is left; by Newton's law v_n is (1 + e) ġ⁻.
 
 Reference: Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts (1996), sections 6.5 and 8.
 """
@@ -18,7 +18,7 @@ from functools import partial
 from symdyn.dynamics.outputs import result_labels as labels, tree_formulations as trees
 from symdyn.dynamics.outputs.contact_equations import ContactEquations, columns_of, contact_equations, dot
 from symdyn.dynamics.outputs.contact_rows import Row, Touch, touching, unilaterals_of
-from symdyn.dynamics.outputs.named_functions import direction
+from symdyn.dynamics.outputs.named_functions import MODES, direction
 from symdyn.dynamics.outputs.output import Formulation, Output
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.errors import DerivationError, choice
@@ -27,9 +27,6 @@ from symdyn.scene import Scene
 
 DIRECTIONS = ("normal", "along", "across")
 """The rows of a contact; those along which it cannot slip are zero."""
-
-MASK, SLIP = "mask", "slip"
-"""Arguments of what holds for all modes: which contacts are closed, 0 or 1; and the signs of their slips, 0 sticks."""
 
 
 def _every(w: Workspace, by_recursion: bool = True) -> tuple[Touch, ...]:
@@ -99,7 +96,7 @@ def _all(w: Workspace, by_recursion: bool) -> ContactEquations:
 def _in_mode(w: Workspace, by_recursion: bool) -> list[Expr]:
     """Return accelerations and forces, the mode told by mask and slip."""
     c: ContactEquations = w.once(_all, by_recursion)
-    masks, slips = (direction(w.graph, name, len(c.touches)) for name in (MASK, SLIP))
+    masks, slips = (direction(w.graph, name, len(c.touches)) for name in MODES)
     told = dict[Expr, Expr]()
     for touch, mask, slip in zip(c.touches, masks, slips, strict=True):
         values = (mask, w.graph.one - slip * slip, slip)
@@ -156,10 +153,14 @@ def _phase(D: Sequence[Sequence[Expr]], v: Sequence[Expr], touch: Touch, least: 
     mu, det = touch.friction, a * c - b * b
     sticking = _larger((b * v[1] - c * v[0]) / det, least)
     held = -(v[1] + b * sticking) / c
-    z = _where(held, -(v[0].graph.one), v[0].graph.one)
-    slipping = _larger(-v[0] / (a - z * mu * b), least)
     beyond = held * held - mu * mu * sticking * sticking
-    return [_where(beyond, slipping, sticking), _where(beyond, -z * mu * slipping, held)]
+    ahead, back = (_larger(-v[0] / (a - z * mu * b), least) for z in (1, -1))
+    goes_on = v[1] + (b - mu * c) * ahead  # what slips ahead has to
+    found = []
+    for stuck, one, other in ((sticking, ahead, back), (held, -mu * ahead, mu * back)):
+        slips = _where(a - mu * b, _where(goes_on, one, other), other)
+        found.append(_where(-sticking, slips, _where(beyond, slips, stuck)))
+    return found
 
 
 def _where(condition: Expr, positive: Expr, otherwise: Expr) -> Expr:
@@ -255,7 +256,7 @@ CONTACTS: Mapping[str, Output] = {
     ),
     "contact_dynamics": _OF_ALL(
         "accelerations and contact forces in a mode: mask closes contacts, slip is 0 where they stick",
-        ("q", "qd", "tau", MASK, SLIP),
+        ("q", "qd", "tau", *MODES),
         "qdd",
         (lambda w: (*w.scene.velocities, *_contact_rows(w)),),
         "of accelerations; N or N m",
