@@ -83,7 +83,7 @@ def laws() -> list[bool]:
         B, W = rng.normal(size=(8, 8)), rng.normal(size=(2 * k, 8))
         D = W @ np.linalg.solve(B @ B.T + 0.1 * np.eye(8), W.T)
         mu, e = rng.uniform(0, 1, k), np.full(k, rng.uniform(0, 1))
-        one = Laws(D, tuple(range(0, 2 * k, 2)), tuple(range(1, 2 * k, 2)), mu, mu, e)
+        one = Laws(D, tuple(range(0, 2 * k, 2)), tuple((i,) for i in range(1, 2 * k, 2)), mu, mu, e)
         v = W @ rng.normal(size=8)
         if not np.any(v[::2] < 0):
             continue

@@ -224,13 +224,13 @@ def drawn(rng: np.random.Generator) -> tuple[Laws, np.ndarray]:
     B, W = rng.normal(size=(nv, nv)), rng.normal(size=(2 * k, nv))
     D = W @ np.linalg.solve(B @ B.T + 0.1 * np.eye(nv), W.T)
     mu, e = rng.uniform(0, 1, k), np.full(k, rng.uniform(0, 1))
-    laws = Laws(D, tuple(range(0, 2 * k, 2)), tuple(range(1, 2 * k, 2)), mu, mu, e)
+    laws = Laws(D, tuple(range(0, 2 * k, 2)), tuple((i,) for i in range(1, 2 * k, 2)), mu, mu, e)
     return laws, W @ rng.normal(size=nv)
 
 
 def kept(laws: Laws, impulses: np.ndarray, xi: np.ndarray) -> bool:
     small, slow = 1e-8 * max(1e-6, np.abs(impulses).max()), 1e-8 * max(1.0, np.abs(laws.D @ impulses).max())
-    for k, (n, t) in enumerate(zip(laws.normals, laws.tangents, strict=True)):
+    for k, (n, t) in enumerate(zip(laws.normals, (one[0] for one in laws.tangents), strict=True)):
         if impulses[n] < -small or xi[n] < -slow or (impulses[n] > small and xi[n] > slow):
             return False
         largest = laws.friction[k] * impulses[n]
@@ -285,7 +285,7 @@ def test_the_impact_of_one_contact_is_a_formula(law: str, friction: float) -> No
         q, u = rng.normal(size=3), rng.normal(size=3)
         D, v, C = call.delassus(q), call.gap_rate_foot(q, u), call.impact_matrix_foot(q)
         m, mu = len(D), np.array([friction])
-        laws = Laws(D, (0,), (1 if m == 2 else None,), mu, mu, np.array([0.7]))
+        laws = Laws(D, (0,), ((1,) if m == 2 else (),), mu, mu, np.array([0.7]))
         impulses = laws.impact(v[:m], [law == "poisson"]) if v[0] < 0 else np.zeros(m)
         found = call.impact_foot(q, u)
         assert found[3 : 3 + m] == pytest.approx(impulses, abs=1e-12)
@@ -302,7 +302,7 @@ def test_the_formula_of_a_phase_is_that_of_all_cases_however_rough() -> None:
         B, size = rng.normal(size=(2, 2)), float(rng.uniform(0, 2))
         D, v = B @ B.T + 0.02 * np.eye(2), rng.normal(size=2) * (-1, 1)
         v[0] = -abs(v[0])
-        laws = Laws(D, (0,), (1,), np.array([size]), np.array([size]), np.zeros(1))
+        laws = Laws(D, (0,), ((1,),), np.array([size]), np.array([size]), np.zeros(1))
         values = dict(zip(letters, [D[0, 0], D[0, 1], D[1, 1], size, *v], strict=True))
         assert evaluate(forms, Floats(), values) == pytest.approx(laws.impact(v, [False]), rel=1e-7, abs=1e-12)
         steep += D[0, 0] < size * abs(D[0, 1])

@@ -3,13 +3,19 @@
     W            all n and t, contact by contact, of which friction acts along the t       D = W M⁻¹ Wᵀ    Delassus
     u̇            a + M⁻¹ Wᵀ λ,  a without contacts         W u̇ + γ     accelerations of gaps and slips
 
-A mode is three numbers, which say which rows of D λ + W a + γ are zero:
+A mode is numbers, which say which rows of D λ + W a + γ are zero:
 
     open   c = 0            λn = 0                λt = 0
     stick  c = 1, b = 1     n u̇ + γn = 0          t u̇ + γt = 0
-    slip   c = 1, b = 0     n u̇ + γn = 0          λt = -z μ λn,  z the sign of s; 0 where nothing rubs
+    slip   c = 1, b = 0     n u̇ + γn = 0          λt = -μ λn s/|s|;  0 where nothing rubs
 
 So one set of formulas holds for all modes: what is not closed has the row λ = 0 in place of its own.
+
+Four corners of a box hold more than there is to hold: D is singular, accelerations are unique, forces are not. Runs
+take those of least size: E makes D regular, and what E changes in the rows is taken back by two steps, so that they
+hold to rounding. Along the plane each contact takes as much as its normal force lets it, by `yields`.
+
+    (D + E) λ = b,      λ + (D + E)⁻¹ (b - D λ),      E = diag(ε D_kk, ε D_kk yields)
 
 Reference: Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts (1996), chapter 5.
 """
@@ -18,6 +24,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
+from itertools import islice
 
 from symdyn.dynamics.loops.partition import solve_square
 from symdyn.dynamics.outputs.contact_rows import Row, Touch, touching
@@ -26,6 +34,9 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, tangents
 from symdyn.unlocked import cached_property
 
+SOFT = Fraction(1, 10**6)
+"""ε: small beside what rows that differ leave, large beside rounding."""
+
 
 @dataclass(frozen=True)
 class ContactEquations:
@@ -33,10 +44,11 @@ class ContactEquations:
 
     Attributes:
         touches: the contacts, in order.
-        rows: W and γ, m of them: of each its n, and its t where there is friction.
+        rows: W and γ, m of them: of each its n, and each t where there is friction.
         free: a, shape (nv,).
         columns: M⁻¹ Wᵀ by row of W, shape (m, nv).
         velocities: u, shape (nv,).
+        shared: whether several may hold the same, so that forces are those of least size.
     """
 
     touches: tuple[Touch, ...]
@@ -44,6 +56,7 @@ class ContactEquations:
     free: tuple[Expr, ...]
     columns: tuple[tuple[Expr, ...], ...]
     velocities: tuple[Expr, ...]
+    shared: bool = False
 
     @cached_property
     def delassus(self) -> list[list[Expr]]:
@@ -59,22 +72,25 @@ class ContactEquations:
     def forces(self) -> list[Expr]:
         """λ in the mode, shape (m,), N."""
         A, b = [list(row) for row in self.delassus], [-one for one in self.drift]
-        one, at = self.free[0].graph.one, 0
+        one, at, soft = self.free[0].graph.one, 0, list[Expr]()
         for touch in self.touches:
-            closed, sticks, slip = touch.mode
+            closed, sticks, _, yields = touch.mode
             normal = at if touch.normal else None
             if touch.normal:
+                soft.append(SOFT * closed * A[at][at])
                 _hold(A, b, at, closed)
                 at += 1
-            if touch.tangent:
-                _hold(A, b, at, closed * sticks)
-                limit = (one - closed * sticks) * slip * touch.friction
+            for direction in touch.directions[: len(touch.tangents)]:
+                held = closed * sticks
+                soft.append(SOFT * held * yields * A[at][at])
+                _hold(A, b, at, held)
+                limit = (one - held) * direction * touch.friction
                 if normal is None:
                     b[at] = b[at] - limit
                 else:
                     A[at][normal] = A[at][normal] + limit
                 at += 1
-        return solve_square(A, b)
+        return _least(A, b, soft) if self.shared else solve_square(A, b)
 
     @cached_property
     def generalized(self) -> list[Expr]:
@@ -87,10 +103,14 @@ class ContactEquations:
         by_velocity = zip(self.free, *self.columns, strict=True)
         return [a + dot(parts, self.forces) for a, *parts in by_velocity]
 
-    def parts(self, of_rows: Sequence[Expr]) -> list[tuple[Expr | None, Expr | None]]:
-        """Return what rows have, contact by contact: of n and of t, None where there is none."""
+    def slips(self, touch: Touch) -> list[Expr]:
+        """Return the velocities with which one slips, of each of its tangents."""
+        return [dot(row.entries, self.velocities) for row in touch.tangents]
+
+    def parts(self, of_rows: Sequence[Expr]) -> list[tuple[Expr | None, tuple[Expr, ...]]]:
+        """Return what rows have, contact by contact: of n, None where there is none, and of each t."""
         rest = iter(of_rows)
-        return [(next(rest) if one.normal else None, next(rest) if one.tangent else None) for one in self.touches]
+        return [(next(rest) if one.normal else None, tuple(islice(rest, len(one.tangents)))) for one in self.touches]
 
 
 def _hold(A: list[list[Expr]], b: list[Expr], row: int, held: Expr) -> None:
@@ -100,24 +120,48 @@ def _hold(A: list[list[Expr]], b: list[Expr], row: int, held: Expr) -> None:
     b[row] = held * b[row]
 
 
-def contact_equations(w: Workspace, accelerations: Sequence[Expr], by_recursion: bool = True) -> ContactEquations:
+def _least(A: list[list[Expr]], b: Sequence[Expr], soft: Sequence[Expr]) -> list[Expr]:
+    """Return the x of least size, shape (m,), with A x = b to rounding, A singular or not."""
+    regular = [[x + soft[i] if i == j else x for j, x in enumerate(row)] for i, row in enumerate(A)]
+    found = _eliminated(regular, b)
+    for _ in range(2):
+        missed = [one - dot(row, found) for row, one in zip(A, b, strict=True)]
+        found = [x + more for x, more in zip(found, _eliminated(regular, missed), strict=True)]
+    return found
+
+
+def _eliminated(A: Sequence[Sequence[Expr]], b: Sequence[Expr]) -> list[Expr]:
+    """Return A⁻¹ b by elimination in the order of rows, shape (m,)."""
+    rows = [[*row, one] for row, one in zip(A, b, strict=True)]
+    for k, pivot in enumerate(rows):
+        for row in rows[k + 1 :]:
+            if not row[k].is_zero:
+                factor = row[k] / pivot[k]
+                row[k + 1 :] = [x - factor * y for x, y in zip(row[k + 1 :], pivot[k + 1 :], strict=True)]
+    found = list[Expr]()
+    for k in reversed(range(len(rows))):
+        rest = rows[k][-1] - dot(rows[k][k + 1 : -1], found) if found else rows[k][-1]
+        found.insert(0, rest / rows[k][k])
+    return found
+
+
+def contact_equations(
+    w: Workspace, accelerations: Sequence[Expr], by_recursion: bool = True, shared: bool = False
+) -> ContactEquations:
     """Return the equations of all that opens, closes and sticks; `accelerations` are a, of forward dynamics.
 
+    Where forces may be `shared`, and several contacts, or two directions, may hold the same, they are of least size.
+
     Raises:
-        DerivationError: loops or rows close the scene, or friction acts along two directions.
+        DerivationError: loops or rows close the scene.
     """
     if w.scene.is_constrained:
         raise DerivationError(f"{w.scene.name}: contacts that open and close beside loops or constraints are not known")
     touches = touching(w, by_recursion)
-    for one in touches:
-        if one.tangent is not None and len(one.slips) > 1:
-            raise DerivationError(
-                f"{w.scene.name}: contacts.{one.law.name}: it can slip along two directions, and friction is known "
-                "along one; leave friction out, or let joints keep it in a plane"
-            )
     rows = [row for one in touches for row in one.rows]
     columns = tuple(tuple(columns_of(w, accelerations, row)) for row in rows)
-    return ContactEquations(touches, tuple(rows), tuple(accelerations), columns, w.state.qd)
+    several = sum(one.normal is not None for one in touches) > 1 or any(len(one.tangents) > 1 for one in touches)
+    return ContactEquations(touches, tuple(rows), tuple(accelerations), columns, w.state.qd, shared and several)
 
 
 def columns_of(w: Workspace, accelerations: Sequence[Expr], row: Row) -> list[Expr]:

@@ -13,16 +13,18 @@ Reference: Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts (19
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
+from itertools import islice
 
 from symdyn.dynamics.outputs import result_labels as labels, tree_formulations as trees
 from symdyn.dynamics.outputs.contact_equations import ContactEquations, columns_of, contact_equations, dot
 from symdyn.dynamics.outputs.contact_rows import Row, Touch, touching, unilaterals_of
-from symdyn.dynamics.outputs.named_functions import MODES, direction
+from symdyn.dynamics.outputs.named_functions import MODES, direction, mode_names
 from symdyn.dynamics.outputs.output import Formulation, Output
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.errors import DerivationError, choice
-from symdyn.graph import Expr, Op, substitute
+from symdyn.graph import Expr, Op
 from symdyn.scene import Scene
 
 DIRECTIONS = ("normal", "along", "across")
@@ -96,12 +98,14 @@ def _all(w: Workspace, by_recursion: bool) -> ContactEquations:
 def _in_mode(w: Workspace, by_recursion: bool) -> list[Expr]:
     """Return accelerations and forces, the mode told by mask and slip."""
     c: ContactEquations = w.once(_all, by_recursion)
-    masks, slips = (direction(w.graph, name, len(c.touches)) for name in MODES)
-    told = dict[Expr, Expr]()
-    for touch, mask, slip in zip(c.touches, masks, slips, strict=True):
-        values = (mask, w.graph.one - slip * slip, slip)
-        told |= dict(zip(touch.mode, values, strict=True))
-    return substitute([*c.accelerations, *c.forces], told)
+    masks, slips = (iter(direction(w.graph, name, len(mode_names(w, name)))) for name in MODES)
+    one, touches = w.graph.one, list[Touch]()
+    for touch in c.touches:
+        along = tuple(islice(slips, max(1, len(touch.tangents))))
+        sticks = one - w.graph.total(part * part for part in along)
+        touches.append(replace(touch, mode=(next(masks), sticks, one, one), directions=along))
+    told = replace(c, touches=tuple(touches))
+    return [*told.accelerations, *told.forces]
 
 
 def _delassus(w: Workspace, by_recursion: bool) -> list[Expr]:
@@ -121,7 +125,7 @@ def _impact(w: Workspace, name: str, by_recursion: bool) -> list[Expr]:
     touch, free = _touch(w, name, by_recursion), _free(w, by_recursion)
     if touch.normal is None:
         raise DerivationError(f"{w.scene.name}: {name} is dry friction of a joint, which strikes nothing")
-    if touch.tangent is not None and len(touch.slips) > 1:
+    if len(touch.tangents) > 1:
         raise DerivationError(
             f"{w.scene.name}: contacts.{name}: it can slip along two directions, and no formula says how"
         )
@@ -176,8 +180,12 @@ def _larger(a: Expr, b: Expr) -> Expr:
 
 def _contact_rows(w: Workspace) -> tuple[str, ...]:
     every = _every(w)
-    both = [(one.law.name, {"normal": one.normal, "tangent": one.tangent}) for one in every]
-    return tuple(f"{word} of {name}" for name, rows in both for word, row in rows.items() if row is not None)
+    found = list[str]()
+    for one in every:
+        words = ("tangent",) if len(one.tangents) == 1 else DIRECTIONS[1:]
+        chosen = (*(("normal",) if one.normal else ()), *words[: len(one.tangents)])
+        found += [f"{word} of {one.law.name}" for word in chosen]
+    return tuple(found)
 
 
 def _both(derive: Callable[..., list[Expr]], up_to: float = 4) -> dict[str, Formulation]:

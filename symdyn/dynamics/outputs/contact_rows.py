@@ -24,8 +24,9 @@ from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import DryJoint, GapContact, Joint, PlaneContact, StateVariable, Stop, Unilateral
 
-MODE = ("closed", "sticks", "slip")
-"""The numbers of a mode: whether it is closed, whether it sticks, and the sign of its slip."""
+MODE = ("closed", "sticks", "slip", "yields")
+"""The numbers of a mode: whether it is closed, whether it sticks, the sign of its slip, or 1 where it may slip any way,
+and how much it leaves to others that stick with it. What touches while others carry all is not closed, and sticks."""
 
 
 def unilaterals_of(scene: Scene) -> tuple[Unilateral, ...]:
@@ -84,7 +85,8 @@ class Touch:
         slips: t of each direction along which it can slip.
         friction, static, restitution: μ while it slips and while it sticks, and e; of dry friction of a joint the
             forces themselves, N or N m.
-        mode: closed, sticks, slip.
+        mode: closed, sticks, slip, yields.
+        directions: of the slip, one of each of `tangents`; the unit vector, zero where it sticks.
         unit: of the gap, "m" or "rad".
     """
 
@@ -95,18 +97,19 @@ class Touch:
     friction: Expr
     static: Expr
     restitution: Expr
-    mode: tuple[Expr, Expr, Expr]
+    mode: tuple[Expr, Expr, Expr, Expr]
+    directions: tuple[Expr, ...]
     unit: str = "m"
 
     @property
-    def tangent(self) -> Row | None:
-        """The first of the slips, along which friction acts; None without."""
-        return self.slips[0] if self.slips and not (self.friction.is_zero and self.static.is_zero) else None
+    def tangents(self) -> tuple[Row, ...]:
+        """The slips along which friction acts; none without."""
+        return () if self.friction.is_zero and self.static.is_zero else self.slips
 
     @property
     def rows(self) -> tuple[Row, ...]:
-        """The normal and the tangent, those that there are."""
-        return tuple(one for one in (self.normal, self.tangent) if one is not None)
+        """The normal and the tangents, those that there are."""
+        return (*(() if self.normal is None else (self.normal,)), *self.tangents)
 
 
 def touching(w: Workspace, by_recursion: bool = True) -> tuple[Touch, ...]:
@@ -146,8 +149,11 @@ def _touch(w: Workspace, law: Unilateral, rows: Sequence[tuple[Expr, Row]]) -> T
         (static,) = substitute([mu], {rate: graph.zero})
     if isinstance(law, (GapContact, Stop)):
         normal = _row(w, tangents([gap], w.state.velocity)[0])
-    closed, held, slip = (graph.symbol(f"{law.name}.{word}") for word in MODE)
-    return Touch(law, gap, normal, tuple(slips), mu, static, e, (closed, held, slip), unit)
+    closed, held, slip, yields = (graph.symbol(f"{law.name}.{word}") for word in MODE)
+    speeds = [graph.total(t * u for t, u in zip(row.entries, w.state.qd, strict=True)) for row in slips]
+    speed = graph.sqrt(graph.total(s * s for s in speeds) + graph.one - slip)  # never zero
+    directions = tuple(slip * s / speed for s in speeds) if len(speeds) > 1 else (slip,) * len(speeds)
+    return Touch(law, gap, normal, tuple(slips), mu, static, e, (closed, held, slip, yields), directions, unit)
 
 
 def _joint(scene: Scene, name: str) -> Joint:

@@ -19,7 +19,7 @@ from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.dynamics.mechanism.cost import CATEGORY, FREE, WEIGHTS as COSTS
 from symdyn.dynamics.mechanism.linear_solve import RowSolve
 from symdyn.dynamics.mechanism.state import INPUTS, STATES, TIME, letters_of, symbols_of
-from symdyn.dynamics.outputs.contact_rows import unilaterals_of
+from symdyn.dynamics.outputs.contact_rows import Touch, touching
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.dynamics.recursive.table_loops import Sweep, TableLoop
 from symdyn.errors import UnknownNameError, choice, listed
@@ -178,7 +178,7 @@ ARGUMENTS: dict[str, tuple[str, dict[str, str]]] = {  # text, unit by unit of th
     "qdd_r": ("reference accelerations", {"rad": "rad/s^2", "m": "m/s^2"}),
     "weights": ("weights of the entries of the result, row by row", {"": ""}),
     "mask": ("1 for each contact that is closed, else 0", {"": "1"}),
-    "slip": ("sign of the slip of each contact, 0 where it sticks", {"": "1"}),
+    "slip": ("direction of the slip of each contact, a sign or a unit vector, 0 where it sticks", {"": "1"}),
 }
 
 MODES = ("mask", "slip")
@@ -272,13 +272,21 @@ def _of_the_scene(workspace: Workspace, name: str, text: str, weighed: Sequence[
         told = runs([one.name for one in letters])
         return Argument(name, symbols_of(scene, graph, name), f"{text}: {told}", tuple(one.unit for one in letters))
     if name in MODES:
-        names = [one.name for one in unilaterals_of(scene)]
+        names = mode_names(workspace, name)
         return Argument(name, direction(graph, name, len(names)), f"{text}: {runs(names)}", ("1",) * len(names))
     if name in (MULTIPLIERS, DIRECTIONS[MULTIPLIERS]):
         decisions = workspace.loops.decisions
         told = "; ".join(decisions.names[k] for k in decisions.independent_rows)
         return Argument(name, direction(graph, name, len(decisions.independent_rows)), f"{text}: {told}", ())
     return None
+
+
+def mode_names(workspace: Workspace, name: str) -> list[str]:
+    """Return what the entries of `mask` or of `slip` are called: two of a contact that slips along two directions."""
+    touches: tuple[Touch, ...] = workspace.once(touching, True)
+    sizes = [max(1, len(one.tangents)) if name == MODES[1] else 1 for one in touches]
+    words = [("",) if size == 1 else (" along", " across") for size in sizes]
+    return [f"{one.law.name}{word}" for one, some in zip(touches, words, strict=True) for word in some]
 
 
 def arguments(workspace: Workspace, names: Sequence[str], weighed: Sequence[str] = ()) -> tuple[Argument, ...]:

@@ -2,22 +2,25 @@
 
     ξ = D λ + d - target               what gaps and slips do, beside what they should
     held   ξn = 0, λn ≥ offset         free   λn = offset, ξn ≥ 0
-    stick  ξt = 0, |λt| ≤ μs λn        slip   λt = -z μ λn, z ξt ≥ 0, z = ±1
+    stick  ξt = 0, |λt| ≤ μs λn        slip   λt = -μ λn z, ξt = |ξt| z, z a sign or a unit vector
 
 Accelerations: d = W a + γ, λ forces. Impacts: d = W u, λ impulses; Newton's law aims at -e ġ⁻. By Poisson's law there
 are two: compression aims at 0, and expansion begins with e times its normal impulse, so that it may end with ġ⁺ > 0.
 
 Of few contacts all cases are tried, so that every solution is found, and that there is none, or more than one, is told.
-There are 4ᵏ of k contacts: of more, Lemke's pivots find one, from one linear complementarity problem:
+Where a contact may slip along two directions, Newton's method finds which, from several guesses. There are 4ᵏ cases of
+k contacts of one direction: of more, Lemke's pivots find one, from one linear complementarity problem:
 
     w = A z + b,  w ≥ 0, z ≥ 0, w·z = 0
     z = (λn - offset, λR, ξL)    w = (ξn, ξR, λL)    λR = μ λn + λt,  λL = μ λn - λt,  ξt = ξR - ξL
 
 What slips already has λt = -z μ λn in place of the last two rows; dry friction of a joint has no first one, and F in
-place of μ λn. Where friction is larger at rest, it is that of rest here.
+place of μ λn. Where friction is larger at rest, it is that of rest here. Of many contacts of two directions projections
+find which stick and which slip: D is passed contact by contact, and every force is brought back into its cone.
 
 References: Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts (1996), chapters 6 and 8; Cottle, Pang and
-Stone, The Linear Complementarity Problem (1992), section 4.4.
+Stone, The Linear Complementarity Problem (1992), section 4.4; Acary and Brogliato, Numerical Methods for Nonsmooth
+Dynamical Systems (2008), chapter 13.
 """
 
 from __future__ import annotations
@@ -31,10 +34,16 @@ import numpy as np
 from symdyn.algebra import Array
 
 FEW = 2
-"""Contacts of which all cases are tried."""
+"""Contacts of which all cases are tried; of two directions twice as many, for they have no pivots."""
 
 PIVOTS = 500
 """Pivots at most."""
+
+TURNS, SWEEPS = 60, 4000
+"""Steps of Newton's method for the directions of slips, and of projections, at most."""
+
+UNEVEN = 100.0
+"""How much more than another a contact that sticks may take along the plane."""
 
 CLOSE = 1e-9
 """What is smaller, over the largest of its kind, is zero."""
@@ -49,18 +58,40 @@ def least(A: Array, b: Array) -> Array:
 
 @dataclass(frozen=True)
 class Case:
-    """What one contact does: whether it is held, and how its slip is: "stick", 1, -1, or 0 without friction.
+    """What one contact does.
 
-    What is `moving` slips already, so that nothing is asked of ξt, or opens where its force passes zero, so that ξn is
-    zero but for rounding.
+    What is free and sticks touches, though nothing presses there: others carry all, or it has just lifted off.
+
+    Attributes:
+        held: whether it is closed.
+        slip: STICK, SLIP, or "" without friction.
+        way: along which it slips, shape (1,) or (2,); () where that is to be found.
+        moving: it slips already, so that nothing is asked of ξt, or opens where its force passes zero, so that ξn is
+            zero but for rounding.
+        yields: how much more than another it leaves to those that stick with it.
     """
 
     held: bool
-    slip: float | str = 0.0
+    slip: str = ""
+    way: tuple[float, ...] = ()
     moving: bool = False
+    yields: float = 1.0
+
+    @property
+    def slips(self) -> bool:
+        """Whether it slips."""
+        return self.slip == SLIP
+
+    @property
+    def numbers(self) -> tuple[float, float, float, float]:
+        """Its mode."""
+        way = self.way[0] if len(self.way) == 1 else float(self.slips)
+        return float(self.held), float(self.slip == STICK), way, self.yields
 
 
+STICK, SLIP = "stick", "slip"
 FREE, OPENS = Case(False), Case(False, moving=True)
+CARRIED, LIFTED = Case(False, STICK), Case(False, STICK, yields=0.0)
 
 ROUNDS = 1e-7
 """An acceleration, over the largest one or 1, that is zero where a force passes zero."""
@@ -72,14 +103,13 @@ class Laws:
 
     Attributes:
         D: Delassus' matrix, shape (m, m): per unit of force, or of impulse.
-        normals, tangents: the row of each contact's n, and of its t; None without friction, and of dry friction of a
-            joint, which has no n.
+        normals, tangents: the row of each contact's n, None of dry friction of a joint, and those of its t.
         friction, static, restitution: of each; without n the largest forces themselves.
     """
 
     D: Array
     normals: tuple[int | None, ...]
-    tangents: tuple[int | None, ...]
+    tangents: tuple[tuple[int, ...], ...]
     friction: Array
     static: Array
     restitution: Array
@@ -91,21 +121,111 @@ class Laws:
         shift = np.zeros(len(self.normals)) if offset is None else offset
         goal = np.zeros(len(d)) if target is None else target
         for cases in product(*options):
-            A, b = self.D.copy(), goal - d
-            for k, case in enumerate(cases):
-                n, t = self.normals[k], self.tangents[k]
-                if n is not None and not case.held:
-                    A[n], b[n] = np.eye(len(d))[n], shift[k]
-                if t is not None and case.slip != "stick":
-                    A[t], b[t] = np.eye(len(d))[t], 0.0
-                    limit = float(case.slip) * self.friction[k]
-                    if n is None:
-                        b[t] = -limit
-                    else:
-                        A[t, n] = limit
-            found = least(A, b)
-            if self._kept(cases, found, np.asarray(A @ found - b), self.D @ found + d - goal, shift):
-                yield cases, found
+            for some in self._directed(cases, d - goal, shift):
+                found, missed = self._solved(some, d - goal, shift)
+                if self._kept(some, found, missed, self.D @ found + d - goal, shift):
+                    yield some, found
+                    break
+                evened = self._evened(some, found)
+                if evened is None:
+                    continue
+                found, missed = self._solved(evened, d - goal, shift)
+                if self._kept(evened, found, missed, self.D @ found + d - goal, shift):
+                    yield evened, found
+                    break
+
+    def _system(self, cases: Sequence[Case], d: Array, shift: Array) -> tuple[Array, Array]:
+        """Return A and b of A λ = b, which forces keep in some cases."""
+        A, b = self.D.copy(), -d
+        for k, case in enumerate(cases):
+            n, along = self.normals[k], self.tangents[k]
+            if n is not None and not case.held:
+                A[n], b[n] = 0.0, shift[k]
+                A[n, n] = 1.0
+            if case.slip == STICK:
+                continue
+            for t, way in zip(along, case.way or (0.0,) * len(along), strict=True):
+                A[t], b[t] = 0.0, 0.0
+                A[t, t] = 1.0
+                limit = way * self.friction[k]
+                if n is None:
+                    b[t] = -limit
+                else:
+                    A[t, n] = limit
+        return A, b
+
+    def _solved(self, cases: Sequence[Case], d: Array, shift: Array) -> tuple[Array, Array]:
+        """Return λ of some cases, of least size, and what it misses."""
+        A, b = self._system(cases, d, shift)
+        size = np.ones(len(b))
+        for along, case in zip(self.tangents, cases, strict=True):
+            size[list(along)] = case.yields**-0.5
+        found = size * least(A * size, b)
+        return found, np.asarray(A @ found - b)
+
+    def _evened(self, cases: tuple[Case, ...], found: Array) -> tuple[Case, ...] | None:
+        """Return cases in which what sticks takes as much as its normal force lets it; None where one sticks alone."""
+        rows = {k: n for k, n in enumerate(self.normals) if cases[k].slip == STICK and n is not None}
+        stuck = {k: float(found[n]) for k, n in rows.items()}
+        if len(stuck) < 2 or min(stuck.values()) < 0.0 or max(stuck.values()) == 0.0:
+            return None
+        largest = max(stuck.values())
+        shares = {k: largest / max(force, largest / UNEVEN) for k, force in stuck.items()}
+        return tuple(replace(one, yields=shares.get(k, 1.0)) for k, one in enumerate(cases))
+
+    def _directed(self, cases: tuple[Case, ...], d: Array, shift: Array) -> Iterator[tuple[Case, ...]]:
+        """Yield cases in which every direction of a slip is known, one for each guess from which Newton finds some."""
+        unknown = [k for k, case in enumerate(cases) if case.slips and not case.way]
+        if not unknown:
+            yield cases
+            return
+        stuck = tuple(replace(case, slip=STICK) if k in unknown else case for k, case in enumerate(cases))
+        smooth = tuple(replace(case, slip="") if k in unknown else case for k, case in enumerate(cases))
+        held, free = self._solved(stuck, d, shift)[0], self._solved(smooth, d, shift)[0]
+        rates = self.D @ free + d
+        guesses = [[(-held[i], -held[j]) for i, j in (self.tangents[k] for k in unknown)]]
+        guesses.append([(rates[i], rates[j]) for i, j in (self.tangents[k] for k in unknown)])
+        if len(unknown) == 1:
+            guesses += [[way] for way in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))]
+        for guess in guesses:
+            angles = self._turned(cases, unknown, d, shift, np.array([np.arctan2(y, x) for x, y in guess]))
+            if angles is not None:
+                yield self._along(cases, unknown, angles)
+
+    @staticmethod
+    def _along(cases: tuple[Case, ...], unknown: Sequence[int], angles: Array) -> tuple[Case, ...]:
+        found = list(cases)
+        for k, angle in zip(unknown, angles, strict=True):
+            found[k] = replace(cases[k], way=(float(np.cos(angle)), float(np.sin(angle))))
+        return tuple(found)
+
+    def _turned(
+        self, cases: tuple[Case, ...], unknown: Sequence[int], d: Array, shift: Array, angles: Array
+    ) -> Array | None:
+        """Return angles at which slips are along their directions, by Newton's method; None where it does not end."""
+        for _ in range(TURNS):
+            A, b = self._system(self._along(cases, unknown, angles), d, shift)
+            inverse = np.linalg.pinv(A, rcond=1e-12)
+            found = inverse @ b
+            xi, change = self.D @ found + d, np.zeros((len(d), len(unknown)))
+            z = np.array([np.cos(angles), np.sin(angles)])
+            for j, k in enumerate(unknown):  # what λ changes by an angle
+                n = self.normals[k]
+                assert n is not None, "friction of two directions has a normal force"
+                change[list(self.tangents[k]), j] = -self.friction[k] * found[n] * np.array([-z[1, j], z[0, j]])
+            slopes = self.D @ inverse @ change
+            across, turns = np.zeros(len(unknown)), np.zeros((len(unknown), len(unknown)))
+            for j, k in enumerate(unknown):
+                x, y = self.tangents[k]
+                across[j] = z[0, j] * xi[y] - z[1, j] * xi[x]
+                turns[j] = z[0, j] * slopes[y] - z[1, j] * slopes[x]
+                turns[j, j] -= z[0, j] * xi[x] + z[1, j] * xi[y]
+            step = least(turns, across)
+            largest = float(np.abs(step).max())
+            angles = angles - step * min(1.0, 0.7 / max(largest, 1e-300))
+            if largest < 1e-14:
+                return angles
+        return angles if largest < 1e-9 else None
 
     def _kept(self, cases: Sequence[Case], found: Array, missed: Array, xi: Array, shift: Array) -> bool:
         small, slow = CLOSE * (1e-300 + np.abs(found).max()), CLOSE * (1e-300 + np.abs(xi).max(initial=0.0))
@@ -113,23 +233,23 @@ class Laws:
         if np.abs(missed).max() > 10 * max(small, slow):
             return False
         for k, case in enumerate(cases):
-            n, t = self.normals[k], self.tangents[k]
+            n, along = self.normals[k], list(self.tangents[k])
             zero = ROUNDS * max(1.0, float(np.abs(xi).max())) if case == OPENS else slow
             if n is not None and (found[n] < shift[k] - small or xi[n] < -zero):
                 return False
-            if t is None or (n is not None and found[n] == 0.0):
+            if not along or (n is not None and found[n] == 0.0):
                 continue
             largest = self.static[k] * (1.0 if n is None else found[n])
-            if case.slip == "stick" and abs(found[t]) > largest + small:
+            if case.slip == STICK and float(np.linalg.norm(found[along])) > largest + small:
                 return False
-            if case.slip in (1.0, -1.0) and not case.moving and float(case.slip) * xi[t] < -slow:
+            if case.slips and not case.moving and np.dot(case.way, xi[along]) < -slow:
                 return False
         return True
 
     def slips(self, k: int) -> tuple[Case, ...]:
         """Return how it may be held, before anything is known of its slip."""
-        every = (0.0,) if self.tangents[k] is None else ("stick", 1.0, -1.0)
-        return tuple(Case(True, one) for one in every)
+        every = (("",),), ((STICK,), (SLIP, (1.0,)), (SLIP, (-1.0,))), ((STICK,), (SLIP,))
+        return tuple(Case(True, *one) for one in every[len(self.tangents[k])])
 
     def impact(self, v: Array, by_poisson: Sequence[bool]) -> Array:
         """Return the impulses, shape (m,), of contacts that touch, from v = W u⁻; each by its law.
@@ -151,7 +271,7 @@ class Laws:
         if not offset.any():
             return first
         more = [
-            tuple(Case(held, slip.slip) for held in (False, True) for slip in self.slips(k))
+            tuple(replace(one, held=held) for held in (False, True) for one in self.slips(k))
             for k in range(len(self.normals))
         ]
         return first + sliding._least(v + self.D @ first, more, offset, np.zeros(len(v)))
@@ -162,12 +282,13 @@ class Laws:
         ξ is D λ + d - target.
         """
         k, m = len(self.normals), len(d)
+        tangents = [next(iter(along), None) for along in self.tangents]
         mu = np.where(np.array(slides) == 0.0, self.static, self.friction)
         to_forces = list[Array]()  # λ = Σ z · column + fixed
         fixed = np.zeros(m)
         names = list[tuple[int, str]]()
         for i in range(k):
-            n, t = self.normals[i], self.tangents[i]
+            n, t = self.normals[i], tangents[i]
             if n is not None:
                 column = np.zeros(m)
                 column[n] = 1.0
@@ -187,7 +308,7 @@ class Laws:
         xi, rest = self.D @ Z, self.D @ fixed + d - target
         A, b = np.zeros((len(names), len(names))), np.zeros(len(names))
         for row, (i, what) in enumerate(names):
-            n, t = self.normals[i], self.tangents[i]
+            n, t = self.normals[i], tangents[i]
             if what == "normal":
                 A[row], b[row] = xi[n], rest[n]
             elif what == "right":
@@ -201,13 +322,39 @@ class Laws:
         found = lemke(A, b)
         return None if found is None else Z @ found + fixed
 
+    def by_projection(
+        self, d: Array, options: Sequence[Sequence[Case]], offset: Array, target: Array
+    ) -> Iterator[tuple[tuple[Case, ...], Array]]:
+        """Yield what `solutions` yields, of the cases that projections end at; nothing where they do not."""
+        found, chosen = np.zeros(len(d)), list[Sequence[Case]]()
+        for _ in range(SWEEPS):
+            before = found.copy()
+            for k, n in enumerate(self.normals):
+                along = list(self.tangents[k])
+                if n is None:
+                    continue
+                found[n] = max(offset[k], found[n] - (self.D[n] @ found + d[n] - target[n]) / self.D[n, n])
+                if along:
+                    pushed = found[along] - (self.D[along] @ found + d[along]) / self.D[along, along].max()
+                    size, most = float(np.linalg.norm(pushed)), self.static[k] * found[n]
+                    found[along] = pushed * min(1.0, most / max(size, 1e-300))
+            if np.abs(found - before).max() <= 1e-12 * np.abs(found).max():
+                break
+        for k, n in enumerate(self.normals):
+            size, most = float(np.linalg.norm(found[list(self.tangents[k])])), self.static[k] * found[n]
+            held, stuck = n is None or found[n] > offset[k], size < most * (1 - 1e-7)
+            wanted = [one for one in options[k] if one.held == held and (one.slip == STICK) >= stuck]
+            chosen.append(wanted or options[k])
+        yield from self.solutions(d, chosen, offset, target)
+
     def _least(self, v: Array, options: Sequence[Sequence[Case]], offset: Array, target: Array) -> Array:
-        if len(self.normals) > FEW:
+        flat = max(map(len, self.tangents), default=0) < 2
+        if flat and len(self.normals) > FEW:
             one = self.by_pivots(v, [0.0] * len(self.normals), offset, target)
-            if one is None:
-                raise ArithmeticError("no impulses keep the laws of its impact")
-            return one
-        found = [impulses for _, impulses in self.solutions(v, options, offset, target)]
+            found = [] if one is None else [one]
+        else:
+            ways = self.solutions if len(self.normals) <= (FEW if flat else 2 * FEW) else self.by_projection
+            found = [impulses for _, impulses in ways(v, options, offset, target)]
         if not found:
             raise ArithmeticError("no impulses keep the laws of its impact")
         return min(found, key=lambda one: float(np.abs(one).sum()))

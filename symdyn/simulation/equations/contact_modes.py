@@ -2,8 +2,11 @@
 
     guard       open    g                    it strikes
                 closed  λn                   it lifts off
-                sticks  μs² λn² - λt²        it breaks away
-                slips   z s                  it comes to rest
+                sticks  μs² λn² - |λt|²      it breaks away
+                slips   z s                  it comes to rest; of two directions |s|² - SLOW²
+
+What touches while nothing presses there, since others carry all or it has just lifted off, is open within NEAR of zero,
+where rounding tells the sign of g. It leaves that where NEAR² - g² passes zero.
 
 The mode of every contact is part of the state, and all formulas depend on it: one compiled system serves all modes.
 """
@@ -12,13 +15,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.dynamics import Function, Workspace
-from symdyn.dynamics.outputs import MODE, ContactEquations, Touch
+from symdyn.dynamics.outputs import MODE, ContactEquations
 from symdyn.errors import SimulateError
 from symdyn.graph import Expr, substitute
 from symdyn.scene import Scene
@@ -30,6 +34,12 @@ if TYPE_CHECKING:
     from symdyn.simulation.equations.system import StateEquations
 
 STRIKES, LIFTS, BREAKS, STOPS = "strikes", "lifts off", "slips", "sticks"
+
+SLOW = 1e-9
+"""A slip along two directions, m/s, that has come to rest."""
+
+NEAR = 1e-9
+"""A gap at the start, or where nothing presses, m, that is none."""
 
 
 def contact_parts(
@@ -49,27 +59,28 @@ def contact_parts(
 def contact_kinds(c: ContactEquations) -> list[EventKind]:
     """Return the events of contacts; what has no meaning in a mode is 1."""
     found = []
-    for k, (touch, (normal, tangent)) in enumerate(zip(c.touches, c.parts(c.forces), strict=True)):
-        closed, sticks, slip = touch.mode
-        one = closed.graph.one
+    for k, (touch, (normal, along)) in enumerate(zip(c.touches, c.parts(c.forces), strict=True)):
+        closed, sticks, slip, _ = touch.mode
+        graph = closed.graph
+        one = graph.one
         guards, largest = [], touch.static
         if normal is not None:
-            guards = [(STRIKES, touch.gap + closed), (LIFTS, closed * normal + (one - closed))]
+            within = (one - closed) * sticks
+            leaves = graph.constant(Fraction(NEAR)) - touch.gap * touch.gap / Fraction(NEAR)
+            guards = [
+                (STRIKES, (one - within) * touch.gap + within * leaves + closed),
+                (LIFTS, closed * normal + (one - closed)),
+            ]
             largest = largest * normal
-        if tangent is not None:
-            cone = largest * largest - tangent * tangent
+        if along:
+            cone = largest * largest - graph.total(part * part for part in along)
             held = closed * sticks
             guards.append((BREAKS, held * cone + (one - held)))
-            moves = slip * slip
-            guards.append((STOPS, moves * slip * _slip(touch, c) + (one - moves)))
+            moves, slips = slip * slip, c.slips(touch)
+            fast = slip * slips[0] if len(slips) == 1 else graph.total(s * s for s in slips) - Fraction(SLOW) ** 2
+            guards.append((STOPS, moves * fast + (one - moves)))
         found += [EventKind(guard, -1, contact=(k, what)) for what, guard in guards]
     return found
-
-
-def _slip(touch: Touch, c: ContactEquations) -> Expr:
-    assert touch.tangent is not None, "friction acts along it"
-    graph = touch.gap.graph
-    return graph.total(t * u for t, u in zip(touch.tangent.entries, c.velocities, strict=True))
 
 
 def contact_numbers(w: Workspace, c: ContactEquations) -> list[Function]:
@@ -90,7 +101,7 @@ class Impact:
         contact: its name.
         what: "strikes", "lifts off", "slips" or "sticks".
         before, after: rates of its gap, m/s or rad/s.
-        impulse: normal and tangential, N s or N m s.
+        impulse: normal, and tangential of each direction, N s or N m s.
         lost: kinetic energy, J, of all that struck at this time.
         mode: of all contacts then, in words.
         rest: when flights that become shorter and shorter have ended, s; None of other events.
@@ -102,7 +113,7 @@ class Impact:
     what: str
     before: float = 0.0
     after: float = 0.0
-    impulse: tuple[float, float] = (0.0, 0.0)
+    impulse: tuple[float, ...] = (0.0, 0.0)
     lost: float = 0.0
     mode: tuple[str, ...] = ()
     rest: float | None = None
@@ -134,7 +145,7 @@ class Contacts:
     """The contacts of a system.
 
     Attributes:
-        touches: names, and whether there are an n and a t.
+        touches: names, whether there is an n, and how many t there are.
         kinds: "point", "gap", "joint_stop", "joint_friction" and so on.
         units: of gaps, "m" or "rad".
         laws: "poisson" or "newton" of each.
@@ -143,7 +154,7 @@ class Contacts:
         declared: the scene as its writer has it, without modes; None before a run begins.
     """
 
-    touches: tuple[tuple[str, bool, bool], ...]
+    touches: tuple[tuple[str, bool, int], ...]
     kinds: tuple[str, ...]
     units: tuple[str, ...]
     laws: tuple[str, ...]
@@ -155,15 +166,15 @@ class Contacts:
     def of(cls, c: ContactEquations, place: int) -> Contacts:
         """Return those of some equations."""
         kinds, units = tuple(one.law.kind for one in c.touches), tuple(one.unit for one in c.touches)
-        touches = tuple((one.law.name, bool(one.normal), bool(one.tangent)) for one in c.touches)
+        touches = tuple((one.law.name, bool(one.normal), len(one.tangents)) for one in c.touches)
         return cls(touches, kinds, units, tuple(one.law.law for one in c.touches), place)
 
     @property
-    def rows(self) -> tuple[tuple[int | None, int | None], ...]:
-        """The rows of n and t of each, None where there is none."""
-        found, at = list[tuple[int | None, int | None]](), 0
+    def rows(self) -> tuple[tuple[int | None, tuple[int, ...]], ...]:
+        """The row of n of each, None where there is none, and those of its t."""
+        found, at = list[tuple[int | None, tuple[int, ...]]](), 0
         for _, touches, rough in self.touches:
-            found.append((at if touches else None, at + touches if rough else None))
+            found.append((at if touches else None, tuple(range(at + touches, at + touches + rough))))
             at += touches + rough
         return tuple(found)
 
@@ -181,29 +192,36 @@ class Contacts:
         return self.touches[k][0]
 
     def closed(self, x: Array) -> list[int]:
-        """Return which contacts are closed."""
-        return [k for k in range(len(self.touches)) if x[self.place + 3 * k]]
+        """Return which contacts are closed, or touch while nothing presses there."""
+        return [k for k in range(len(self.touches)) if self.mode(x, k)[:2].any()]
+
+    def mode(self, x: Array, k: int) -> Array:
+        """Return the numbers of the mode of one, shape (4,) or (N, 4) of a run."""
+        return x[..., self.place + len(MODE) * k : self.place + len(MODE) * (k + 1)]
 
     def words(self, x: Array) -> tuple[str, ...]:
         """Return the mode of every contact in words."""
         found = []
-        for k in range(len(self.touches)):
-            closed, sticks, slip = x[self.place + 3 * k : self.place + 3 * k + 3]
-            slips = f"slips {'+' if slip > 0 else '-'}" if slip else "closed"
-            found.append("open" if not closed else "sticks" if sticks else slips)
+        for k, (_, _, directions) in enumerate(self.touches):
+            closed, sticks, slip, yields = self.mode(x, k)
+            slips = "closed" if not slip else "slips" if directions > 1 else f"slips {'+' if slip > 0 else '-'}"
+            rests = "sticks" if closed and directions else "closed"
+            found.append(rests if sticks and yields else slips if closed else "open")
         return tuple(found)
 
     def with_mode(self, x: Array, cases: Sequence[tuple[int, Case]]) -> Array:
         """Return a state in a mode; contacts that are not named are open."""
         x = x.copy()
-        x[self.place : self.place + 3 * len(self.touches)] = 0.0
+        x[self.place : self.place + len(MODE) * len(self.touches)] = 0.0
         for k, case in cases:
-            sticks = case.slip == "stick"
-            x[self.place + 3 * k : self.place + 3 * k + 3] = case.held, sticks, 0.0 if sticks else float(case.slip)
+            self.mode(x, k)[:] = case.numbers
         return x
 
 
-COLUMNS = ("gap", "normal", "friction", "mode")
+FRICTIONS = ("friction_along", "friction_across")
+"""What the columns of friction along two directions begin with."""
+
+COLUMNS = ("gap", "normal", "friction", *FRICTIONS, "mode")
 """What the columns of a contact begin with."""
 
 
@@ -229,17 +247,17 @@ def check_names(scene: Scene) -> None:
 def columns_of(contacts: Contacts, system: StateEquations, t: Array, x: Array) -> dict[str, Array]:
     """Return gap, forces and mode of every contact over a run, each of shape (N,).
 
-    A mode is 0 where it is open, 1 where it sticks or nothing rubs, 2 and -2 where it slips.
+    A mode is 0 where it is open, 1 where it sticks or nothing rubs, 2 where it slips, -2 where it slips backwards.
     """
     flat = system.evaluate("contacts", t, x)
     forces = system.evaluate("contact_forces", t, x).reshape(len(t), -1)
     found = dict[str, Array]()
-    for k, (row, tangent) in enumerate(contacts.rows):
+    for k, (row, tangents) in enumerate(contacts.rows):
         name = contacts.name(k)
-        closed, _, slip = x[:, contacts.place + 3 * k : contacts.place + 3 * k + 3].T
+        closed, sticks, slip, yields = contacts.mode(x, k).T
         if row is not None:
             found |= {f"gap_{name}": flat[:, k], f"normal_{name}": forces[:, row]}
-        if tangent is not None:
-            found[f"friction_{name}"] = forces[:, tangent]
-        found[f"mode_{name}"] = np.where(slip == 0.0, closed, 2.0 * slip)
+        words = ("friction",) if len(tangents) == 1 else FRICTIONS
+        found |= {f"{word}_{name}": forces[:, one] for word, one in zip(words, tangents, strict=False)}
+        found[f"mode_{name}"] = np.where(slip == 0.0, np.maximum(closed, sticks * (yields > 0)), 2.0 * slip)
     return found

@@ -1,7 +1,8 @@
 """What follows where a contact strikes, lifts off, slips or sticks.
 
 Positions return to g = 0, an impact changes velocities where a gap closes, what touches at rest is set to rest, and the
-mode is what keeps the laws of all contacts that touch. Flights of a ball that grow shorter without end are passed in
+mode is what keeps the laws of all contacts that touch. Where several hold the same, forces are not unique: those of
+least size are taken. Flights of a ball that grow shorter without end are passed in
 their limit: it touches from where the rest of them takes no time.
 
 Reference: Brogliato, Nonsmooth Mechanics (2016), chapters 1 and 5.
@@ -17,17 +18,36 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.errors import SimulateError
-from symdyn.simulation.equations.complementarity import CLOSE, FREE, OPENS, Case, Laws, least
-from symdyn.simulation.equations.contact_modes import BREAKS, LIFTS, STOPS, STRIKES, Contacts, Impact, Numbers
+from symdyn.simulation.equations.complementarity import (
+    CARRIED,
+    CLOSE,
+    FEW,
+    FREE,
+    LIFTED,
+    OPENS,
+    SLIP,
+    STICK,
+    Case,
+    Laws,
+    least,
+)
+from symdyn.simulation.equations.contact_modes import (
+    BREAKS,
+    LIFTS,
+    NEAR,
+    SLOW,
+    STOPS,
+    STRIKES,
+    Contacts,
+    Impact,
+    Numbers,
+)
 
 if TYPE_CHECKING:
     from symdyn.simulation.equations.system import StateEquations
 
 TOUCHES, RESTS = 1e-10, 1e-9
 """A gap, in m, and a velocity, in m/s over the fastest one or 1, that are none."""
-
-STARTS = 1e-9
-"""A gap at the start, m, that is none."""
 
 FLAT = 1e-12
 """How high what bounces has to rise, m, for another flight."""
@@ -39,11 +59,13 @@ Solution = tuple[tuple[Case, ...], Array]
 
 def part(laws: Laws, some: Sequence[int]) -> tuple[Laws, list[int]]:
     """Return some of the contacts, and their rows."""
-    rows, normals, tangents = list[int](), list[int | None](), list[int | None]()
+    rows, normals, tangents = list[int](), list[int | None](), list[tuple[int, ...]]()
     for k in some:
-        for places, row in ((normals, laws.normals[k]), (tangents, laws.tangents[k])):
-            places.append(None if row is None else len(rows))
-            rows += [] if row is None else [row]
+        n, along = laws.normals[k], laws.tangents[k]
+        normals.append(None if n is None else len(rows))
+        rows += [] if n is None else [n]
+        tangents.append(tuple(range(len(rows), len(rows) + len(along))))
+        rows += along
     chosen = list(some)
     values = (one[chosen] for one in (laws.friction, laws.static, laws.restitution))
     return Laws(laws.D[np.ix_(rows, rows)], tuple(normals), tuple(tangents), *values), rows
@@ -66,7 +88,7 @@ class Settling:
     nq: int
     nv: int
 
-    def behind(self, x: Array, struck: Collection[int], leaving: dict[int, str], broke: dict[int, float]) -> Array:
+    def behind(self, x: Array, struck: Collection[int], leaving: dict[int, str], broke: dict[int, Array]) -> Array:
         """Return the state behind it; `struck` are contacts, `leaving` lift off, `broke` slip that way."""
         x, laws, told, was = x.copy(), self.n.laws, self.contacts.told, self.contacts.words(x)
         velocities = slice(self.nq, self.nq + self.nv)
@@ -94,14 +116,14 @@ class Settling:
         after = self.n.W @ u
         lifting = {k for k, what in leaving.items() if what == LIFTS} - set(struck)
         cases = self._mode(resting, after, rest, broke, lifting)
-        x[velocities] = u
+        x[velocities] = u = self._set_off(u, cases)
         x[-1] -= lost
         x = self.contacts.with_mode(x, cases)
         words, size = self.contacts.words(x), CLOSE * float(np.abs(impulses).max(initial=0.0))
         for k in touching:
-            n, t = self.contacts.rows[k]
+            n, along = self.contacts.rows[k]
             before, rate = (0.0 if n is None else float(one[n]) for one in (v, after))
-            impulse = (0.0 if n is None else float(impulses[n]), 0.0 if t is None else float(impulses[t]))
+            impulse = (0.0 if n is None else float(impulses[n]), *impulses[list(along)].tolist())
             if impulse[0] > size or (
                 k in struck and self.t > 0.0 and (before < -rest or (before <= rest and words[k] != "open"))
             ):
@@ -150,28 +172,40 @@ class Settling:
         """Return velocities at which gaps that are closed do not change, and what sticks does not slip."""
         rows = []
         for k in resting:
-            n, t = self.contacts.rows[k]
+            n, along = self.contacts.rows[k]
             rows += [] if n is None else [n]
-            rows += [] if t is None or abs(self.n.W[t] @ u) > rest else [t]
+            rows += [] if np.linalg.norm(self.n.W[list(along)] @ u) > rest else along
         if not rows:
             return u
         missed = least(self.n.laws.D[np.ix_(rows, rows)], self.n.W[rows] @ u)
         return np.asarray(u - self.n.C[rows].T @ missed)
 
-    def _options(self, some: Sequence[int], v: Array, rest: float, broke: dict[int, float]) -> list[tuple[Case, ...]]:
+    def _set_off(self, u: Array, cases: Sequence[tuple[int, Case]]) -> Array:
+        """Return velocities at which what begins to slip along two directions has one."""
+        off = [(k, case) for k, case in cases if case.slips and len(case.way) == 2 and not case.moving]
+        rows = [row for k, _ in off for row in self.contacts.rows[k][1]]
+        if not rows:
+            return u
+        wanted = 2 * SLOW * np.array([part for _, case in off for part in case.way])
+        return np.asarray(u + self.n.C[rows].T @ least(self.n.laws.D[np.ix_(rows, rows)], wanted - self.n.W[rows] @ u))
+
+    def _options(self, some: Sequence[int], v: Array, rest: float, broke: dict[int, Array]) -> list[tuple[Case, ...]]:
         found = []
         for k in some:
-            n, t = self.contacts.rows[k]
+            n, along = self.contacts.rows[k]
             held = self.n.laws.slips(k)
-            if k in broke:
-                held = (Case(True, broke[k], True),)
-            elif t is not None and abs(v[t]) > rest:
-                held = (Case(True, float(np.sign(v[t])), True),)
+            slip = v[list(along)]
+            if k in broke and len(along) == 1:
+                held = (Case(True, SLIP, tuple(broke[k].tolist()), True),)
+            elif k in broke:
+                held = tuple(one for one in held if one.slips)
+            elif (speed := float(np.linalg.norm(slip))) > rest:
+                held = (Case(True, SLIP, tuple((slip / speed).tolist()), True),)
             found.append(held if n is None else (*held, FREE))
         return found
 
     def _mode(
-        self, resting: Sequence[int], v: Array, rest: float, broke: dict[int, float], lifting: Collection[int] = ()
+        self, resting: Sequence[int], v: Array, rest: float, broke: dict[int, Array], lifting: Collection[int] = ()
     ) -> list[tuple[int, Case]]:
         """Return what contacts at rest do from now on; `lifting` are those whose force passes zero, which open.
 
@@ -185,8 +219,11 @@ class Settling:
         some, rows = part(self.n.laws, resting)
         options = self._options(resting, v, rest, broke)
         opening = [(OPENS,) if k in lifting else held for k, held in zip(resting, options, strict=True)]
-        found = list(some.solutions(self.n.drift[rows], opening)) or list(
-            some.solutions(self.n.drift[rows], options) if lifting else ()
+        wide = len(resting) > 2 * FEW and max(map(len, some.tangents)) == 2
+        none = np.zeros(len(rows))
+        ways = some.by_projection if wide else some.solutions
+        found = list(ways(self.n.drift[rows], opening, none[: len(resting)], none)) or list(
+            ways(self.n.drift[rows], options, none[: len(resting)], none) if lifting else ()
         )
         names = ", ".join(map(self.contacts.name, resting))
         if not found:
@@ -198,37 +235,26 @@ class Settling:
             raise ArithmeticError(
                 f"contact {names}: {len(found)} motions keep the laws of contact and friction (Painlevé)"
             )
+        found.sort(key=lambda one: -sum(case.held for case in one[0]))
         if broke:  # at the edge of its cone what follows may stick or slip: it slips
-            found.sort(key=lambda one: -sum(case.slip in (1.0, -1.0) for case in one[0]))
-        return self._independent(resting, some, found[0][0])
+            found.sort(key=lambda one: -sum(case.slips for case in one[0]))
+        cases, forces = found[0]
+        xi, kept = some.D @ forces + self.n.drift[rows], list[tuple[int, Case]]()
+        for k, n, case in zip(resting, some.normals, cases, strict=True):
+            if case.held:
+                kept.append((k, case))
+            elif case == OPENS:
+                kept.append((k, LIFTED))
+            elif n is not None and xi[n] <= CLOSE * (1.0 + float(np.abs(self.n.drift[rows]).max())):
+                kept.append((k, CARRIED))
+        return kept
 
     @staticmethod
     def _held_by_static(found: list[Solution], some: Laws) -> list[Solution]:
         """Return solutions without those in which something slips that static friction holds in another one."""
         higher = np.flatnonzero(some.static > some.friction)
         stuck = {k for k in higher.tolist() for cases, _ in found if cases[k].slip == "stick"}
-        return [one for one in found if all(not one[0][k].held or one[0][k].slip == "stick" for k in stuck)]
-
-    def _independent(self, resting: Sequence[int], some: Laws, cases: Sequence[Case]) -> list[tuple[int, Case]]:
-        """Return cases without what others hold already: its friction is not determined, and none is as good as any."""
-        kept, found = list[int](), []
-        order = [(k, n) for k in range(len(cases)) if (n := some.normals[k]) is not None and cases[k].held]
-        order += [(k, t) for k in range(len(cases)) if (t := some.tangents[k]) is not None and cases[k].slip == "stick"]
-        dropped = set()
-        for k, row in order:
-            D = some.D[np.ix_([*kept, row], [*kept, row])]
-            values = np.linalg.eigvalsh(D)
-            if values[0] > 1e-9 * values[-1]:
-                kept.append(row)
-            elif row == some.normals[k]:
-                name = self.contacts.name(resting[k])
-                raise ArithmeticError(f"contact {name} is held by others already; leave one of them out")
-            else:
-                dropped.add(k)
-        for k, case in enumerate(cases):
-            if case.held:
-                found.append((resting[k], Case(True, 0.0) if k in dropped else case))
-        return found
+        return [one for one in found if all(not one[0][k].held or one[0][k].slip == STICK for k in stuck)]
 
 
 def settled(system: StateEquations, t: float, x: Array, events: Sequence[tuple[int, str]]) -> Array:
@@ -240,21 +266,25 @@ def settled(system: StateEquations, t: float, x: Array, events: Sequence[tuple[i
     contacts = system.contacts
     assert contacts is not None, "there are contacts"
     nq, nv = system.nq, system.nv
-    struck = {k for k, what in events if what == STRIKES}
-    leaving = {k: what for k, what in events if what != STRIKES}
     found = contacts.numbers(system.evaluate("contacts", t, x), nv)
+    x, rises = x.copy(), {k for k, what in events if what == STRIKES and found.gaps[k] > NEAR / 2}
+    for k in rises:
+        contacts.mode(x, k)[:] = FREE.numbers
+    if len(rises) == len(events):
+        return x
+    struck = {k for k, what in events if what == STRIKES} - rises
+    leaving = {k: what for k, what in events if what != STRIKES}
     forces = system.evaluate("contact_forces", t, x) if leaving else np.zeros(0)
     broke = {
-        k: -float(np.sign(forces[row]))
+        k: -forces[along] / np.linalg.norm(forces[along])
         for k, what in leaving.items()
-        if what == BREAKS and (row := contacts.rows[k][1]) is not None
+        if what == BREAKS and (along := list(contacts.rows[k][1]))
     }
     held = sorted({*contacts.closed(x), *struck})
     normals = {k: n for k in held if (n := contacts.rows[k][0]) is not None}
     rows = list(normals.values())
     D = found.laws.D[np.ix_(rows, rows)]
     step = -found.C[rows].T @ least(D, found.gaps[list(normals)])
-    x = x.copy()
     x[:nq] += system.calls["moved"](x[:nq], np.append(step, x[nq + nv : nq + system.nu]))
     found = contacts.numbers(system.evaluate("contacts", t, x), nv)
     behind = Settling(contacts, found, t, nq, nv).behind(x, struck, leaving, broke)
@@ -274,14 +304,14 @@ def begun(system: StateEquations, x: Array) -> Array:
         return x
     contacts = system.contacts
     gaps = contacts.numbers(system.evaluate("contacts", 0.0, x), system.nv).gaps
-    inside = [k for k in range(len(gaps)) if gaps[k] < -STARTS]
+    inside = [k for k in range(len(gaps)) if gaps[k] < -NEAR]
     if inside:
         name, unit = contacts.name(inside[0]), contacts.units[inside[0]]
         told = f"contact {name} begins {-gaps[inside[0]]:.3g} {unit} inside its plane; start where it touches, or above"
         if contacts.kinds[inside[0]] == "joint_stop":
             told = f"stop {name} is passed by {-gaps[inside[0]]:.3g} {unit}; start the joint within its limits"
         raise SimulateError(f"{system.scene.name}: start: {told}")
-    touching = [(k, STRIKES) for k in range(len(gaps)) if gaps[k] <= STARTS]
+    touching = [(k, STRIKES) for k in range(len(gaps)) if gaps[k] <= NEAR]
     try:
         return settled(system, 0.0, x, touching) if touching else x
     except ArithmeticError as fault:

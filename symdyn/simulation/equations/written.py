@@ -161,7 +161,7 @@ def _written(
     moving = Moving.driven(w)
     moving.check([one.formula for one in w.scene.outputs])
     solved = linear.forward_dynamics(w) if linear else derive_one(w, "forward_dynamics").entries
-    touching = contact_equations(w, solved) if scene.unilaterals else None
+    touching = contact_equations(w, solved, shared=True) if scene.unilaterals else None
     accelerations = substitute(solved if touching is None else touching.accelerations, place)
     drives = (
         list(substitute(derive_one(w, "drive_forces").entries, place)) if OUTPUTS["drive_forces"].exists(scene) else tau
