@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import NamedTuple
 
 from symdyn.dynamics.loops.constraint_rows import Constraints, differentiated, recursive
@@ -151,7 +152,7 @@ def _touch(w: Workspace, law: Unilateral, rows: Sequence[tuple[Expr, Row]]) -> T
         normal = _row(w, tangents([gap], w.state.velocity)[0])
     closed, held, slip, yields = (graph.symbol(f"{law.name}.{word}") for word in MODE)
     speeds = [graph.total(t * u for t, u in zip(row.entries, w.state.qd, strict=True)) for row in slips]
-    speed = graph.sqrt(graph.total(s * s for s in speeds) + graph.one - slip)  # never zero
+    speed = graph.sqrt(graph.total(s * s for s in speeds) + Fraction(1, 10**24))  # never zero
     directions = tuple(slip * s / speed for s in speeds) if len(speeds) > 1 else (slip,) * len(speeds)
     return Touch(law, gap, normal, tuple(slips), mu, static, e, (closed, held, slip, yields), directions, unit)
 

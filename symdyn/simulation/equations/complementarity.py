@@ -34,7 +34,7 @@ import numpy as np
 from symdyn.algebra import Array
 
 FEW = 2
-"""Contacts of which all cases are tried; of two directions twice as many, for they have no pivots."""
+"""Contacts of which all cases are tried."""
 
 PIVOTS = 500
 """Pivots at most."""
@@ -338,7 +338,7 @@ class Laws:
                     pushed = found[along] - (self.D[along] @ found + d[along]) / self.D[along, along].max()
                     size, most = float(np.linalg.norm(pushed)), self.static[k] * found[n]
                     found[along] = pushed * min(1.0, most / max(size, 1e-300))
-            if np.abs(found - before).max() <= 1e-12 * np.abs(found).max():
+            if np.abs(found - before).max() <= CLOSE * np.abs(found).max():
                 break
         for k, n in enumerate(self.normals):
             size, most = float(np.linalg.norm(found[list(self.tangents[k])])), self.static[k] * found[n]
@@ -348,16 +348,29 @@ class Laws:
         yield from self.solutions(d, chosen, offset, target)
 
     def _least(self, v: Array, options: Sequence[Sequence[Case]], offset: Array, target: Array) -> Array:
-        flat = max(map(len, self.tangents), default=0) < 2
-        if flat and len(self.normals) > FEW:
+        found = list[Array]()
+        if len(self.normals) > FEW and max(map(len, self.tangents)) < 2:
             one = self.by_pivots(v, [0.0] * len(self.normals), offset, target)
             found = [] if one is None else [one]
         else:
-            ways = self.solutions if len(self.normals) <= (FEW if flat else 2 * FEW) else self.by_projection
-            found = [impulses for _, impulses in ways(v, options, offset, target)]
+            found = [impulses for _, impulses in self.ways(v, options, offset, target)]
         if not found:
             raise ArithmeticError("no impulses keep the laws of its impact")
-        return min(found, key=lambda one: float(np.abs(one).sum()))
+        least_sum = min(float(np.abs(one).sum()) for one in found)
+        found = [one for one in found if np.abs(one).sum() <= least_sum * (1 + CLOSE)]
+        return min(found, key=lambda one: float(one @ one))
+
+    def ways(
+        self, d: Array, options: Sequence[Sequence[Case]], offset: Array, target: Array
+    ) -> Iterator[tuple[tuple[Case, ...], Array]]:
+        """Yield what keeps all laws: of few contacts every solution, of many that slip along two directions one."""
+        known = all(case.way or not case.slips for some in options for case in some)
+        if len(options) > FEW and not known:
+            found = list(self.by_projection(d, options, offset, target))
+            if found or len(options) > 2 * FEW:
+                yield from found
+                return
+        yield from self.solutions(d, options, offset, target)
 
 
 def lemke(A: Array, b: Array) -> Array | None:

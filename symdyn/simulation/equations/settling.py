@@ -10,8 +10,8 @@ Reference: Brogliato, Nonsmooth Mechanics (2016), chapters 1 and 5.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,7 +21,6 @@ from symdyn.errors import SimulateError
 from symdyn.simulation.equations.complementarity import (
     CARRIED,
     CLOSE,
-    FEW,
     FREE,
     LIFTED,
     OPENS,
@@ -78,12 +77,14 @@ class Settling:
     Attributes:
         contacts: those of the system.
         n: their numbers, where the positions have returned to g = 0.
+        numbers: returns those of a state; an impact changes what depends on velocities.
         t: s.
         nq, nv: coordinates and velocities in front of a state.
     """
 
     contacts: Contacts
     n: Numbers
+    numbers: Callable[[Array], Numbers]
     t: float
     nq: int
     nv: int
@@ -106,16 +107,18 @@ class Settling:
             after = self.n.W @ u
             lost = float(-impulses @ (v + after)) / 2
             self._refuse_gain(lost, float(np.abs(impulses * v).sum()), [k for k, n in normal.items() if impulses[n]])
+            x[velocities] = u
+        then = replace(self, n=self.numbers(x))
         flights = {
-            k: self._flights(k, float(after[n]), touching, after, rest)
+            k: then._flights(k, float(after[n]), touching, after, rest)
             for k, n in normal.items()
             if after[n] > rest and laws.restitution[k] < 1 and (v[n] < -rest or lost > 0)  # a bounce, or kicked by one
         }
         resting = [k for k in touching if self._still(k, after, rest) or flights.get(k) is not None]
-        u = self._at_rest(u, resting, rest)
-        after = self.n.W @ u
+        x[velocities] = u = self._at_rest(u, resting, rest)
+        after, then = self.n.W @ u, replace(self, n=self.numbers(x))
         lifting = {k for k, what in leaving.items() if what == LIFTS} - set(struck)
-        cases = self._mode(resting, after, rest, broke, lifting)
+        cases = then._mode(resting, after, rest, broke, lifting)
         x[velocities] = u = self._set_off(u, cases)
         x[-1] -= lost
         x = self.contacts.with_mode(x, cases)
@@ -174,11 +177,16 @@ class Settling:
         for k in resting:
             n, along = self.contacts.rows[k]
             rows += [] if n is None else [n]
-            rows += [] if np.linalg.norm(self.n.W[list(along)] @ u) > rest else along
+            rows += [] if self._moves(self.n.W[list(along)] @ u, rest) else along
         if not rows:
             return u
         missed = least(self.n.laws.D[np.ix_(rows, rows)], self.n.W[rows] @ u)
         return np.asarray(u - self.n.C[rows].T @ missed)
+
+    @staticmethod
+    def _moves(slip: Array, rest: float) -> bool:
+        """Tell whether a slip is none of rounding, or of what has come to rest."""
+        return bool(np.linalg.norm(slip) > (max(rest, 2 * SLOW) if len(slip) > 1 else rest))
 
     def _set_off(self, u: Array, cases: Sequence[tuple[int, Case]]) -> Array:
         """Return velocities at which what begins to slip along two directions has one."""
@@ -186,7 +194,7 @@ class Settling:
         rows = [row for k, _ in off for row in self.contacts.rows[k][1]]
         if not rows:
             return u
-        wanted = 2 * SLOW * np.array([part for _, case in off for part in case.way])
+        wanted = 4 * SLOW * np.array([part for _, case in off for part in case.way])
         return np.asarray(u + self.n.C[rows].T @ least(self.n.laws.D[np.ix_(rows, rows)], wanted - self.n.W[rows] @ u))
 
     def _options(self, some: Sequence[int], v: Array, rest: float, broke: dict[int, Array]) -> list[tuple[Case, ...]]:
@@ -199,8 +207,8 @@ class Settling:
                 held = (Case(True, SLIP, tuple(broke[k].tolist()), True),)
             elif k in broke:
                 held = tuple(one for one in held if one.slips)
-            elif (speed := float(np.linalg.norm(slip))) > rest:
-                held = (Case(True, SLIP, tuple((slip / speed).tolist()), True),)
+            elif self._moves(slip, rest):
+                held = (Case(True, SLIP, tuple((slip / np.linalg.norm(slip)).tolist()), True),)
             found.append(held if n is None else (*held, FREE))
         return found
 
@@ -219,23 +227,22 @@ class Settling:
         some, rows = part(self.n.laws, resting)
         options = self._options(resting, v, rest, broke)
         opening = [(OPENS,) if k in lifting else held for k, held in zip(resting, options, strict=True)]
-        wide = len(resting) > 2 * FEW and max(map(len, some.tangents)) == 2
-        none = np.zeros(len(rows))
-        ways = some.by_projection if wide else some.solutions
-        found = list(ways(self.n.drift[rows], opening, none[: len(resting)], none)) or list(
-            ways(self.n.drift[rows], options, none[: len(resting)], none) if lifting else ()
-        )
+        none, d = np.zeros(len(rows)), self.n.drift[rows]
+        found = list(some.ways(d, opening, none[: len(resting)], none))
+        found = found or list(some.ways(d, options, none[: len(resting)], none) if lifting else ())
         names = ", ".join(map(self.contacts.name, resting))
         if not found:
             raise ArithmeticError(f"contact {names}: no force keeps the laws of contact and friction (Painlevé)")
         found = self._held_by_static(found, some)
+        found.sort(key=lambda one: -sum(case.held for case in one[0]))
         motions = [self.n.C[rows].T @ forces for _, forces in found]
         size = 1e-7 * (1.0 + float(np.abs(motions[0]).max(initial=0.0)))
-        if any(np.abs(one - motions[0]).max(initial=0.0) > size for one in motions[1:]):
+        if any(np.abs(one - motions[0]).max(initial=0.0) > size for one in motions[1:]) and not self._shared(
+            some, found[0][0]
+        ):
             raise ArithmeticError(
                 f"contact {names}: {len(found)} motions keep the laws of contact and friction (Painlevé)"
             )
-        found.sort(key=lambda one: -sum(case.held for case in one[0]))
         if broke:  # at the edge of its cone what follows may stick or slip: it slips
             found.sort(key=lambda one: -sum(case.slips for case in one[0]))
         cases, forces = found[0]
@@ -248,6 +255,13 @@ class Settling:
             elif n is not None and xi[n] <= CLOSE * (1.0 + float(np.abs(self.n.drift[rows]).max())):
                 kept.append((k, CARRIED))
         return kept
+
+    @staticmethod
+    def _shared(some: Laws, cases: Sequence[Case]) -> bool:
+        """Tell whether contacts hold the same: how they share it tells friction, and the least size is taken."""
+        rows = [n for n, case in zip(some.normals, cases, strict=True) if n is not None and case.held]
+        values = np.linalg.eigvalsh(some.D[np.ix_(rows, rows)]) if rows else np.ones(1)
+        return bool(values[0] < CLOSE * values[-1])
 
     @staticmethod
     def _held_by_static(found: list[Solution], some: Laws) -> list[Solution]:
@@ -266,7 +280,11 @@ def settled(system: StateEquations, t: float, x: Array, events: Sequence[tuple[i
     contacts = system.contacts
     assert contacts is not None, "there are contacts"
     nq, nv = system.nq, system.nv
-    found = contacts.numbers(system.evaluate("contacts", t, x), nv)
+
+    def numbers(x: Array) -> Numbers:
+        return contacts.numbers(system.evaluate("contacts", t, x), nv)
+
+    found = numbers(x)
     x, rises = x.copy(), {k for k, what in events if what == STRIKES and found.gaps[k] > NEAR / 2}
     for k in rises:
         contacts.mode(x, k)[:] = FREE.numbers
@@ -286,8 +304,7 @@ def settled(system: StateEquations, t: float, x: Array, events: Sequence[tuple[i
     D = found.laws.D[np.ix_(rows, rows)]
     step = -found.C[rows].T @ least(D, found.gaps[list(normals)])
     x[:nq] += system.calls["moved"](x[:nq], np.append(step, x[nq + nv : nq + system.nu]))
-    found = contacts.numbers(system.evaluate("contacts", t, x), nv)
-    behind = Settling(contacts, found, t, nq, nv).behind(x, struck, leaving, broke)
+    behind = Settling(contacts, numbers(x), numbers, t, nq, nv).behind(x, struck, leaving, broke)
     if system.scene.prescribed_velocities:  # what moves as it is told takes and gives energy at an impact, too
         before, after = (float(np.sum(system.evaluate("kinetic", t, y))) for y in (x, behind))
         behind[-1] = x[-1] + after - before
