@@ -419,30 +419,6 @@ def test_a_method_that_begins_anew_slowly_is_refused() -> None:
     assert "it would begin anew at every event of a contact, with small steps; take radau" in str(fault.value)
 
 
-def test_friction_along_two_directions_is_refused() -> None:
-    text = """
-[bodies.ball]
-mass = 1
-inertia = [1, 1, 1]
-inertia_about = "com"
-[joints.free]
-type = "free"
-parent = "ground"
-child = "ball"
-[contacts.floor]
-type = "ball"
-body = "ball"
-radius = 1
-friction = FRICTION
-restitution = 0.5
-"""
-    with pytest.raises(DerivationError) as fault:
-        symdyn.simulate(read_text(text.replace("FRICTION", "0.1")), until=1, start="q3=2")
-    assert "it can slip along two directions" in str(fault.value)
-    run = symdyn.simulate(read_text(text.replace("FRICTION", "0")), until=1, start="q3=2")
-    assert run.impacts[0].t == pytest.approx((2 / 9.81) ** 0.5, abs=1e-9)
-
-
 def test_a_scene_with_contacts_is_written_as_it_was_read() -> None:
     for text in (ROD, BELT, TWO, row_of_balls("newton"), wheel(0.1)):
         scene = read_text(text)

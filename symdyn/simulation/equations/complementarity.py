@@ -115,13 +115,18 @@ class Laws:
     restitution: Array
 
     def solutions(
-        self, d: Array, options: Sequence[Sequence[Case]], offset: Array | None = None, target: Array | None = None
+        self,
+        d: Array,
+        options: Sequence[Sequence[Case]],
+        offset: Array | None = None,
+        target: Array | None = None,
+        near: Array | None = None,
     ) -> Iterator[tuple[tuple[Case, ...], Array]]:
-        """Yield cases, one for each contact, and λ, shape (m,), that keep all laws."""
+        """Yield cases, one for each contact, and λ, shape (m,), that keep all laws; `near` is a guess of λ."""
         shift = np.zeros(len(self.normals)) if offset is None else offset
         goal = np.zeros(len(d)) if target is None else target
         for cases in product(*options):
-            for some in self._directed(cases, d - goal, shift):
+            for some in self._directed(cases, d - goal, shift, near):
                 found, missed = self._solved(some, d - goal, shift)
                 if self._kept(some, found, missed, self.D @ found + d - goal, shift):
                     yield some, found
@@ -173,7 +178,9 @@ class Laws:
         shares = {k: largest / max(force, largest / UNEVEN) for k, force in stuck.items()}
         return tuple(replace(one, yields=shares.get(k, 1.0)) for k, one in enumerate(cases))
 
-    def _directed(self, cases: tuple[Case, ...], d: Array, shift: Array) -> Iterator[tuple[Case, ...]]:
+    def _directed(
+        self, cases: tuple[Case, ...], d: Array, shift: Array, near: Array | None
+    ) -> Iterator[tuple[Case, ...]]:
         """Yield cases in which every direction of a slip is known, one for each guess from which Newton finds some."""
         unknown = [k for k, case in enumerate(cases) if case.slips and not case.way]
         if not unknown:
@@ -183,8 +190,8 @@ class Laws:
         smooth = tuple(replace(case, slip="") if k in unknown else case for k, case in enumerate(cases))
         held, free = self._solved(stuck, d, shift)[0], self._solved(smooth, d, shift)[0]
         rates = self.D @ free + d
-        guesses = [[(-held[i], -held[j]) for i, j in (self.tangents[k] for k in unknown)]]
-        guesses.append([(rates[i], rates[j]) for i, j in (self.tangents[k] for k in unknown)])
+        ways = [rates, -held] if near is None else [-near, rates, -held]
+        guesses = [[(way[i], way[j]) for i, j in (self.tangents[k] for k in unknown)] for way in ways]
         if len(unknown) == 1:
             guesses += [[way] for way in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))]
         for guess in guesses:
@@ -248,6 +255,8 @@ class Laws:
 
     def slips(self, k: int) -> tuple[Case, ...]:
         """Return how it may be held, before anything is known of its slip."""
+        if self.static[k] == 0.0:
+            return (Case(True),)
         every = (("",),), ((STICK,), (SLIP, (1.0,)), (SLIP, (-1.0,))), ((STICK,), (SLIP,))
         return tuple(Case(True, *one) for one in every[len(self.tangents[k])])
 
@@ -345,7 +354,7 @@ class Laws:
             held, stuck = n is None or found[n] > offset[k], size < most * (1 - 1e-7)
             wanted = [one for one in options[k] if one.held == held and (one.slip == STICK) >= stuck]
             chosen.append(wanted or options[k])
-        yield from self.solutions(d, chosen, offset, target)
+        yield from self.solutions(d, chosen, offset, target, found)
 
     def _least(self, v: Array, options: Sequence[Sequence[Case]], offset: Array, target: Array) -> Array:
         found = list[Array]()

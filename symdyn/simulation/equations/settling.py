@@ -190,12 +190,21 @@ class Settling:
 
     def _set_off(self, u: Array, cases: Sequence[tuple[int, Case]]) -> Array:
         """Return velocities at which what begins to slip along two directions has one."""
-        off = [(k, case) for k, case in cases if case.slips and len(case.way) == 2 and not case.moving]
-        rows = [row for k, _ in off for row in self.contacts.rows[k][1]]
-        if not rows:
+        off = {k for k, case in cases if case.slips and len(case.way) == 2 and not case.moving}
+        if not off:
             return u
-        wanted = 4 * SLOW * np.array([part for _, case in off for part in case.way])
-        return np.asarray(u + self.n.C[rows].T @ least(self.n.laws.D[np.ix_(rows, rows)], wanted - self.n.W[rows] @ u))
+        rows, wanted = list[int](), list[float]()
+        for k, case in cases:
+            n, along = self.contacts.rows[k]
+            held = () if n is None or not case.held else (n,)
+            kept = along if k in off or (case.held and case.slip == STICK) else ()
+            rows += (*held, *kept)
+            wanted += (
+                *(0.0 for _ in held),
+                *(4 * SLOW * way for way in (case.way if k in off else (0.0,) * len(kept))),
+            )
+        missed = np.array(wanted) - self.n.W[rows] @ u
+        return np.asarray(u + self.n.C[rows].T @ least(self.n.laws.D[np.ix_(rows, rows)], missed))
 
     def _options(self, some: Sequence[int], v: Array, rest: float, broke: dict[int, Array]) -> list[tuple[Case, ...]]:
         found = []
@@ -207,7 +216,7 @@ class Settling:
                 held = (Case(True, SLIP, tuple(broke[k].tolist()), True),)
             elif k in broke:
                 held = tuple(one for one in held if one.slips)
-            elif self._moves(slip, rest):
+            elif self._moves(slip, rest) and held[0].slip:
                 held = (Case(True, SLIP, tuple((slip / np.linalg.norm(slip)).tolist()), True),)
             found.append(held if n is None else (*held, FREE))
         return found
