@@ -15,7 +15,7 @@ import symdyn
 from symdyn.algebra import Floats
 from symdyn.cli import main
 from symdyn.dynamics.outputs.contact_outputs import _phase
-from symdyn.errors import DerivationError, SceneError, SimulateError, SymdynError
+from symdyn.errors import SceneError, SimulateError, SymdynError
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import read_text, write_text
 from symdyn.simulation.equations.complementarity import FREE, Laws
@@ -664,3 +664,144 @@ def test_a_block_that_rocks_from_corner_to_corner_comes_to_rest() -> None:
     assert (run["mode_c0"][-1], run["mode_c1"][-1]) == (1, 1)
     assert run["z"][-1] == pytest.approx(0.5, abs=1e-9)
     assert np.abs(run["energy_error"]).max() < 1e-10
+
+
+LOOPED = """
+gravity = [0, 0, -9.81]
+[bodies.left]
+mass = 1
+com = [0.2, 0, 0]
+inertia = [0.02, 0.02, 0.02]
+inertia_about = "com"
+[bodies.right]
+mass = 2
+com = [0.3, 0, 0]
+inertia = [0.03, 0.03, 0.03]
+inertia_about = "com"
+[bodies.coupler]
+mass = 3
+[joints.a]
+type = "revolute"
+parent = "ground"
+child = "left"
+axis = [0, 1, 0]
+coordinate = "a"
+start = 0.2
+[joints.b]
+type = "revolute"
+parent = "ground"
+child = "right"
+axis = [0, 1, 0]
+origin = [1, 0, 0]
+coordinate = "b"
+start = 0.2
+[joints.c]
+type = "revolute"
+parent = "left"
+child = "coupler"
+axis = [0, 1, 0]
+origin = [0.5, 0, 0]
+coordinate = "c"
+start = -0.2
+[[loop]]
+type = "revolute"
+parent = "coupler"
+child = "right"
+axis = [0, 1, 0]
+origin = [1, 0, 0]
+tip = [-0.5, 0, 0]
+[contacts.floor]
+body = "coupler"
+at = [0.4, 0, -0.1]
+restitution = 0.5
+friction = 0.2
+plane = { at = [0, 0, -0.45], normal = [0, 0, 1] }
+"""
+"""A parallelogram, which is a pendulum of one angle."""
+
+ALONE = """
+gravity = [0, 0, -9.81]
+[parameters]
+J = "0.02 + 0.03 + 1*0.2**2 + 2*0.3**2 + 3*0.5**2"
+Jc = "J - (1*0.2 + 2*0.3 + 3*0.5)**2/6"
+[bodies.arm]
+mass = 6
+com = ["(1*0.2 + 2*0.3 + 3*0.5)/6", 0, 0]
+inertia = ["Jc/2", "Jc", "Jc/2"]
+inertia_about = "com"
+[joints.a]
+type = "revolute"
+parent = "ground"
+child = "arm"
+axis = [0, 1, 0]
+coordinate = "a"
+start = 0.2
+[contacts.floor]
+type = "gap"
+gap = "0.35 - 0.5*sin(a)"
+tangent = "-0.5*a_dot*sin(a)"
+restitution = 0.5
+friction = 0.2
+"""
+
+
+def test_contacts_of_a_loop_are_those_of_the_same_mechanism_without() -> None:
+    one, other = (
+        symdyn.simulate(read_text(text), until=3, method="dop853", rtol=1e-11, atol=1e-12) for text in (LOOPED, ALONE)
+    )
+    assert one["a"] == pytest.approx(other["a"], abs=1e-7)
+    assert [hit.t for hit in one.impacts[:8]] == pytest.approx([hit.t for hit in other.impacts[:8]], abs=1e-8)
+    assert one.impacts[0].impulse == pytest.approx(other.impacts[0].impulse, rel=1e-7)
+    assert one["normal_floor"][-1] == pytest.approx(other["normal_floor"][-1])
+    assert np.abs(one["loop_error"]).max() < 1e-9
+
+
+ROPE = """
+gravity = [0, 0, -9.81]
+[bodies.x]
+[bodies.b]
+mass = 1
+[joints.x]
+type = "prismatic"
+parent = "ground"
+child = "x"
+axis = [1, 0, 0]
+coordinate = "x"
+[joints.z]
+type = "prismatic"
+parent = "x"
+child = "b"
+axis = [0, 0, 1]
+coordinate = "z"
+start = -1
+[ropes.r]
+type = "slack"
+through = ["ground", "b"]
+length = 1
+"""
+
+
+def test_a_pendulum_on_a_rope_leaves_its_circle_where_its_closed_form_says() -> None:
+    """At (v² - 2 g l)/(3 g l) above the pivot; then a parabola until it is taut again."""
+    scene = read_text(ROPE)
+    run = symdyn.simulate(scene, until=2, start_rates={"x_dot": (3.5 * 9.81) ** 0.5}, rtol=1e-12)
+    slack, taut = run.impacts[:2]
+    assert (slack.what, taut.what) == ("goes slack", "becomes taut")
+    assert run(slack.t)["z"][0] == pytest.approx(0.5, abs=1e-9)
+    falls = taut.t - slack.t
+    speed = (0.5 * 9.81) ** 0.5  # v² = g l sin φ where it leaves
+    x, z = run(slack.t)["x"][0] - 0.5 * speed * falls, 0.5 + 0.75**0.5 * speed * falls - 9.81 / 2 * falls**2
+    assert np.hypot(x, z) == pytest.approx(1, abs=1e-9)
+    assert "becomes taut" in taut.words
+    assert "J lost" in taut.words
+    assert symdyn.certify(scene, ["gap:r", "gap_jacobian:r", "gap_jdot:r", "impact:r"]).passed
+    assert read_text(write_text(scene, "toml").text) == scene
+
+
+def test_what_is_not_active_passes_its_plane() -> None:
+    """A compass walker scuffs with its swinging leg; every published gait lets it."""
+    scene = read_text(FALL.replace('restitution = "e"', 'restitution = "e"\nactive = "z + 2"'))
+    run = symdyn.simulate(scene, until=1, start="z=1")
+    assert run.impacts[0].t == pytest.approx((2 / 9.81) ** 0.5)
+    scene = read_text(FALL.replace('restitution = "e"', 'restitution = "e"\nactive = "-z - 2"'))
+    assert not symdyn.simulate(scene, until=1, start="z=1").impacts

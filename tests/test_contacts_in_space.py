@@ -11,7 +11,8 @@ import pytest
 
 import symdyn
 from symdyn.errors import DerivationError
-from symdyn.scene import read_text
+from symdyn.scene import Scene, read_text
+from symdyn.simulation import Trajectory
 from symdyn.simulation.equations.complementarity import FREE, SLIP, STICK, Case, Laws
 
 pytestmark = pytest.mark.runs("cc")
@@ -58,7 +59,7 @@ BOX = read_text(on_feet({"a": (-0.3, -0.2), "b": (-0.3, 0.2), "c": (0.3, -0.2), 
 LEVEL = (0, 0, 0.1, 1, 0, 0, 0)
 
 
-def moved(scene: symdyn.Scene, place: Sequence[float], rates: Sequence[float], **asked: Any) -> symdyn.Trajectory:
+def moved(scene: Scene, place: Sequence[float], rates: Sequence[float], **asked: Any) -> Trajectory:
     start, start_rates = (
         dict(zip(names, values, strict=True))
         for names, values in ((scene.coordinates, place), (scene.velocities, rates))
@@ -66,11 +67,11 @@ def moved(scene: symdyn.Scene, place: Sequence[float], rates: Sequence[float], *
     return symdyn.simulate(scene, start=start, start_rates=start_rates, **asked)
 
 
-def box(rates: list, until: float, place: Sequence[float] = LEVEL, **values: float) -> symdyn.Trajectory:
+def box(rates: Sequence[float], until: float, place: Sequence[float] = LEVEL, **values: float) -> Trajectory:
     return moved(BOX, place, rates, until=until, values=values)
 
 
-def ball(rates: list, until: float, height: float = 0.5, e: float = 0, **asked: Any) -> symdyn.Trajectory:
+def ball(rates: Sequence[float], until: float, height: float = 0.5, e: float = 0, **asked: Any) -> Trajectory:
     return moved(read_text(BALL), (0, 0, height, 1, 0, 0, 0), rates, until=until, values={"e": e}, **asked)
 
 
@@ -92,7 +93,8 @@ def test_a_ball_that_slides_with_spin_rolls_when_its_closed_form_says(method: st
     slip = np.array([1 - 0.5 * 8, 2 + 0.5 * 6])  # v + ω × (-r e_z)
     rolls = 2 * np.linalg.norm(slip) / (7 * 0.3 * G)
     (sticks,) = run.impacts
-    assert (sticks.what, sticks.t) == ("sticks", pytest.approx(rolls, abs=1e-8))
+    assert sticks.what == "sticks"
+    assert sticks.t == pytest.approx(rolls, abs=1e-8)
     moved = np.array([1, 2]) * rolls - 0.5 * 0.3 * G * rolls**2 * slip / np.linalg.norm(slip)
     later = np.array([1, 2]) - 2 / 7 * slip  # what is left when it rolls
     assert [run["q1"][-1], run["q2"][-1]] == pytest.approx(moved + later * (1 - rolls), abs=1e-7)

@@ -93,6 +93,7 @@ LEVEL = {"constraints__wheel__plane": {"normal": [0, 0, 1]}}
 RAISED = {"constraints__wheel__plane": {"at": [0, 0, 0.1]}}
 PULLED = {"ropes__hoist": {"type": "elastic", "through": ["tip", "ground"], "stiffness": 5}, **TIP}
 HOIST = {"ropes__hoist": {"through": ["tip", "ground"], "length": 0.7}, **TIP}
+SNAPPED = {"ropes__hoist": {"type": "slack", "through": ["tip", "ground"], "length": 0.7}, **TIP, **SPUN}
 OVER = {"body": "ground", "at": [0, 0, 1], "radius": 0.1, "axis": [0, 1, 0], "turn": "left"}
 LED = {"ropes__hoist": {"length": 2, "through": ["cart", OVER, {"body": "ground", "at": [1, 0, 0]}]}}
 SLED = {**FREE, "constraints__blade": {"type": "knife_edge", "body": "arm", "axis": [0, 1, 0]}, **TIP}
@@ -261,6 +262,7 @@ WORDS: tuple[Row, ...] = (
     row("contacts/hit/friction", 0.1, 0.2, **HIT),
     row("contacts/hit/static", 0.02, 20, **STUCK),
     row("contacts/hit/law", "poisson", "newton", **BOUNCED),
+    row("contacts/hit/active", "1", "-1", **HIT),
     row("contacts/hit/at", [0.1, 0, 0], [0.2, 0, 0], **FALL),
     row("contacts/hit/body", "arm", "cart", **FALL),
     row("contacts/hit/radius", 0.1, 0.15, **ROLL),
@@ -272,6 +274,7 @@ WORDS: tuple[Row, ...] = (
     row("contacts/hit/plane/body", "cart", "ground", contacts__hit={"body": "arm", "plane": STEEP}),
     row("contacts/hit/plane", UNDER, {"at": [0, 0, -0.3]}, contacts__hit={"body": "arm"}),
     row("ropes/hoist/length", 0.7, 0.8, **HOIST),
+    row("ropes/hoist/restitution", 0.1, 0.5, **SNAPPED),
     row("ropes/hoist/through", ["tip", "ground"], ["arm", "ground"], **HOIST),
     row("ropes/hoist/stiffness", 5, [5, 1], **PULLED),
     row("ropes/hoist/free", 0.3, 0.4, **PULLED),

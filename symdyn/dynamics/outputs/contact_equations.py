@@ -30,7 +30,6 @@ from itertools import islice
 from symdyn.dynamics.loops.partition import solve_square
 from symdyn.dynamics.outputs.contact_rows import Row, Touch, touching
 from symdyn.dynamics.outputs.workspace import Workspace
-from symdyn.errors import DerivationError
 from symdyn.graph import Expr, tangents
 from symdyn.unlocked import cached_property
 
@@ -155,8 +154,6 @@ def contact_equations(
     Raises:
         DerivationError: loops or rows close the scene.
     """
-    if w.scene.is_constrained:
-        raise DerivationError(f"{w.scene.name}: contacts that open and close beside loops or constraints are not known")
     touches = touching(w, by_recursion)
     rows = [row for one in touches for row in one.rows]
     columns = tuple(tuple(columns_of(w, accelerations, row)) for row in rows)

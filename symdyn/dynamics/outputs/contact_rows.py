@@ -23,7 +23,7 @@ from symdyn.graph import Expr, Op, gradient, substitute, tangents
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values import DryJoint, GapContact, Joint, PlaneContact, StateVariable, Stop, Unilateral
+from symdyn.scene.values import DryJoint, GapContact, Joint, StateVariable, Stop, Unilateral
 
 MODE = ("closed", "sticks", "slip", "yields")
 """The numbers of a mode: whether it is closed, whether it sticks, the sign of its slip, or 1 where it may slip any way,
@@ -89,6 +89,7 @@ class Touch:
         mode: closed, sticks, slip, yields.
         directions: of the slip, one of each of `tangents`; the unit vector, zero where it sticks.
         unit: of the gap, "m" or "rad".
+        active: where it is above zero what is open may strike; None for everywhere.
     """
 
     law: Unilateral
@@ -100,7 +101,8 @@ class Touch:
     restitution: Expr
     mode: tuple[Expr, Expr, Expr, Expr]
     directions: tuple[Expr, ...]
-    unit: str = "m"
+    unit: str
+    active: Expr | None
 
     @property
     def tangents(self) -> tuple[Row, ...]:
@@ -117,8 +119,8 @@ def touching(w: Workspace, by_recursion: bool = True) -> tuple[Touch, ...]:
     """Return all of them, rows of planes by recursion, or by differentiation of placements."""
     scene = w.scene
     laws = unilaterals_of(scene)
-    planes = tuple(one.closed for one in laws if isinstance(one, PlaneContact))
-    held = replace(scene, loops=(), elements=planes)
+    closed = tuple(one.closed for one in laws if one.closed is not None)
+    held = replace(scene, loops=(), elements=closed)
     found: Constraints = recursive(held, w.tree, w.state) if by_recursion else differentiated(held, w.graph, w.state)
     by_owner: dict[str, list[tuple[Expr, Row]]] = {}
     for label, gap, entries, bias in zip(found.labels, found.residual, found.G, found.bias, strict=True):
@@ -131,7 +133,7 @@ def _touch(w: Workspace, law: Unilateral, rows: Sequence[tuple[Expr, Row]]) -> T
     mu, e = law.friction.express(graph), law.restitution.express(graph)
     static = mu if law.static is None else law.static.express(graph)
     gap, normal, slips, unit = graph.zero, None, list[Row](), "m"
-    if isinstance(law, PlaneContact):
+    if law.closed is not None:
         (gap, normal), *others = rows
         slips = [row for _, row in others if not all(entry.is_zero for entry in row.entries)]
     elif isinstance(law, GapContact):
@@ -154,7 +156,9 @@ def _touch(w: Workspace, law: Unilateral, rows: Sequence[tuple[Expr, Row]]) -> T
     speeds = [graph.total(t * u for t, u in zip(row.entries, w.state.qd, strict=True)) for row in slips]
     speed = graph.sqrt(graph.total(s * s for s in speeds) + Fraction(1, 10**24))  # never zero
     directions = tuple(slip * s / speed for s in speeds) if len(speeds) > 1 else (slip,) * len(speeds)
-    return Touch(law, gap, normal, tuple(slips), mu, static, e, (closed, held, slip, yields), directions, unit)
+    active = None if law.active is None else law.active.express(graph)
+    mode = (closed, held, slip, yields)
+    return Touch(law, gap, normal, tuple(slips), mu, static, e, mode, directions, unit, active)
 
 
 def _joint(scene: Scene, name: str) -> Joint:

@@ -9,7 +9,7 @@ from symdyn.scene.forces.applied_forces import DAMPER, FRICTION, LOAD, SPRING
 from symdyn.scene.forces.constraints import FORMULA, KNIFE_EDGE, ROLLING, Formula, lacks_place
 from symdyn.scene.forces.flows import FLOW
 from symdyn.scene.forces.force_kind import ForceKind, Rub, Scope
-from symdyn.scene.forces.ropes import DAMPING, ELASTIC, ROPE
+from symdyn.scene.forces.ropes import DAMPING, ELASTIC, ROPE, SLACK
 from symdyn.scene.forces.unilateral import BALL, DRY_JOINT, GAP, POINT, STOP, WHEEL
 from symdyn.scene.values.entry import Entry, EntryReader, Faults, show
 from symdyn.scene.values.joint import Element, Strut
@@ -27,6 +27,7 @@ FORCES: dict[str, ForceKind] = {
     "knife_edge": KNIFE_EDGE,
     "rolling": ROLLING,
     "rope": ROPE,
+    "slack": SLACK,
     "elastic": ELASTIC,
     "damping": DAMPING,
     "point": POINT,

@@ -2,7 +2,8 @@
 
 A rope has no mass and slides without friction through its points and around its wheels, so that its tension is the
 same everywhere. Where it does not slip on a wheel, it is two ropes that end there. It pulls and never pushes: the
-equations are those of a taut rope, and runs tell where it would push.
+equations are those of a taut rope, and runs tell where it would push, but of one that may be slack, which is a contact
+whose gap is what its places leave of its length.
 
     L     length: straight parts from tangent point to tangent point, and r · (wrap angle) around every wheel
     T     tension, N: the multiplier of length - L = 0, or the law of a spring by L, beside which damping may stand
@@ -18,10 +19,12 @@ from symdyn.errors import SceneError
 from symdyn.scene.forces.applied_forces import DAMPER, SPRING, Damper, Spring
 from symdyn.scene.forces.attachments import End, Through
 from symdyn.scene.forces.force_kind import ForceKind, Hold
+from symdyn.scene.forces.unilateral import RESTITUTION, check_law
 from symdyn.scene.values.entry import Entry, Number, entry
 from symdyn.scene.values.joint import Place, Row
 from symdyn.scene.values.key import number
 from symdyn.scene.values.quantity import Quantity, spell
+from symdyn.scene.values.unilateral import Unilateral
 
 
 @dataclass(frozen=True)
@@ -70,6 +73,37 @@ ROPE = ForceKind(
 
 
 @dataclass(frozen=True)
+class SlackRope(Unilateral):
+    """A rope that keeps no more than its length: slack, or taut with a tension that is not negative.
+
+    Attributes:
+        ends, length: as of a `Rope`; the gap is the length less what its places take, m.
+    """
+
+    ends: tuple[Place, ...] = ()
+    length: Quantity = Quantity.ZERO
+
+    kind = "slack"
+    is_taut = True
+
+    @property
+    def closed(self) -> Rope:
+        """The rope while it is taut."""
+        return Rope(self.name, self.ends, self.length)
+
+
+SLACK = replace(
+    ROPE,
+    noun=SlackRope,
+    letter="k",
+    parts=(*ROPE.parts, RESTITUTION),
+    law_words=lambda rope: f"{ROPE.law_words(rope)} at most, restitution {spell(rope.restitution)}",
+    words={"en": "rope that may be slack", "sk": "lano, ktoré sa môže uvoľniť"},
+    check=check_law,
+)
+
+
+@dataclass(frozen=True)
 class ElasticRope(Spring):
     """A rope that pulls as a spring does by its length; see `Spring`."""
 
@@ -106,16 +140,17 @@ DAMPING = replace(
 )
 
 
-def rope(name: str, through: Sequence[End], length: Number) -> Entry:
-    """Declare a rope that keeps its length.
+def rope(name: str, through: Sequence[End], length: Number, restitution: Number | None = None) -> Entry:
+    """Declare a rope that keeps its length, or, with a restitution, one that may be slack.
 
     Args:
         name: of the rope.
         through: the places that it runs through, each the name of a body or point, {"body": name, "at": [x, y, z]}, or
             a wheel {"body": name, "at": centre, "radius": r, "axis": [0, 0, 1], "turn": "left" or "right"}.
         length: from the first place to the last, m.
+        restitution: 0 to 1, with which it becomes taut.
     """
-    return entry("ropes", **locals())
+    return entry("ropes", type=None if restitution is None else "slack", **locals())
 
 
 def elastic_rope(

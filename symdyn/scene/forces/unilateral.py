@@ -35,8 +35,10 @@ LAWS = ("poisson", "newton")
 
 _RADIUS = next(part for part in ROLLING.parts if "radius" in part.keys)
 
+RESTITUTION = number("restitution", "1", letters=("e",), text="restitution of {}", positive=True)
+
 _LAW_OF_CONTACT: tuple[Part, ...] = (
-    number("restitution", "1", letters=("e",), text="restitution of {}", positive=True),
+    RESTITUTION,
     number("friction", "1", letters=("mu",), text="friction of {}", positive=True, never_negative=True),
     Key(
         "static",
@@ -48,10 +50,18 @@ _LAW_OF_CONTACT: tuple[Part, ...] = (
         positive=True,
     ),
     one_of("law", LAWS, "of impacts", LAWS[0]),
+    Key(
+        "active",
+        optional(EntryReader.quantity),
+        None,
+        names=MOTION,
+        shape=NUMBER,
+        holds="above zero where what is open may strike, {}",
+    ),
 )
 
 
-def _check(one: Unilateral, stand: Stand) -> None:
+def check_law(one: Unilateral, stand: Stand) -> None:
     """Report a restitution that is none, and friction that is less where it sticks."""
     e = stand.value(one.restitution)
     if e is not None and not 0 <= e <= 1:
@@ -82,7 +92,7 @@ POINT = ForceKind(
     law_words=_words,
     words={"en": "contact", "sk": "kontakt"},
     lost="a contact that opens and closes",
-    check=_check,
+    check=check_law,
 )
 
 BALL = replace(
@@ -104,8 +114,8 @@ WHEEL = replace(
 
 
 def _check_gap(one: GapContact, stand: Stand) -> None:
-    """Report what `_check` does, and a tangent that is not linear in velocities."""
-    _check(one, stand)
+    """Report what `check_law` does, and a tangent that is not linear in velocities."""
+    check_law(one, stand)
     if moving := set(one.gap.symbols) & set(stand.scene.velocities):
         told = f"gap = {shown(one.gap)} uses {sorted(moving)[0]}"
         stand.fault(f"{told}; a gap is a formula in coordinates and parameters")
@@ -186,6 +196,7 @@ def contact(
     friction: Number | None = None,
     static: Number | None = None,
     law: str | None = None,
+    active: Number | None = None,
 ) -> Entry:
     """Declare a contact of a body with a plane that opens and closes, see `Unilateral`.
 
@@ -201,6 +212,7 @@ def contact(
         friction: Coulomb's coefficient while it slips; 0 when left out.
         static: while it sticks; the same when left out.
         law: of impacts, "poisson" when left out, or "newton".
+        active: what is open may strike where this formula in coordinates is above zero, and passes elsewhere.
     """
     said = dict(locals())
     return entry("contacts", type="point" if radius is None else "ball" if axis is None else "wheel", **said)
@@ -216,6 +228,7 @@ def gap_contact(
     friction: Number | None = None,
     static: Number | None = None,
     law: str | None = None,
+    active: Number | None = None,
 ) -> Entry:
     """Declare a contact by formulas: `gap`, in coordinates, m, and `tangent`, the velocity with which it slips."""
     said = dict(locals())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from symdyn.scene.values.joint import Contact, Element, Place, Plane
+from symdyn.scene.values.joint import Contact, Element, Place, Plane, Row
 from symdyn.scene.values.quantity import Quantity, Vector
 
 _NOWHERE, _LEVEL = Place(""), Plane()
@@ -19,12 +19,19 @@ class Unilateral(Element):
         friction: Coulomb's coefficient while it slips.
         static: while it sticks; None for the same.
         law: of impacts, "poisson" or "newton".
+        active: where it is above zero what is open may strike; None for everywhere.
     """
 
     restitution: Quantity = Quantity.ZERO
     friction: Quantity = Quantity.ZERO
     static: Quantity | None = None
     law: str = "poisson"
+    active: Quantity | None = None
+
+    @property
+    def closed(self) -> Row | None:
+        """The rows that hold it closed and sticking; None where a formula or a joint tells its gap."""
+        return None
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,8 @@
                 slips   z s                  it comes to rest; of two directions |s|² - SLOW²
 
 What touches while nothing presses there, since others carry all or it has just lifted off, is open within NEAR of zero,
-where rounding tells the sign of g. It leaves that where NEAR² - g² passes zero.
+where rounding tells the sign of g. It leaves that where NEAR² - g² passes zero. What is not active passes its plane,
+and comes back where -g passes zero.
 
 The mode of every contact is part of the state, and all formulas depend on it: one compiled system serves all modes.
 """
@@ -19,12 +20,13 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from symdyn.algebra import Array
 from symdyn.dynamics import Function, Workspace
-from symdyn.dynamics.outputs import MODE, ContactEquations
+from symdyn.dynamics.outputs import MODE, ContactEquations, Touch
 from symdyn.errors import SimulateError
-from symdyn.graph import Expr, substitute
+from symdyn.graph import Expr, Op, substitute
 from symdyn.scene import Scene
 from symdyn.simulation.equations.compiled_routines import function_of
 from symdyn.simulation.equations.complementarity import Case, Laws
@@ -35,8 +37,14 @@ if TYPE_CHECKING:
 
 STRIKES, LIFTS, BREAKS, STOPS = "strikes", "lifts off", "slips", "sticks"
 
+OF_ROPES = {STRIKES: "becomes taut", LIFTS: "goes slack"}
+"""What ropes are told to do."""
+
 SLOW = 1e-9
 """A slip along two directions, m/s, that has come to rest."""
+
+PASSED = (0.0, 0.0, 0.0, 1.0)
+"""The mode of what has passed its plane, where it was not active."""
 
 NEAR = 1e-9
 """A gap at the start, or where nothing presses, m, that is none."""
@@ -60,17 +68,16 @@ def contact_kinds(c: ContactEquations) -> list[EventKind]:
     """Return the events of contacts; what has no meaning in a mode is 1."""
     found = []
     for k, (touch, (normal, along)) in enumerate(zip(c.touches, c.parts(c.forces), strict=True)):
-        closed, sticks, slip, _ = touch.mode
+        closed, sticks, slip, yields = touch.mode
         graph = closed.graph
         one = graph.one
         guards, largest = [], touch.static
         if normal is not None:
             within = (one - closed) * sticks
             leaves = graph.constant(Fraction(NEAR)) - touch.gap * touch.gap / Fraction(NEAR)
-            guards = [
-                (STRIKES, (one - within) * touch.gap + within * leaves + closed),
-                (LIFTS, closed * normal + (one - closed)),
-            ]
+            above = touch.gap if touch.active is None else touch.gap * (one - 2 * yields)
+            strikes = (one - within) * above + within * leaves + closed
+            guards = [(STRIKES, strikes), (LIFTS, closed * normal + (one - closed))]
             largest = largest * normal
         if along:
             cone = largest * largest - graph.total(part * part for part in along)
@@ -87,9 +94,15 @@ def contact_numbers(w: Workspace, c: ContactEquations) -> list[Function]:
     """Return what an event is settled with, as functions."""
     flat = [*(touch.gap for touch in c.touches), *(x for row in c.rows for x in row.entries)]
     flat += [*(x for column in c.columns for x in column), *c.drift]
-    flat += [x for touch in c.touches for x in (touch.friction, touch.static, touch.restitution)]
+    flat += [x for touch in c.touches for x in (touch.friction, touch.static, touch.restitution, _able(touch))]
     forces = function_of(w, "contact_forces", c.forces)
     return [function_of(w, "contacts", flat), forces, function_of(w, "moved", w.state.rates, ("q", "qd"))]
+
+
+def _able(touch: Touch) -> Expr:
+    """Return 1 where one is closed or may strike, else 0."""
+    graph = touch.gap.graph
+    return graph.one if touch.active is None else graph.function(Op.SELECT, touch.active, graph.one, touch.mode[0])
 
 
 @dataclass(frozen=True)
@@ -99,7 +112,7 @@ class Impact:
     Attributes:
         t: s.
         contact: its name.
-        what: "strikes", "lifts off", "slips" or "sticks".
+        what: "strikes", "lifts off", "slips" or "sticks"; of a rope "becomes taut", "goes slack".
         before, after: rates of its gap, m/s or rad/s.
         impulse: normal, and tangential of each direction, N s or N m s.
         lost: kinetic energy, J, of all that struck at this time.
@@ -123,7 +136,7 @@ class Impact:
     def words(self) -> str:
         """It in one line, such as "floor strikes at t = 0.45 s, -4.43 to 3.54 m/s, 3.53 J lost"."""
         found = f"{self.contact} {self.what} at t = {self.t!r} s"
-        if self.what == STRIKES and self.impulse[0]:
+        if self.what in (STRIKES, OF_ROPES[STRIKES]) and self.impulse[0]:
             before, after = (0.0 if abs(rate) < 1e-9 * abs(self.before) else rate for rate in (self.before, self.after))
             found += f", {before:.6g} to {after:.6g} {self.unit}/s, {self.lost:.3g} J lost"
         return found if self.rest is None else f"{found}; it rests from t = {self.rest:.9g} s on"
@@ -131,9 +144,10 @@ class Impact:
 
 @dataclass(frozen=True)
 class Numbers:
-    """Contacts of a system at a state."""
+    """Contacts of a system at a state; `able` tells which are closed, or active."""
 
     gaps: Array
+    able: npt.NDArray[np.bool_]
     W: Array
     C: Array
     drift: Array
@@ -183,9 +197,9 @@ class Contacts:
         k, m = len(self.touches), sum(touches + rough for _, touches, rough in self.touches)
         gaps, W, C, drift, rest = np.split(flat, np.cumsum([k, m * nv, m * nv, m]))
         W, C = W.reshape(m, nv), C.reshape(m, nv)
-        friction, static, e = rest.reshape(k, 3).T
+        friction, static, e, able = rest.reshape(k, 4).T
         normals, tangents = zip(*self.rows, strict=True)
-        return Numbers(gaps, W, C, drift, Laws(W @ C.T, normals, tangents, friction, static, e))
+        return Numbers(gaps, able > 0.0, W, C, drift, Laws(W @ C.T, normals, tangents, friction, static, e))
 
     def name(self, k: int) -> str:
         """Return the name of one."""

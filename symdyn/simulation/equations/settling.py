@@ -34,6 +34,8 @@ from symdyn.simulation.equations.contact_modes import (
     BREAKS,
     LIFTS,
     NEAR,
+    OF_ROPES,
+    PASSED,
     SLOW,
     STOPS,
     STRIKES,
@@ -48,8 +50,8 @@ if TYPE_CHECKING:
 TOUCHES, RESTS = 1e-10, 1e-9
 """A gap, in m, and a velocity, in m/s over the fastest one or 1, that are none."""
 
-FLAT = 1e-12
-"""How high what bounces has to rise, m, for another flight."""
+FLAT, FLAT_OF_LOOPS = 1e-12, 1e-9
+"""How high what bounces has to rise, m, for another flight: loops hold positions less closely."""
 
 
 Solution = tuple[tuple[Case, ...], Array]
@@ -80,6 +82,7 @@ class Settling:
         numbers: returns those of a state; an impact changes what depends on velocities.
         t: s.
         nq, nv: coordinates and velocities in front of a state.
+        flat: how high what bounces has to rise, m.
     """
 
     contacts: Contacts
@@ -88,6 +91,7 @@ class Settling:
     t: float
     nq: int
     nv: int
+    flat: float
 
     def behind(self, x: Array, struck: Collection[int], leaving: dict[int, str], broke: dict[int, Array]) -> Array:
         """Return the state behind it; `struck` are contacts, `leaving` lift off, `broke` slip that way."""
@@ -95,7 +99,7 @@ class Settling:
         velocities = slice(self.nq, self.nq + self.nv)
         u = x[velocities]
         rest = RESTS * max(1.0, float(np.abs(u).max(initial=0.0)))
-        near = {k for k in range(len(self.n.gaps)) if abs(self.n.gaps[k]) <= TOUCHES}
+        near = set(np.flatnonzero(self.n.able & (np.abs(self.n.gaps) <= TOUCHES)).tolist())
         touching = sorted({*self.contacts.closed(x), *struck, *near})
         v = self.n.W @ u
         impulses, lost, after = np.zeros(len(v)), 0.0, v
@@ -138,6 +142,7 @@ class Settling:
             else:
                 continue
             name = self.contacts.name(k)
+            what = OF_ROPES.get(what, what) if self.contacts.kinds[k] == "slack" else what
             told.append(
                 Impact(self.t, name, what, before, rate, impulse, lost, words, flights.get(k), self.contacts.units[k])
             )
@@ -167,7 +172,7 @@ class Settling:
             modes = self._options(others, after, rest, {})
             found = next(iter(some.solutions(self.n.drift[rows], modes)), None)
             falls += float(laws.D[n, rows] @ found[1]) if found else 0.0
-        if falls >= 0 or rate * rate > 2 * FLAT * -falls:
+        if falls >= 0 or rate * rate > 2 * self.flat * -falls:
             return None
         return float(self.t + 2 * rate / -falls / (1 - laws.restitution[k]))
 
@@ -293,13 +298,19 @@ def settled(system: StateEquations, t: float, x: Array, events: Sequence[tuple[i
     def numbers(x: Array) -> Numbers:
         return contacts.numbers(system.evaluate("contacts", t, x), nv)
 
-    found = numbers(x)
-    x, rises = x.copy(), {k for k, what in events if what == STRIKES and found.gaps[k] > NEAR / 2}
-    for k in rises:
-        contacts.mode(x, k)[:] = FREE.numbers
-    if len(rises) == len(events):
+    found, x, passes = numbers(x), x.copy(), set[int]()
+    for k in (k for k, what in events if what == STRIKES):
+        mode = contacts.mode(x, k)
+        if tuple(mode) == PASSED or found.gaps[k] > NEAR / 2:
+            mode[:] = FREE.numbers
+        elif not found.able[k]:
+            mode[:] = PASSED
+        else:
+            continue
+        passes.add(k)
+    if len(passes) == len(events):
         return x
-    struck = {k for k, what in events if what == STRIKES} - rises
+    struck = {k for k, what in events if what == STRIKES} - passes
     leaving = {k: what for k, what in events if what != STRIKES}
     forces = system.evaluate("contact_forces", t, x) if leaving else np.zeros(0)
     broke = {
@@ -313,7 +324,8 @@ def settled(system: StateEquations, t: float, x: Array, events: Sequence[tuple[i
     D = found.laws.D[np.ix_(rows, rows)]
     step = -found.C[rows].T @ least(D, found.gaps[list(normals)])
     x[:nq] += system.calls["moved"](x[:nq], np.append(step, x[nq + nv : nq + system.nu]))
-    behind = Settling(contacts, numbers(x), numbers, t, nq, nv).behind(x, struck, leaving, broke)
+    flat = FLAT_OF_LOOPS if system.closed else FLAT
+    behind = Settling(contacts, numbers(x), numbers, t, nq, nv, flat).behind(x, struck, leaving, broke)
     if system.scene.prescribed_velocities:  # what moves as it is told takes and gives energy at an impact, too
         before, after = (float(np.sum(system.evaluate("kinetic", t, y))) for y in (x, behind))
         behind[-1] = x[-1] + after - before
@@ -329,15 +341,18 @@ def begun(system: StateEquations, x: Array) -> Array:
     if system.contacts is None:
         return x
     contacts = system.contacts
-    gaps = contacts.numbers(system.evaluate("contacts", 0.0, x), system.nv).gaps
-    inside = [k for k in range(len(gaps)) if gaps[k] < -NEAR]
+    found, x = contacts.numbers(system.evaluate("contacts", 0.0, x), system.nv), x.copy()
+    gaps = found.gaps
+    for k in np.flatnonzero(~found.able & (gaps < 0.0)).tolist():
+        contacts.mode(x, k)[:] = PASSED
+    inside = np.flatnonzero(found.able & (gaps < -NEAR)).tolist()
     if inside:
         name, unit = contacts.name(inside[0]), contacts.units[inside[0]]
         told = f"contact {name} begins {-gaps[inside[0]]:.3g} {unit} inside its plane; start where it touches, or above"
         if contacts.kinds[inside[0]] == "joint_stop":
             told = f"stop {name} is passed by {-gaps[inside[0]]:.3g} {unit}; start the joint within its limits"
         raise SimulateError(f"{system.scene.name}: start: {told}")
-    touching = [(k, STRIKES) for k in range(len(gaps)) if gaps[k] <= NEAR]
+    touching = [(k, STRIKES) for k in np.flatnonzero(found.able & (gaps <= NEAR)).tolist()]
     try:
         return settled(system, 0.0, x, touching) if touching else x
     except ArithmeticError as fault:
