@@ -70,6 +70,8 @@ def references() -> list[bool]:
                 wanted = case["expect"][0]
                 off = abs([t for t in hits if t > 1e-9][k] - wanted["value"])
                 missed.append(told(f"{case['id']}: time of the first event, error", off, wanted["tol"], "s"))
+        kept = [value for name, value in run.monitors.items() if name.startswith("contact_laws")]
+        missed.append(told(f"{case['id']}: laws of contact, every row", max(kept, default=0.0), 1e-12, ""))
         missed.append(told(f"{case['id']}: energy balance", float(np.abs(run["energy_error"]).max()), 1e-10, "J"))
     return missed
 

@@ -53,6 +53,8 @@ def test_runs_agree_with_closed_forms(name: str, method: str) -> None:
         assert told(run, one["what"]) == pytest.approx(one["value"], rel=0, abs=one["tol"]), one["what"]
     assert np.abs(run["energy_error"]).max() < 1e-10
     assert min((one.lost for one in run.impacts), default=0.0) >= 0.0
+    missed = {name: value for name, value in run.monitors.items() if name.startswith(("penetration", "contact_laws"))}
+    assert max(missed.values(), default=0.0) < 1e-11, missed
 
 
 def test_flights_that_become_shorter_without_end_are_passed_in_their_limit() -> None:

@@ -42,6 +42,8 @@ MONITORS = {
     "normal_force": "smallest normal force, N",
     "friction_coefficient": "largest friction coefficient that is needed",
     "tension": "smallest tension, N",
+    "penetration": "deepest gap below zero, m or rad",
+    "contact_laws": "largest force against the laws of contact and friction, over the largest force",
 }
 """What the monitors of a run tell, in words; those of a contact or a rope have its name behind theirs."""
 

@@ -27,7 +27,7 @@ from symdyn.scene.forces import FORCES
 from symdyn.scene.values import Contact, Faults
 from symdyn.simulation.columns import apart, axes_of
 from symdyn.simulation.equations.compiled_routines import opened
-from symdyn.simulation.equations.contact_modes import columns_of
+from symdyn.simulation.equations.contact_modes import columns_of, laws_missed
 from symdyn.simulation.equations.monitors import SLACK, STOPS, Limit
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.force_columns import multipliers, output_columns, reaction_columns, tension_columns
@@ -267,6 +267,7 @@ def trajectory_of(
             found = replace(found, extra=columns)
         if contacts is not None:
             columns |= columns_of(contacts, system, run.t, run.x)
+            monitors |= laws_missed(contacts, system, run.t, run.x)
         if scene.points:
             columns |= dict(zip(scene.point_names, system.evaluate("points", run.t, run.x).T, strict=True))
         if axes := axes_of(reactions, Faults("")):

@@ -275,3 +275,24 @@ def columns_of(contacts: Contacts, system: StateEquations, t: Array, x: Array) -
         found |= {f"{word}_{name}": forces[:, one] for word, one in zip(words, tangents, strict=False)}
         found[f"mode_{name}"] = np.where(slip == 0.0, np.maximum(closed, sticks * (yields > 0)), 2.0 * slip)
     return found
+
+
+def laws_missed(contacts: Contacts, system: StateEquations, t: Array, x: Array) -> dict[str, float]:
+    """Return by how much a run misses the laws of contact and friction, for every contact with a gap.
+
+    A force misses them that pulls, that pushes while the contact is open, or that is beyond its cone.
+    """
+    flat = system.evaluate("contacts", t, x)
+    forces = system.evaluate("contact_forces", t, x).reshape(len(t), -1)
+    laws = flat[:, -4 * len(contacts.touches) :].reshape(len(t), -1, 4)
+    largest, found = float(np.abs(forces).max(initial=1e-300)), dict[str, float]()
+    for k, (row, tangents) in enumerate(contacts.rows):
+        if row is None:
+            continue
+        gap, normal = flat[:, k], forces[:, row]
+        beyond = np.linalg.norm(forces[:, list(tangents)], axis=1) - laws[:, k, :2].max(axis=1) * normal
+        wrong = np.maximum(np.maximum(-normal, beyond), np.where(gap > NEAR, np.abs(normal), 0.0))
+        passed = np.all(contacts.mode(x, k) == PASSED, axis=1)
+        found[f"penetration {contacts.name(k)}"] = max(0.0, float(-gap[~passed].min(initial=0.0)))
+        found[f"contact_laws {contacts.name(k)}"] = max(0.0, float(wrong.max(initial=0.0))) / largest
+    return found
