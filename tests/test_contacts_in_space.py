@@ -195,7 +195,7 @@ def drawn(rng: np.random.Generator, k: int) -> tuple[Laws, np.ndarray]:
 
 def test_cases_and_projections_find_impulses_that_keep_all_laws() -> None:
     rng, count = np.random.default_rng(5), 0
-    for k in (1, 1, 2, 2, 3) * 12:
+    for k in (1, 2, 2, 3) * 6:
         laws, v = drawn(rng, k)
         options = [(FREE, *laws.slips(i)) for i in range(k)]
         none = np.zeros(k)
@@ -215,7 +215,7 @@ def test_cases_and_projections_find_impulses_that_keep_all_laws() -> None:
         count += bool(chosen)
         lost = -laws.impact(v, [True] * k) @ (v + laws.D @ laws.impact(v, [True] * k) / 2)
         assert lost >= -1e-12
-    assert count >= 55
+    assert count >= 22
 
 
 def test_the_dynamics_of_a_mode_slip_along_the_direction_that_is_given() -> None:

@@ -110,7 +110,7 @@ def links(scene: Scene, places: Places, view: View) -> tuple[tuple[Item, ...], t
     """Return all struts and their labels."""
     items: list[Item] = []
     labels: list[Label] = []
-    for one in (*scene.struts, *scene.lasting_ropes):
+    for one in scene.strings:
         shapes, at = _link(one, scene, places, view)
         depth = np.zeros(places.count) if view.planar else np.full(places.count, -1e6)
         items.append(

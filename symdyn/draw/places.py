@@ -252,12 +252,12 @@ def _gathered(scene: Scene, graph: Graph, arrays: Mapping[Key, Array], count: in
         {point.name: (point.body, frame("point", point.name)) for point in scene.points},
         {
             one: tuple(arrays["end", one, k] for k in range(len(one.ends)))
-            for one in (*scene.struts, *scene.loads, *scene.lasting_ropes)
+            for one in (*scene.strings, *scene.loads)
             if one.ends
         },
         {
             one: tuple(_straight(one, k, arrays) for k in range(len(one.ends) - 1))
-            for one in (*scene.struts, *scene.lasting_ropes)
+            for one in scene.strings
             if ("tangent", one, 0) in arrays
         },
         {load: (arrays["force", load], arrays["couple", load]) for load in scene.loads},

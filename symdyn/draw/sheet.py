@@ -202,7 +202,7 @@ class Sheet:
             yield self._made("point", (at, starts.get(point.body, at)), point.body, point.name)
 
     def _acting(self, scene: Scene, tips: dict[str, list[int]]) -> Iterator[Mark]:
-        acting: tuple[Element, ...] = (*scene.struts, *scene.loads, *scene.lasting_ropes)
+        acting: tuple[Element, ...] = (*scene.strings, *scene.loads)
         for one in acting:
             if ("tangent", one, 0) in self.found:
                 yield from self._rope(one, tips)

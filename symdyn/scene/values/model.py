@@ -203,8 +203,14 @@ class Scene(Shown):
 
     @cached_property
     def ropes(self) -> tuple[Element, ...]:
-        """The ropes, elastic ones too."""
-        return tuple(one for one in self.elements if one.is_taut)
+        """The ropes that are taut always, elastic ones too."""
+        return tuple(one for one in self.elements if one.is_taut and one not in self.unilaterals)
+
+    @cached_property
+    def strings(self) -> tuple[Element, ...]:
+        """What runs along a line: springs, dampers, and ropes, which may be slack."""
+        slack = (one for one in self.unilaterals if one.is_taut)
+        return (*self.struts, *self.lasting_ropes, *slack)
 
     @cached_property
     def lasting_ropes(self) -> tuple[Row, ...]:
