@@ -75,7 +75,7 @@ def hamilton(scene: Scene) -> Iterator[Group]:
     page, graph, every = Printable.of(closed, lengths=None), closed.state.q[0].graph, range(closed.n)
     found = _momenta(closed, every)
     rows = [Row(name, name, form) for name, form in zip(found.names, found.forms, strict=True)]
-    yield Group("Momenta", "p = dL/dqd", tuple(rows), r"$p_i = \partial L/\partial \dot q_i$:", found.names)
+    yield Group("momenta", "Momenta", "p = dL/dqd", tuple(rows), r"$p_i = \partial L/\partial \dot q_i$:", found.names)
     try:
         rates = [form.express(graph) for form in found.rates or ()]
         work = graph.total(p * rate for p, rate in zip(found.nodes, rates, strict=True)) / 2
@@ -87,18 +87,18 @@ def hamilton(scene: Scene) -> Iterator[Group]:
         slopes = [closed.compactor(closed.ring.derivative(closed.K, q)) for q in closed.state.q]
         kinetic, rows = closed.form("K"), []
         text = r"$\dot q$ follows from the momenta above, $M \dot q = p$; $\dot p_i = \partial L/\partial q_i + Q_i$:"
-    H = Form.sum((kinetic, page.P))
-    yield Group("Hamiltonian", "H = p.qd - L", (named_row(scene, "H", H),), r"$H = \sum p_i \dot q_i - L$:")
+    row = named_row(scene, "H", Form.sum((kinetic, page.P)))
+    yield Group("hamiltonian", "Hamiltonian", "H = p.qd - L", (row,), r"$H = \sum p_i \dot q_i - L$:")
     for i, (name, slope) in enumerate(zip(found.names, slopes, strict=True)):
         form = Form.sum((slope, page.gravity(i).negative, page.right[i]))
         rows.append(Row(f"{name}_dot", f"{name}_dot", form))
-    yield Group("Canonical equations", "qd = dH/dp, pd = -dH/dq + Q", tuple(rows), text)
+    yield Group("canonical", "Canonical equations", "qd = dH/dp, pd = -dH/dq + Q", tuple(rows), text)
     if cyclic := Workspace(scene).cyclic:
         names = ", ".join(scene.coordinates[k] for k in cyclic)
         text = f"{{p, H}} = dp/dt = 0, as nothing depends on {names}"
         kept = tuple(Row(f"{found.names[k]}_dot", f"{found.names[k]}_dot", Number.ZERO) for k in cyclic)
         latex = rf"$\{{p, H\}} = \dot p = 0$, as nothing depends on {in_latex(names)}:"
-        yield Group("Poisson brackets", text, kept, latex)
+        yield Group("brackets", "Poisson brackets", text, kept, latex)
 
 
 def port_hamiltonian(scene: Scene) -> Iterator[Group]:
@@ -133,12 +133,13 @@ def port_hamiltonian(scene: Scene) -> Iterator[Group]:
         rf"{J.latex} - {R.latex} \end{{bmatrix}} \nabla H + \begin{{bmatrix}} 0 \\ \tau + {F.latex} \end{{bmatrix}}$; "
         "what is not listed is 0:"
     )
-    yield Group("Structure", text, nonzero_rows(rows), latex)
+    yield Group("structure", "Structure", text, nonzero_rows(rows), latex)
     yield from motion
     driven = [k for k, drive in enumerate(scene.drives) if drive]
     outputs = tuple(entry_row(scene, "y", Symbol(scene.velocities[k]), k) for k in driven)
     if outputs:
-        yield Group("Outputs", "y = dH/dp, one a drive", outputs, r"$y = \partial H/\partial p$, one a drive:")
+        latex = r"$y = \partial H/\partial p$, one a drive:"
+        yield Group("outputs", "Outputs", "y = dH/dp, one a drive", outputs, latex)
     given = (
         Form.product((Symbol(drive), row.form)) for drive, row in zip(filter(None, scene.drives), outputs, strict=True)
     )
@@ -146,7 +147,7 @@ def port_hamiltonian(scene: Scene) -> Iterator[Group]:
     balance = Row(f"{H.name}_dot", rf"\dot{{{H.latex}}}", Form.sum((*given, write(power))))
     text = f"dH/dt = y.tau - qd.{R.name} qd + qd.{F.name}"
     latex = rf"$\dot H = y \cdot \tau - \dot q \cdot {R.latex} \dot q + \dot q \cdot {F.latex}$:"
-    yield Group("Power", text, (balance,), latex)
+    yield Group("power", "Power", text, (balance,), latex)
 
 
 def routh(scene: Scene) -> Iterator[Group]:
@@ -174,9 +175,9 @@ def routh(scene: Scene) -> Iterator[Group]:
     rows = [Row(name, name, form) for name, form in zip(found.names, found.forms, strict=True)]
     names = ", ".join(scene.coordinates[i] for i in cyclic)
     text = f"nothing depends on {names}"
-    yield Group("Constant momenta", text, tuple(rows), f"N{in_latex(text)[1:]}:", found.names)
+    yield Group("constant", "Constant momenta", text, tuple(rows), f"N{in_latex(text)[1:]}:", found.names)
     rates = [Row(scene.velocities[i], scene.velocities[i], rate) for i, rate in zip(cyclic, found.rates, strict=True)]
-    yield Group("Cyclic velocities", "from these", tuple(rates))
+    yield Group("cyclic", "Cyclic velocities", "from these", tuple(rates))
     known = {closed.state.qd[i]: rate.express(graph) for i, rate in zip(cyclic, found.rates, strict=True)}
     K, state, others = closed.form("K").express(graph), closed.state, [i for i in range(closed.n) if i not in cyclic]
     given = graph.total(p * known[state.qd[i]] for p, i in zip(found.nodes, cyclic, strict=True))
@@ -191,12 +192,12 @@ def routh(scene: Scene) -> Iterator[Group]:
         raise DerivationError(
             f"{scene.name}: Routh's function is too long to be read; generate the output routhian"
         ) from None
-    yield Group("Routh's function", "R = L - sum of p qd", (named_row(scene, "R", Form.sum((R, page.P.negative))),),
-                r"$R = L - \sum p_i \dot q_i$:")  # fmt: skip
+    row = named_row(scene, "R", Form.sum((R, page.P.negative)))
+    yield Group("routhian", "Routh's function", "R = L - sum of p qd", (row,), r"$R = L - \sum p_i \dot q_i$:")
     sums = (
         Form.sum((rate, slope, page.gravity(i), page.right[i].negative))
         for i, rate, slope in zip(others, inertial, slopes, strict=True)
     )
     left = [Row("0", "0", form) for form in sums]
     latex = r"$\frac{d}{dt} \partial R/\partial \dot q_i - \partial R/\partial q_i - Q_i = 0$:"
-    yield Group("Equations that are left", "0 = d/dt dR/dqd - dR/dq - Q", tuple(left), latex)
+    yield Group("left", "Equations that are left", "0 = d/dt dR/dqd - dR/dq - Q", tuple(left), latex)

@@ -23,11 +23,12 @@ TOO_LONG = (DerivationError, OverflowError, ValueError, ZeroDivisionError)
 
 @dataclass(frozen=True)
 class Row:
-    """One equation: its left side as text and in LaTeX, and the formula on the right."""
+    """One equation: its left side as text and in LaTeX, the formula on the right, and its place in a matrix, from 0."""
 
     name: str
     latex: str
     form: Form
+    place: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -35,11 +36,13 @@ class Group:
     """Equations under a title.
 
     Attributes:
+        key: what they are, for what explains them; of a body with its name behind a colon.
         text: what is said of them, in plain words.
         latex: the same with formulas in LaTeX; "" where it is the same.
         letters: names of its own that have rates, as coordinates do.
     """
 
+    key: str
     title: str
     text: str
     rows: tuple[Row, ...]
@@ -131,7 +134,7 @@ def entry_row(scene: Scene, letter: str, form: Form, *place: int) -> Row:
     head, _, below = of.latex.partition("_")
     numbers = [str(k + 1) for k in place]
     index = ("_" if any(k > 8 for k in place) else "").join(numbers)
-    return Row(f"{of.name}{index}", f"{head}_{{{','.join(filter(None, (below, *numbers)))}}}", form)
+    return Row(f"{of.name}{index}", f"{head}_{{{','.join(filter(None, (below, *numbers)))}}}", form, place)
 
 
 def nonzero_rows(rows: Iterable[Row]) -> tuple[Row, ...]:

@@ -15,11 +15,13 @@ of the Royal Society A 439 (1992) 407.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
 from symdyn.algebra import Form, Number, Ratios
 from symdyn.arguments import argument
-from symdyn.dynamics import Workspace
+from symdyn.dynamics import Function, Workspace
 from symdyn.dynamics.mechanism import solve
+from symdyn.dynamics.outputs import Counts
 from symdyn.emit.print.breaking import DIGITS, definitions, refuse_too_long
 from symdyn.emit.print.canonical_pages import hamilton, port_hamiltonian, routh
 from symdyn.emit.print.formula_text import Forms, Latex, broken_text, rounded
@@ -46,6 +48,7 @@ from symdyn.graph import Graph, evaluate, gradient
 from symdyn.rounding import digits_or, requested_digits
 from symdyn.scene import Scene
 from symdyn.spatial import Vec
+from symdyn.unlocked import cached_property
 
 AXES = "xyz"
 
@@ -70,14 +73,15 @@ def kane(scene: Scene) -> Iterator[Group]:
             rows += [*_vector(f"v{r + 1}", twist[0], write), *_vector(f"w{r + 1}", twist[1], write)]
         rows += [Row(f"{forces[r]}*", rf"F^*_{{{r + 1}}}", write(x)) for r, x in zip(n, share, strict=True)]
         text = "velocities, partial velocities (ground axes), and its share of F*; what is not listed is 0"
-        yield Group(f"{part.body}", text, tuple(row for row in rows if row.form != Number.ZERO))
+        yield Group(f"body:{part.body}", f"{part.body}", text, tuple(row for row in rows if row.form != Number.ZERO))
     turned = [Row(f"{forces[r]}*", rf"F^*_{{{r + 1}}}", write(x)) for r, x in zip(n, rotors, strict=True)]
     if rows := [row for row in turned if row.form != Number.ZERO]:
-        yield Group("Rotors", "the share of the armatures of joints in F*", tuple(rows))
+        yield Group("rotors", "Rotors", "the share of the armatures of joints in F*", tuple(rows))
     rows = [Row(forces[r], f"F_{{{r + 1}}}", Form.sum((named[r], write(x)))) for r, x in zip(n, active, strict=True)]
-    yield Group("Active forces", "weights, drives, and what else does work", tuple(rows))
+    yield Group("active", "Active forces", "weights, drives, and what else does work", tuple(rows))
     sums = [Form.sum((named[r], write(active[r]), write(inertia[r]))) for r in n]
-    yield Group("Kane's equations", "0 = F + F*", tuple(Row("0", "0", x) for x in sums), "$F_r + F_r^* = 0$:")
+    rows = [Row("0", "0", x) for x in sums]
+    yield Group("kane", "Kane's equations", "0 = F + F*", tuple(rows), "$F_r + F_r^* = 0$:")
 
 
 def appell(scene: Scene) -> Iterator[Group]:
@@ -88,11 +92,11 @@ def appell(scene: Scene) -> Iterator[Group]:
     write = written_forms(w, [total, *slopes, *active])
     named = drive_symbols(scene)
     text = "S = sum of m a^2/2 and of what turns, without what holds no acceleration"
-    yield Group("Function of Gibbs and Appell", text, (named_row(scene, "S", write(total)),))
+    yield Group("gibbs", "Function of Gibbs and Appell", text, (named_row(scene, "S", write(total)),))
     rows = [Row(f"dS/d{u}_dot", "", write(x)) for u, x in zip(scene.velocities, slopes, strict=True)]
     sums = [Form.sum((row.form, named[r].negative, write(active[r]).negative)) for r, row in enumerate(rows)]
-    yield Group("Appell's equations", "0 = dS/dudot - Q", tuple(Row("0", "0", x) for x in sums),
-                r"$\partial S/\partial \dot u_r - Q_r = 0$:")  # fmt: skip
+    latex = r"$\partial S/\partial \dot u_r - Q_r = 0$:"
+    yield Group("appell", "Appell's equations", "0 = dS/dudot - Q", tuple(Row("0", "0", x) for x in sums), latex)
 
 
 def _vector(name: str, v: Vec, write: Forms) -> list[Row]:
@@ -133,7 +137,7 @@ def udwadia_kalaba(scene: Scene) -> Iterator[Group]:
     rows += [entry_row(scene, "Q", Q[i], i) for i in n]
     what_is_not = "as if nothing tied the velocities; what is not listed is 0"
     text, latex = f"{M_.name} a = {Q_.name}, {what_is_not}", rf"${M_.latex} a = {Q_.latex}$, {what_is_not}:"
-    yield Group("Without constraints", text, nonzero_rows(rows), latex)
+    yield Group("free", "Without constraints", text, nonzero_rows(rows), latex)
     A, b = (
         [row.G for row in page.constraints.rows],
         [(row.bias or Number.ZERO).negative for row in page.constraints.rows],
@@ -143,7 +147,7 @@ def udwadia_kalaba(scene: Scene) -> Iterator[Group]:
     spare = len(Workspace(scene).loops.recursive.G) - len(A)
     left_out = f"; {spare} more rows follow from these, and leave the forces below as they are" if spare else ""
     text, latex = f"{A_.name} udot = {b_.name}{left_out}", rf"${A_.latex} \dot u = {b_.latex}${left_out}:"
-    yield Group("Constraints", text, nonzero_rows(rows), latex)
+    yield Group("constraints", "Constraints", text, nonzero_rows(rows), latex)
     graph = Graph()
     solve(range(-1, len(n)), [[x.express(graph) for x in row] for row in M], [x.express(graph) for x in Q])
     inverse = f"{M_.latex}^{{-1}}"
@@ -153,12 +157,12 @@ def udwadia_kalaba(scene: Scene) -> Iterator[Group]:
     forces = _constraint_forces(M, Q, A, b)
     if forces is None:
         text, latex = f"{M_.name} udot = {Q_.name} + {spelled}", rf"${M_.latex} \dot u = {Q_.latex} + {added}$."
-        yield Group("Udwadia and Kalaba's equation", text, (), latex)
+        yield Group("added", "Udwadia and Kalaba's equation", text, (), latex)
         return
     rows = [entry_row(scene, "Q_c", x, i) for i, x in enumerate(forces)]
     text = f"{M_.name} udot = {Q_.name} + Q_c, Q_c = {spelled}; what is not listed is 0"
     latex = rf"${M_.latex} \dot u = {Q_.latex} + Q_c$, $Q_c = {added}$; what is not listed is 0:"
-    yield Group("Udwadia and Kalaba's equation", text, nonzero_rows(rows), latex)
+    yield Group("added", "Udwadia and Kalaba's equation", text, nonzero_rows(rows), latex)
 
 
 def _constraint_forces(
@@ -197,6 +201,49 @@ PAGES: dict[str, Callable[[Scene], Iterator[Group]]] = {
 """Formulations beside Lagrange's and D'Alembert's, each by what writes its page."""
 
 
+@dataclass(frozen=True)
+class FormulationPage:
+    """A scene's equations by one formulation, as they are printed.
+
+    Attributes:
+        scene: the mechanism.
+        formulation: "lagrange", or a key of `PAGES`.
+    """
+
+    scene: Scene
+    formulation: str
+
+    @cached_property
+    def groups(self) -> tuple[Group, ...]:
+        """Equations by title, none by Lagrange.
+
+        Raises:
+            DerivationError: the scene has no such formulation, and why.
+        """
+        return () if self.formulation == "lagrange" else tuple(PAGES[self.formulation](self.scene))
+
+    @cached_property
+    def forms(self) -> list[Form]:
+        """All formulas; of Lagrange's equations both sides."""
+        if self.formulation != "lagrange":
+            return [row.form for group in self.groups for row in group.rows]
+        page = Printable.of(self.scene)
+        return [side(i) for i in range(len(page.rows)) for side in (page.left, page.driving)]
+
+    @property
+    def operations(self) -> int:
+        """Multiplications, additions and divisions that all formulas take together, what is shared once."""
+        graph = Graph()
+        entries = tuple(form.express(graph) for form in self.forms)
+        counts = Counts.of(Function("page", "", (), "", (len(entries),), entries, "", self.formulation))
+        return counts.multiplications + counts.additions + counts.divisions
+
+    def refuse_too_long(self) -> None:
+        """Raise EmitError where there are more formulas than are written."""
+        instead = "symdyn generate writes code, which has no such limit"
+        refuse_too_long(self.scene.name, f"{self.formulation}:", self.forms, instead)
+
+
 def formulation_text(scene: Scene, formulation: str, format: str = "latex", document: bool = False) -> str:
     """Return a formulation in LaTeX, a whole document of it where that is asked for, or as plain text.
 
@@ -207,9 +254,9 @@ def formulation_text(scene: Scene, formulation: str, format: str = "latex", docu
     if format not in ("latex", "text") or (format == "text" and document):
         told = f"without {argument('document')}"
         raise EmitError(f"{formulation}: it is written in LaTeX and, {told}, as text, not as {format}")
-    groups = list(PAGES[formulation](scene))
-    forms = [row.form for group in groups for row in group.rows]
-    refuse_too_long(scene.name, f"{formulation}:", forms, "symdyn generate writes code, which has no such limit")
+    page = FormulationPage(scene, formulation)
+    page.refuse_too_long()
+    groups, forms = page.groups, page.forms
     if format == "text":
         return "\n".join(["\n\n".join(map(_text, groups)), *rate_lines(scene)])
     write = Latex(latex_symbols(scene, (), [name for group in groups for name in group.letters]), digits_or(DIGITS))
