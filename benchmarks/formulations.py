@@ -47,6 +47,9 @@ is solved for, and fewer than Lagrange's where it stays in M q̇ = p, as of a PU
 than Coriolis terms. Routh's page is no longer than Hamilton's, and has fewer equations to integrate. Appell's is mostly
 half as long as Kane's, which needs no energy and no derivative of one. Of loops Udwadia and Kalaba's is mostly the
 shorter page, for its M, Q, A and b are not put together.
+
+[`symdyn walkthrough --formulation`](lessons.md) explains each page, with these counts of its own scene, and proves it equal to
+Lagrange's equations.
 """
 
 

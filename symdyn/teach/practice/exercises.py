@@ -139,7 +139,10 @@ def written_out(block: Block) -> Iterator[Form]:
         yield from (part for cell in cells for part in cell.parts if not isinstance(part, str))
 
 
-RESULTS = ("square", "potential", "momentum", "rate", "slope", "equation", "coefficients", "bivectors", "solved")
+RESULTS = (
+    *("square", "potential", "momentum", "rate", "slope", "equation", "coefficients", "bivectors", "solved"),
+    *("derived", "result"),
+)
 """Kinds of steps, what stands before the colon of their keys, that end a part of the derivation."""
 
 
@@ -159,7 +162,7 @@ class Grade:
 GRADES: Mapping[int, Grade] = {
     1: Grade(()),  # every step to the equations and coefficients, each from the one before it
     2: Grade(RESULTS),
-    3: Grade(("energies", "lagrangian", "equation", "solved"), alone=True),
+    3: Grade(("energies", "lagrangian", "equation", "solved", "result"), alone=True),
 }
 
 ASIDE = ("meaning", "power")
