@@ -74,8 +74,8 @@ def kane(scene: Scene) -> Iterator[EquationGroup]:
         rows += _forces(forces, "*", map(write, share))
         text = "velocities, partial velocities (ground axes), and its share of F*; what is not listed is 0"
         yield EquationGroup(f"body:{part.body}", f"{part.body}", text, nonzero_rows(rows))
-    if rows := nonzero_rows(_forces(forces, "*", map(write, rotors))):
-        yield EquationGroup("rotors", "Rotors", "the share of the armatures of joints in F*", rows)
+    if turned := nonzero_rows(_forces(forces, "*", map(write, rotors))):
+        yield EquationGroup("rotors", "Rotors", "the share of the armatures of joints in F*", turned)
     rows = _forces(forces, "", (Form.sum((named[r], write(x))) for r, x in zip(n, active, strict=True)))
     yield EquationGroup("active", "Active forces", "weights, drives, and what else does work", tuple(rows))
     sums = [Form.sum((named[r], write(active[r]), write(inertia[r]))) for r in n]

@@ -43,6 +43,9 @@ SHOWN: Mapping[str, tuple[str, ...]] = {
 }
 """What the figure of a page shows at a step of a group; see `symdyn.teach.derivations.lagrange.SHOWS`."""
 
+Entries = dict[tuple[int, ...], Form]
+"""Entries of a matrix or vector by their places, from 0; none that is zero."""
+
 DIGITS = "0123456789_"
 WIDEST = 8
 """Terms of a formula that stands behind what it is by definition, in one line."""
@@ -93,6 +96,12 @@ class Explained:
         """What acts along every velocity beside drives, weights and springs."""
         return generalized_forces(self.lesson.scene, self.lesson.graph)
 
+    @cached_property
+    def needed(self) -> list[Expr]:
+        """What the motion of every velocity without a drive would need, by Lagrange's equations; zero with a drive."""
+        lesson = self.lesson
+        return [lesson.graph.zero if tau else x for tau, x in zip(lesson.scene.drives, lesson.drives, strict=True)]
+
     @property
     def driven(self) -> dict[Expr, int]:
         """Velocities with a drive, by its symbol."""
@@ -119,8 +128,8 @@ class Explained:
         (row,) = self.groups[group].rows
         return row
 
-    def entries(self, letter: str) -> dict[tuple[int, ...], Form]:
-        """Return entries of a matrix or vector of the page by their places; none that is zero."""
+    def entries(self, letter: str) -> Entries:
+        """Return what the page calls by a letter."""
         return {row.place: row.form for one in self.page.groups for row in one.rows if row.letter == letter}
 
     def say(self, key: str, **places: str | Form | Words) -> Words:
@@ -129,6 +138,24 @@ class Explained:
         return self.lesson.say(key, **(letters | places))
 
     # Steps
+
+    def stated(self) -> list[Block]:
+        """Return the equations for any coordinate i; none where matrices say them."""
+
+        def slope(of: str, by: str) -> Symbol:
+            return self.lesson.slope(f"any:{of}", f"any:{by}", None)
+
+        rate, QA = self.lesson.rate(slope("R", "q1").name, None), Symbol("any:QA")
+        known: Mapping[str, list[tuple[Form, Form]]] = {
+            "hamilton": [
+                (Symbol("any:q1"), slope("H", "p0")),
+                (Symbol("any:p1"), Form.sum((slope("H", "q0").negative, QA))),
+            ],
+            "routh": [(Form.sum((rate, slope("R", "q0").negative)), QA)],
+            "kane": [(Form.sum((Symbol("any:F"), Symbol("any:F*"))), Number.ZERO)],
+            "gibbs-appell": [(slope("S", "q2"), Symbol("any:Qi"))],
+        }
+        return [Formula("", left, right=right) for left, right in known.get(self.page.formulation, [])]
 
     def step(self, group: str, *blocks: Block, **places: str | Form | Words) -> Step:
         """Return a step about a group: its claim, and the first time its reason, stand under what is before a colon."""
@@ -229,7 +256,7 @@ class Explained:
         self.lesson.names[key] = Name(Letter(row.latex[0], below, above=above), self.value(row.form))
         return folded(self.lesson, Formula(key, self.order(row.form)))
 
-    def matrix(self, key: str, entries: Mapping[tuple[int, ...], Form], height: int, width: int = 1) -> Matrix:
+    def matrix(self, key: str, entries: Entries, height: int, width: int = 1) -> Matrix:
         """Return the matrix that is named by a key; what has no entry is zero."""
         places = [(i, j) if width > 1 else (i,) for i in range(height) for j in range(width)]
         look, names = self.lesson.names[key].look, list[str]()
@@ -248,9 +275,9 @@ LETTERS = "MQAbJRHS"
 """Functions and matrices that prose names."""
 
 
-def joined(sign: Sequence[int], *some: Mapping[tuple[int, ...], Form]) -> dict[tuple[int, ...], Form]:
+def joined(sign: Sequence[int], *some: Entries) -> Entries:
     """Return a square matrix of which one half is known: sign 1 or -1 is that of the other half; several are added."""
-    found: dict[tuple[int, ...], Form] = {}
+    found: Entries = {}
     for s, half in zip(sign, some, strict=True):
         for (i, j), form in half.items():
             for place, entry in {(j, i): form if s > 0 else form.negative, (i, j): form}.items():

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import partial
 
 import numpy as np
 
@@ -22,14 +23,14 @@ from symdyn.graph import Expr, gradient, reachable, substitute, tangents
 from symdyn.scene import Scene, SceneUnits, without_hidden_zeros
 from symdyn.scene.values import force_unit
 from symdyn.teach.derivations.constrained import Constrained
-from symdyn.teach.derivations.formulation_steps import Explained, joined
+from symdyn.teach.derivations.formulation_steps import Entries, Explained, joined
 from symdyn.teach.derivations.lagrange import scene_picture, state_step, with_figures
 from symdyn.teach.derivations.multipliers import choose_tied_motion
 from symdyn.teach.derivations.precession import NO_FORM, lowest, precession_steps, shortened
 from symdyn.teach.derivations.reduced import reduced
 from symdyn.teach.derivations.steady import steady_step
 from symdyn.teach.derivations.velocities import energy_steps, folded, length_steps, position_steps, velocity_steps
-from symdyn.teach.document import Block, Document, Formula, Letter, Name, Step
+from symdyn.teach.document import Block, Document, Formula, Letter, Name, Step, Words
 from symdyn.teach.lesson import Lesson, Prose, called, named, refuse_quaternions, together
 from symdyn.teach.notation import acting_steps, coordinate_step, joints_step, notation_step, scene_step
 from symdyn.teach.shown_state import Chosen, choose_state, picture_letters
@@ -66,28 +67,6 @@ def with_cost(document: Document, declared: Scene) -> Document:
     step = Step("derived:cost", claim, (table,), lesson.say(f"by.when.{document.formulation}", **letters))
     sections = (replace(x, steps=(*x.steps, step)) if x.key == "by.idea" else x for x in document.sections)
     return replace(document, sections=tuple(sections))
-
-
-# What it is, for any coordinate
-
-
-def _hamiltons(lesson: Lesson) -> list[Block]:
-    by = {key: lesson.slope("any:H", f"any:{key}", None) for key in ("q0", "p0")}
-    pushed = Form.sum((by["q0"].negative, Symbol("any:QA")))
-    return [Formula("", Symbol("any:q1"), right=by["p0"]), Formula("", Symbol("any:p1"), right=pushed)]
-
-
-def _rouths(lesson: Lesson) -> list[Block]:
-    momentum, slope = (lesson.slope("any:R", f"any:{key}", None) for key in ("q1", "q0"))
-    return [Formula("", Form.sum((lesson.rate(momentum.name, None), slope.negative)), right=Symbol("any:QA"))]
-
-
-def _kanes(lesson: Lesson) -> list[Block]:
-    return [Formula("", Form.sum((Symbol("any:F"), Symbol("any:F*"))), right=Number.ZERO)]
-
-
-def _appells(lesson: Lesson) -> list[Block]:
-    return [Formula("", lesson.slope("any:S", "any:q2", None), right=Symbol("any:Qi"))]
 
 
 # The steps to the equations
@@ -139,35 +118,26 @@ def _tied(told: Explained) -> Iterator[Step]:
 def _structured(told: Explained) -> Iterator[Step]:
     *steps, canonical = told.canonical_steps()
     yield from steps
-    lesson, n = told.lesson, told.lesson.state.n
-    x = [*lesson.scene.coordinates, *told.momenta]
-    latex = {"x:": r"\mathbf{x}", "flow:": r"\mathbf{J} - \mathbf{R}", "slopes:": r"\nabla H", "input:": r"\mathbf{f}"}
-    latex |= {"rate:": r"\dot{\mathbf{x}}", "moved:": r"(\mathbf{J} - \mathbf{R}) \nabla H"}
+    lesson, n, F = told.lesson, told.lesson.state.n, told.entries("F")
+    latex = {"rate:": r"\dot{\mathbf{x}}", "moved:": r"(\mathbf{J} - \mathbf{R}) \nabla H", "input:": r"\mathbf{f}"}
     lesson.names |= {key: Name(Letter(shown)) for key, shown in latex.items()}
-    flow = {(n + i, n + j): form for (i, j), form in _pushed(told).items()}
-    flow |= {(i, n + i): Number.ONE for i in range(n)} | {(n + i, i): Number.MINUS_ONE for i in range(n)}
-    columns = {
-        "x:": {(k,): Symbol(name) for k, name in enumerate(x)},
-        "slopes:": {(k,): lesson.slope("hamiltonian:", name, None) for k, name in enumerate(x)},
-        "input:": {(n + i,): form for i, form in enumerate(_given(told))},
-    }
-    vectors = [told.matrix(key, entries, 2 * n) for key, entries in columns.items()]
+    lesson.names["flow:"] = Name(Letter(r"\mathbf{J} - \mathbf{R}"))
+    flow: Entries = {(i, n + i): Number.ONE for i in range(n)}
+    for (i, j), form in ({(i, i - n): Number.MINUS_ONE for i in range(n)} | _pushed(told)).items():
+        flow[n + i, n + j] = form
+    drives = [Symbol(tau) if tau else Number.ZERO for tau in lesson.scene.drives]
+    given: Entries = {(n + i,): Form.sum((tau, F.get((i,), Number.ZERO))) for i, tau in enumerate(drives)}
     whole = Formula("rate:", Form.sum((Symbol("moved:"), Symbol("input:"))))
-    yield told.step("structure", whole, vectors[0], told.matrix("flow:", flow, 2 * n, 2 * n), *vectors[1:])
+    matrices = told.matrix("flow:", flow, 2 * n, 2 * n), told.matrix("input:", given, 2 * n)
+    names = together([Symbol(name) for name in (*lesson.scene.coordinates, *told.momenta)])
+    yield told.step("structure", whole, *matrices, names=names)
     yield canonical
 
 
-def _pushed(told: Explained) -> dict[tuple[int, ...], Form]:
+def _pushed(told: Explained) -> Entries:
     """Return J - R of momenta, no entry that is zero."""
     lost = {place: form.negative for place, form in told.entries("R").items()}
     return joined([-1, 1], told.entries("J"), lost)
-
-
-def _given(told: Explained) -> list[Form]:
-    """Return drives and F of every velocity."""
-    F = told.entries("F")
-    drives = ([Symbol(tau)] if tau else [] for tau in told.lesson.scene.drives)
-    return [Form.sum((*tau, F.get((i,), Number.ZERO))) for i, tau in enumerate(drives)]
 
 
 # Proofs
@@ -182,8 +152,7 @@ def _of_momenta(told: Explained) -> dict[str, Claim]:
     lesson, graph, n = told.lesson, told.lesson.graph, told.lesson.state.n
     H, rows = told.row("hamiltonian").form, {row.name: row.form for row in told.groups["canonical"].rows}
     faster, drives = [f"{p}_dot" for p in told.momenta], lesson.scene.drives
-    needed = [graph.zero if drive else lesson.drives[i] for i, drive in enumerate(drives)]
-    rates = [told.value(rows[name]) + rest for name, rest in zip(faster, needed, strict=True)]
+    rates = [told.value(rows[name]) + rest for name, rest in zip(faster, told.needed, strict=True)]
     claims = {"energy": _same([told.value(H)], [lesson.energy.K + lesson.energy.P])}
     if all(name in rows for name in lesson.scene.velocities):
         slopes = gradient(H.express(graph), [*map(graph.symbol, told.momenta), *lesson.state.q])
@@ -204,7 +173,7 @@ def _of_ports(told: Explained) -> dict[str, Claim]:
     claims = _of_momenta(told) | {"structure": _same(pushed, told.acting)}
     if not {graph.symbol(TIME), *lesson.state.clock}.intersection(reachable([lesson.L])):
         (rate,) = tangents([lesson.energy.K + lesson.energy.P], lesson.state.acceleration)
-        idle = (lesson.drives[i] * u[i] for i, drive in enumerate(lesson.scene.drives) if not drive)
+        idle = (needed * x for needed, x in zip(told.needed, u, strict=True))
         claims["power"] = _same([graph.total([told.value(told.row("power").form), *idle])], [rate])
     return claims
 
@@ -215,21 +184,17 @@ def _of_routh(told: Explained) -> dict[str, Claim]:
     rest = substitute([lesson.momentum_rates[i] for i in cyclic], {state.qdd[i]: lesson.graph.zero for i in cyclic})
     M = [gradient(lesson.momenta[i], [state.qd[j] for j in cyclic]) for i in cyclic]
     put = dict(zip((state.qdd[i] for i in cyclic), solve(range(-1, len(M)), M, [-x for x in rest]), strict=True))
-    others = substitute([lesson.drives[i] for i in range(state.n) if i not in cyclic], put)
+    others = substitute([told.needed[i] for i in range(state.n) if i not in cyclic], put)
     taken = lesson.graph.total(lesson.momenta[i] * state.qd[i] for i in cyclic)
-    left = [told.value(row.form, drives=False) for row in told.groups["left"].rows]
+    left = substitute([told.value(row.form) for row in told.groups["left"].rows], put)
     routhian = told.value(told.row("routhian").form)
     return {"routhian": _same([routhian], [lesson.L - taken]), "lagrange": _same(left, others)}
 
 
-def _of_kane(told: Explained) -> dict[str, Claim]:
-    found = [told.value(row.form, drives=False) for row in told.groups["kane"].rows]
-    return {"lagrange": _same([-x for x in found], told.lesson.drives)}
-
-
-def _of_appell(told: Explained) -> dict[str, Claim]:
-    found = [told.value(row.form, drives=False) for row in told.groups["appell"].rows]
-    return {"lagrange": _same(found, told.lesson.drives)}
+def _of_sums(group: str, told: Explained) -> dict[str, Claim]:
+    """What is zero vanishes with the drives that Lagrange's equations ask for, or is what no drive supplies."""
+    found = [told.value(row.form) for row in told.groups[group].rows]
+    return {"lagrange": _same([-x for x in found] if group == "kane" else found, told.needed)}
 
 
 def _added(told: Explained) -> tuple[list[Expr], list[Expr]]:
@@ -372,11 +337,10 @@ def _in_numbers(
     """Yield the state, and a table of forces along every velocity."""
     lesson = told.lesson
     units = [lesson.scene.shown_unit(force_unit(unit)) for unit in SceneUnits(lesson.scene).velocities]
-    rows = [
-        (named(u), *(f"{lesson.written(one[i])} {units[i]}" for one in columns.values()),
-         f"{lesson.written(drives[i])} {units[i]}" if lesson.scene.drives[i] else "–")
-        for i, u in enumerate(lesson.state.qd)
-    ]  # fmt: skip
+    rows: list[list[str | Form | Words]] = []
+    for i, u in enumerate(lesson.state.qd):
+        known = [f"{lesson.written(one[i])} {units[i]}" for one in (*columns.values(), drives)]
+        rows.append([named(u), *known[:-1], known[-1] if lesson.scene.drives[i] else "–"])
     heads = ["by.velocity.head", *(f"by.{name}.head" for name in columns), "by.drive.head"]
     yield replace(state_step(lesson, chosen), key="derived:state")
     yield told.step(key, lesson.table(heads, rows))
@@ -384,7 +348,7 @@ def _in_numbers(
 
 def _least(told: Explained, chosen: Chosen) -> Iterator[Step]:
     n = told.lesson.state.n
-    M = {(i, j): told.lesson.forms.form("k_z", i, j) for i in range(n) for j in range(n)}
+    M: Entries = {(i, j): told.lesson.forms.form("k_z", i, j) for i in range(n) for j in range(n)}
     yield told.step("least", told.matrix("any:M", M, n, n))
 
 
@@ -408,14 +372,12 @@ class Way:
     """What a lesson by one formulation is made of.
 
     Attributes:
-        stated: its equations for any coordinate.
         steps: those to its equations.
         claims: what proves them.
         gains: steps behind them.
         start: what comes before: "energies" as by Lagrange, "positions" of masses, or "" nothing.
     """
 
-    stated: Callable[[Lesson], list[Block]]
     steps: Callable[[Explained], Iterator[Step]]
     claims: Callable[[Explained], dict[str, Claim]]
     gains: Callable[[Explained, Chosen], Iterator[Step]]
@@ -423,12 +385,12 @@ class Way:
 
 
 WAYS: Mapping[str, Way] = {
-    "hamilton": Way(_hamiltons, Explained.canonical_steps, _of_momenta, _kept),
-    "routh": Way(_rouths, _routhian, _of_routh, _reduced),
-    "kane": Way(_kanes, _by_bodies, _of_kane, _balanced, "positions"),
-    "gibbs-appell": Way(_appells, _by_acceleration, _of_appell, _least, "positions"),
-    "udwadia-kalaba": Way(lambda _: [], _tied, _of_constraints, _forces, ""),
-    "port-hamiltonian": Way(lambda _: [], _structured, _of_ports, _powers),
+    "hamilton": Way(Explained.canonical_steps, _of_momenta, _kept),
+    "routh": Way(_routhian, _of_routh, _reduced),
+    "kane": Way(_by_bodies, partial(_of_sums, "kane"), _balanced, "positions"),
+    "gibbs-appell": Way(_by_acceleration, partial(_of_sums, "appell"), _least, "positions"),
+    "udwadia-kalaba": Way(_tied, _of_constraints, _forces, ""),
+    "port-hamiltonian": Way(_structured, _of_ports, _powers),
 }
 """Formulations of `FormulationPage`, each by its lesson."""
 
@@ -444,18 +406,16 @@ def formulation_walkthrough(formulation: str, scene: Scene, language: str = "en"
     page = FormulationPage(scene, formulation)
     page.refuse_too_long()  # derives it, and says first what the page says
     refuse_quaternions(scene)
-    lesson: Lesson | Constrained = Constrained(scene, language) if scene.is_constrained else Lesson(scene, language)
+    lesson = Constrained(scene, language) if scene.is_constrained else Lesson(scene, language)
     assert lesson.forms.n == lesson.state.n, "closed forms and graph have the same velocities"  # raises early
-    if isinstance(lesson, Constrained):
-        chosen, letters = choose_tied_motion(lesson), ()
-    else:
-        chosen = choose_state(scene, lesson.state, lesson.graph)
-        letters = picture_letters(scene, lesson.graph, chosen)
+    tied = lesson if isinstance(lesson, Constrained) else None
+    chosen = choose_tied_motion(tied) if tied else choose_state(scene, lesson.state, lesson.graph)
     told, found = Explained(lesson, page), lesson.masses
+    letters = () if tied else picture_letters(scene, lesson.graph, chosen)
     first = scene_step(lesson, scene_picture(lesson, chosen, letters), numbered=False)
     steps = [first, coordinate_step(lesson, lesson.graph, chosen), *acting_steps(lesson), *length_steps(lesson)]
     claim, reason = (told.say(f"by.idea.{formulation}{end}") for end in ("", ".reason"))
-    idea = Step("derived:idea", claim, tuple(way.stated(lesson)), reason)
+    idea = Step("derived:idea", claim, tuple(told.stated()), reason)
     sections = [
         lesson.section("scene", [*steps, notation_step(lesson), joints_step(lesson)]),
         lesson.section("by.idea", [idea]),
