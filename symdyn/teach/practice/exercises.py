@@ -139,10 +139,7 @@ def written_out(block: Block) -> Iterator[Form]:
         yield from (part for cell in cells for part in cell.parts if not isinstance(part, str))
 
 
-RESULTS = (
-    *("square", "potential", "momentum", "rate", "slope", "equation", "coefficients", "bivectors", "solved"),
-    *("derived", "result"),
-)
+RESULTS = tuple("square potential momentum rate slope equation coefficients bivectors solved derived result".split())
 """Kinds of steps, what stands before the colon of their keys, that end a part of the derivation."""
 
 
