@@ -189,7 +189,8 @@ def routh(scene: Scene) -> Iterator[EquationGroup]:
     try:
         momenta = [quotient(closed, held[closed.n + i]).express(graph) for i in others]
         twice = graph.total(p * state.qd[i] for p, i in zip(momenta, others, strict=True)) - given
-        R = quotient(closed, twice / 2)
+        (rest,) = substitute([twice], {state.qd[i]: graph.zero for i in others})  # by itself: the effective potential
+        R = Form.sum((quotient(closed, (twice - rest) / 2), quotient(closed, rest / 2)))
         inertial = [quotient(closed, rate) for rate in tangents(momenta, state.acceleration)]
         slopes = [quotient(closed, held[i]).negative for i in others]  # dR/dq at p held is dL/dq
     except TOO_LONG:

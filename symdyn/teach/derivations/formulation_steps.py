@@ -47,7 +47,7 @@ Entries = dict[tuple[int, ...], Form]
 """Entries of a matrix or vector by their places, from 0; none that is zero."""
 
 DIGITS = "0123456789_"
-WIDEST = 8
+WIDEST = 12
 """Terms of a formula that stands behind what it is by definition, in one line."""
 
 

@@ -26,7 +26,7 @@ from symdyn.teach.derivations.constrained import Constrained
 from symdyn.teach.derivations.formulation_steps import Entries, Explained, joined
 from symdyn.teach.derivations.lagrange import scene_picture, state_step, with_figures
 from symdyn.teach.derivations.multipliers import choose_tied_motion
-from symdyn.teach.derivations.precession import NO_FORM, lowest, precession_steps, shortened
+from symdyn.teach.derivations.precession import NO_FORM, precession_steps
 from symdyn.teach.derivations.reduced import reduced
 from symdyn.teach.derivations.steady import steady_step
 from symdyn.teach.derivations.velocities import energy_steps, folded, length_steps, position_steps, velocity_steps
@@ -292,17 +292,13 @@ def _reduced(told: Explained, chosen: Chosen) -> Iterator[Step]:
     """Yield the effective potential, and steady motions where one coordinate is left."""
     lesson = told.lesson
     others = [i for i in range(lesson.state.n) if i not in told.momenta.values()]
-    still = {lesson.state.qd[i]: lesson.graph.zero for i in others}
-    (node,) = substitute([told.row("routhian").form.negative.express(lesson.graph)], still)
-    try:
-        form = Form.sum(
-            (shortened(lesson, lowest(node - lesson.energy.P)), lesson.page.lengths.written_out(lesson.page.P))
-        )
-    except NO_FORM:
-        form = Form.of(node)
+    rates = {lesson.scene.velocities[i] for i in others}
+    form = Form.sum(x for x in told.row("routhian").form.terms if not rates.intersection(x.symbols)).negative
     lesson.names["effective:"] = Name(Letter("V", ("eff",)), told.value(form))
     names = together([named(lesson.state.q[i]) for i in others])
-    yield told.step("effective", folded(lesson, Formula("effective:", form)), names=names, V=Symbol("effective:"))
+    yield told.step(
+        "effective", folded(lesson, Formula("effective:", told.order(form))), names=names, V=Symbol("effective:")
+    )
     left = reduced(lesson, chosen)
     if left is not None and (steady := steady_step(lesson, left)) is not None:
         yield from (replace(state_step(lesson, chosen), key="derived:state"), steady)
