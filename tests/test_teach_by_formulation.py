@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,14 +14,14 @@ from test_teach_walkthrough import floats
 import symdyn
 from symdyn.algebra.form import Form, Number, Symbol
 from symdyn.cli import main
-from symdyn.emit.print import FormulationPage, printed_text
+from symdyn.emit.print import FormulationPage
 from symdyn.emit.print.formulations_page import PAGES
 from symdyn.errors import DerivationError, SymdynError
 from symdyn.scene import Scene, read_text
 from symdyn.table import Table
 from symdyn.teach import rendered, walkthrough
 from symdyn.teach.derivations.formulations import UNTIL, WAYS
-from symdyn.teach.document import Document, Formula, Questions, Step
+from symdyn.teach.document import Document, Formula, Questions, Step, Words
 from symdyn.teach.practice.exercises import judge, with_exercises
 
 PENDULUM = str(Path(__file__).parent.parent / "examples" / "pendulum.toml")
@@ -52,6 +53,12 @@ def scene(name: str) -> Scene:
 
 def step(document: Document, key: str) -> Step:
     return next(one for section in document.sections for one in section.steps if one.key == key)
+
+
+def table_of(one: Step) -> Sequence[Sequence[Words]]:
+    (table,) = one.blocks
+    assert isinstance(table, Table)
+    return table.rows
 
 
 def test_every_page_has_its_lesson() -> None:
@@ -93,21 +100,17 @@ def test_lessons_are_written_in_every_text_format(name: str, formulation: str, l
 
 
 @pytest.mark.parametrize("formulation", list(PAGES))
-@pytest.mark.parametrize("name", ["two_link", "four_bar", "cart_pole", "rolling_disc"])
+@pytest.mark.parametrize("name", ["two_link", "four_bar", "rolling_disc"])
 def test_a_scene_without_a_formulation_is_refused_with_the_reason_of_the_page(name: str, formulation: str) -> None:
-    chosen = symdyn.example(name)
-    said = []
-    for ask in (
-        lambda: printed_text(chosen, "text", formulation=formulation),
-        lambda: walkthrough(chosen, formulation=formulation),
-    ):
-        try:
-            ask()
-            said.append("")
-        except SymdynError as fault:
-            said.append(f"{type(fault).__name__}: {fault}")
-
-    assert said[0] == said[1]
+    chosen, said = symdyn.example(name), ""
+    try:
+        list(PAGES[formulation](chosen))
+    except SymdynError as fault:
+        said = str(fault)
+    if said:
+        with pytest.raises(SymdynError) as refused:
+            walkthrough(chosen, formulation=formulation)
+        assert str(refused.value) == said
 
 
 def test_a_ball_by_its_quaternion_has_another_lesson() -> None:
@@ -121,9 +124,8 @@ def test_a_ball_by_its_quaternion_has_another_lesson() -> None:
 def test_what_it_costs_is_what_the_page_of_counts_says(name: str, formulation: str) -> None:
     """Of the scene as declared, whatever letters and order of masses the lesson has."""
     declared = symdyn.example(name)
-    table = step(lesson_of(declared, formulation=formulation), "derived:cost").blocks[0]
-    assert isinstance(table, Table)
-    told = [str(row[1].parts[0]) for row in table.rows]
+    table = table_of(step(lesson_of(declared, formulation=formulation), "derived:cost"))
+    told = [str(row[1].parts[0]) for row in table]
 
     assert told == [str(FormulationPage(declared, one).operations) for one in ("lagrange", formulation)]
 
@@ -143,7 +145,7 @@ def test_a_wrong_sign_on_the_page_is_no_lesson(name: str, formulation: str, monk
             else:
                 yield group
 
-    monkeypatch.setitem(PAGES, formulation, wrong)  # type: ignore[arg-type]
+    monkeypatch.setitem(PAGES, formulation, wrong)
     with pytest.raises(AssertionError, match=f"{formulation} differs from Lagrange's equations"):
         walkthrough(scene(name), formulation=formulation, until="check")
 
@@ -181,13 +183,16 @@ def test_a_momentum_is_asked_for_and_judged() -> None:
 
 def test_forces_of_constraints_do_no_work() -> None:
     lesson = lesson_of(scene("ROD"), formulation="udwadia-kalaba")
-    forces = step(lesson, "derived:forces").blocks[0]
-    state = step(lesson, "derived:state").blocks[0]
-    rates = {row[0].parts[0]: float(str(row[1].parts[0]).replace("−", "-")) for row in state.rows}
-    told = {row[0].parts[0]: float(str(row[1].parts[0]).split()[0].replace("−", "-")) for row in forces.rows}
 
-    assert set(told) == {Symbol("x_dot"), Symbol("y_dot")}
-    assert sum(force * rates[u] for u, force in told.items()) == pytest.approx(0, abs=2e-3)
+    forces, rates = (
+        {
+            row[0].parts[0]: float(str(row[1].parts[0]).split()[0].replace("−", "-"))
+            for row in table_of(step(lesson, key))
+        }
+        for key in ("derived:forces", "derived:state")
+    )
+    assert set(forces) == {Symbol("x_dot"), Symbol("y_dot")}
+    assert sum(force * rates[u] for u, force in forces.items()) == pytest.approx(0, abs=2e-3)
 
 
 def test_the_command_line_writes_a_part(tmp_path: object, capsys: pytest.CaptureFixture[str]) -> None:

@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
+from itertools import islice
 
 import numpy as np
 
@@ -24,15 +25,15 @@ from symdyn.scene import Scene, SceneUnits, without_hidden_zeros
 from symdyn.scene.values import force_unit
 from symdyn.teach.derivations.constrained import Constrained
 from symdyn.teach.derivations.formulation_steps import Entries, Explained, joined
-from symdyn.teach.derivations.lagrange import scene_picture, state_step, with_figures
+from symdyn.teach.derivations.lagrange import energy_sections, scene_picture, scene_section, state_step, with_figures
 from symdyn.teach.derivations.multipliers import choose_tied_motion
 from symdyn.teach.derivations.precession import NO_FORM, precession_steps
 from symdyn.teach.derivations.reduced import reduced
 from symdyn.teach.derivations.steady import steady_step
-from symdyn.teach.derivations.velocities import energy_steps, folded, length_steps, position_steps, velocity_steps
+from symdyn.teach.derivations.velocities import folded
 from symdyn.teach.document import Block, Document, Formula, Letter, Name, Step, Words
 from symdyn.teach.lesson import Lesson, Prose, called, named, refuse_quaternions, together
-from symdyn.teach.notation import acting_steps, coordinate_step, joints_step, notation_step, scene_step
+from symdyn.teach.notation import scene_step
 from symdyn.teach.shown_state import Chosen, choose_state, picture_letters
 from symdyn.verdict import Verdict
 from symdyn.verify import Claim, prove
@@ -51,7 +52,7 @@ def with_cost(document: Document, declared: Scene) -> Document:
     lesson, page = Prose(document.scene, document.language), FormulationPage(declared, document.formulation)
     ours, theirs, n = page.operations, FormulationPage(declared, "lagrange").operations, len(declared.velocities)
     kept = sum(len(one.letters) for one in page.groups if one.key == "constant")
-    tied = sum(row.letter == "b" for one in page.groups for row in one.rows)
+    tied = len({row.place[0] for one in page.groups for row in one.rows if row.letter == "A"})
     first = document.formulation in FIRST_ORDER
     orders = ("multipliers" if tied else "second", "first" if first else "second")
     counts = (n, 2 * n if first else n - kept)
@@ -371,21 +372,21 @@ class Way:
         steps: those to its equations.
         claims: what proves them.
         gains: steps behind them.
-        start: what comes before: "energies" as by Lagrange, "positions" of masses, or "" nothing.
+        sections: how many of positions, velocities, energies and the Lagrangian come before.
     """
 
     steps: Callable[[Explained], Iterator[Step]]
     claims: Callable[[Explained], dict[str, Claim]]
     gains: Callable[[Explained, Chosen], Iterator[Step]]
-    start: str = "energies"
+    sections: int = 4
 
 
 WAYS: Mapping[str, Way] = {
     "hamilton": Way(Explained.canonical_steps, _of_momenta, _kept),
     "routh": Way(_routhian, _of_routh, _reduced),
-    "kane": Way(_by_bodies, partial(_of_sums, "kane"), _balanced, "positions"),
-    "gibbs-appell": Way(_by_acceleration, partial(_of_sums, "appell"), _least, "positions"),
-    "udwadia-kalaba": Way(_tied, _of_constraints, _forces, ""),
+    "kane": Way(_by_bodies, partial(_of_sums, "kane"), _balanced, 1),
+    "gibbs-appell": Way(_by_acceleration, partial(_of_sums, "appell"), _least, 1),
+    "udwadia-kalaba": Way(_tied, _of_constraints, _forces, 0),
     "port-hamiltonian": Way(_structured, _of_ports, _powers),
 }
 """Formulations of `FormulationPage`, each by its lesson."""
@@ -400,6 +401,8 @@ def formulation_walkthrough(formulation: str, scene: Scene, language: str = "en"
     """
     way, scene, last = WAYS[formulation], without_hidden_zeros(scene), UNTIL.index(until)
     page = FormulationPage(scene, formulation)
+    if way.sections == 1 and not scene.is_constrained:
+        refuse_quaternions(scene)  # their pages of Kane and Appell exist, and take seconds
     page.refuse_too_long()  # derives it, and says first what the page says
     refuse_quaternions(scene)
     lesson = Constrained(scene, language) if scene.is_constrained else Lesson(scene, language)
@@ -408,23 +411,13 @@ def formulation_walkthrough(formulation: str, scene: Scene, language: str = "en"
     chosen = choose_tied_motion(tied) if tied else choose_state(scene, lesson.state, lesson.graph)
     told, found = Explained(lesson, page), lesson.masses
     letters = () if tied else picture_letters(scene, lesson.graph, chosen)
-    first = scene_step(lesson, scene_picture(lesson, chosen, letters), numbered=False)
-    steps = [first, coordinate_step(lesson, lesson.graph, chosen), *acting_steps(lesson), *length_steps(lesson)]
+    shown = scene_step(lesson, scene_picture(lesson, chosen, letters), numbered=False)
     claim, reason = (told.say(f"by.idea.{formulation}{end}") for end in ("", ".reason"))
     idea = Step("derived:idea", claim, tuple(told.stated()), reason)
-    sections = [
-        lesson.section("scene", [*steps, notation_step(lesson), joints_step(lesson)]),
-        lesson.section("by.idea", [idea]),
-    ]
-    if way.start:
-        sections.append(lesson.section("positions", position_steps(lesson, found)))
-    if way.start == "energies":
-        *energies, lagrangian = energy_steps(lesson, found)
-        sections += [
-            lesson.section("velocities", velocity_steps(lesson, found)),
-            lesson.section("energies", energies),
-            lesson.section("lagrangian", [replace(lagrangian, reference="")]),  # it is no equation of the textbook
-        ]
+    sections = [scene_section(lesson, chosen, shown), lesson.section("by.idea", [idea])]
+    for part in islice(energy_sections(lesson, found), way.sections):
+        steps = (replace(one, reference="") for one in part.steps)  # numbers are those of another lesson's source
+        sections.append(replace(part, steps=tuple(steps)))
     sections.append(lesson.section("by.equations", list(way.steps(told))))
     if last >= 1:
         sections.append(lesson.section("by.check", [proof_step(told, way.claims(told))]))
