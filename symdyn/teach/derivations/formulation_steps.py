@@ -71,6 +71,7 @@ class Explained:
             names[name] = Name(Letter(*look), lesson.momenta[i])
             names[f"{name}_dot"] = Name(Letter(*look, dots=1), lesson.slopes[i] + self.acting[i] + tau)
         shown = {row.letter: row.latex.partition("_{")[0] for one in self.page.groups for row in one.rows if row.letter}
+        shown |= {letter: rf"\mathbf{{{letter}}}" for letter in "JR"}
         shown |= {letter: self.row(key).latex for key, letter in FUNCTIONS.items() if key in self.groups}
         names |= {f"any:{letter}": Name(Letter(shown.get(letter, letter))) for letter in LETTERS}
         q, F = lesson.letters["q"], shown.get("F", "F")

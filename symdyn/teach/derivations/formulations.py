@@ -120,9 +120,9 @@ def _structured(told: Explained) -> Iterator[Step]:
     *steps, canonical = told.canonical_steps()
     yield from steps
     lesson, n, F = told.lesson, told.lesson.state.n, told.entries("F")
-    latex = {"rate:": r"\dot{\mathbf{x}}", "moved:": r"(\mathbf{J} - \mathbf{R}) \nabla H", "input:": r"\mathbf{f}"}
+    flows, H = r"\mathbf{J} - \mathbf{R}", told.row("hamiltonian").latex
+    latex = {"rate:": r"\dot{\mathbf{x}}", "moved:": rf"({flows}) \nabla {H}", "input:": r"\mathbf{f}", "flow:": flows}
     lesson.names |= {key: Name(Letter(shown)) for key, shown in latex.items()}
-    lesson.names["flow:"] = Name(Letter(r"\mathbf{J} - \mathbf{R}"))
     flow: Entries = {(i, n + i): Number.ONE for i in range(n)}
     for (i, j), form in ({(i, i - n): Number.MINUS_ONE for i in range(n)} | _pushed(told)).items():
         flow[n + i, n + j] = form
@@ -233,14 +233,19 @@ def _of_constraints(told: Explained) -> dict[str, Claim]:
 
 
 def proof_step(told: Explained, claims: Mapping[str, Claim]) -> Step:
-    """Return Lagrange's equations, and the proof over finite fields that those of the page are the same."""
+    """Return Lagrange's equations, and the proof over finite fields that those of the page are the same.
+
+    What is defined at no point that was tried is not said.
+    """
     lesson, page = told.lesson, told.lesson.page
     positive = [one.name for one in lesson.scene.parameters if one.positive]
     fields, findings = prove(list(claims.values()), positive=positive)
-    wrong = [key for key, one in zip(claims, findings, strict=True) if one.verdict not in Verdict.HOLD]
+    verdicts = {key: one.verdict for key, one in zip(claims, findings, strict=True)}
+    wrong = [key for key, verdict in verdicts.items() if verdict == Verdict.DIFFERENT]
     assert not wrong, f"{told.page.formulation} differs from Lagrange's equations: {wrong}"
-    blocks: list[Block] = [told.say(f"by.proof.{key}") for key in claims if key != "lagrange"]
-    if "lagrange" in claims:
+    kept = [key for key, verdict in verdicts.items() if verdict in Verdict.HOLD]
+    blocks: list[Block] = [told.say(f"by.proof.{key}") for key in kept if key != "lagrange"]
+    if "lagrange" in kept:
         blocks.append(told.say(f"by.proof.lagrange.{told.page.formulation}"))
         blocks += [folded(lesson, Formula("", page.left(i), right=page.right[i])) for i in range(lesson.state.n)]
     how = lesson.say("by.agrees")
