@@ -20,7 +20,7 @@ from symdyn.dynamics.mechanism import generalized_forces
 from symdyn.emit.print import EquationGroup, EquationRow, FormulationPage
 from symdyn.graph import Expr, substitute, tangents
 from symdyn.teach.derivations.dalembert.side_by_side import order_of
-from symdyn.teach.derivations.velocities import folded, length
+from symdyn.teach.derivations.velocities import folded
 from symdyn.teach.document import Block, Formula, Letter, Matrix, Name, Step, Words
 from symdyn.teach.lesson import AXES, Lesson, named, together
 from symdyn.unlocked import cached_property
@@ -47,8 +47,6 @@ Entries = dict[tuple[int, ...], Form]
 """Entries of a matrix or vector by their places, from 0; none that is zero."""
 
 DIGITS = "0123456789_"
-WIDEST = 12
-"""Terms of a formula that stands behind what it is by definition, in one line."""
 
 
 @dataclass
@@ -170,9 +168,8 @@ class Explained:
 
     def formula(self, key: str, by: Form, form: Form) -> Block:
         """Return key = by = form, or a fold of key = form where that is long."""
-        if length(form) <= WIDEST:
-            return Formula(key, by, right=form)
-        return folded(self.lesson, Formula(key, form))
+        found = folded(self.lesson, Formula(key, form))
+        return Formula(key, by, right=form) if isinstance(found, Formula) else found
 
     def equations(self, group: str) -> list[Block]:
         """Return rows of which each is zero."""
