@@ -18,13 +18,9 @@ from multiprocessing import TimeoutError, get_context
 from pathlib import Path
 from string import ascii_lowercase
 
-from symdyn.algebra import Form
-from symdyn.dynamics import Function
-from symdyn.dynamics.outputs import Counts
-from symdyn.emit.print import Printable, printed_text
+from symdyn.emit.print import FormulationPage, printed_text
 from symdyn.emit.print.formulations_page import PAGES
 from symdyn.errors import SymdynError
-from symdyn.graph import Graph
 from symdyn.resources import example_files
 from symdyn.scene import Scene, read
 from symdyn.table import Table
@@ -51,6 +47,9 @@ is solved for, and fewer than Lagrange's where it stays in M q̇ = p, as of a PU
 than Coriolis terms. Routh's page is no longer than Hamilton's, and has fewer equations to integrate. Appell's is mostly
 half as long as Kane's, which needs no energy and no derivative of one. Of loops Udwadia and Kalaba's is mostly the
 shorter page, for its M, Q, A and b are not put together.
+
+[`symdyn walkthrough --formulation`](lessons.md) explains each page, with these counts of its own scene, and proves it equal to
+Lagrange's equations.
 """
 
 
@@ -64,29 +63,13 @@ class Page:
     fault: str = ""
 
 
-def forms_of(scene: Scene, formulation: str) -> list[Form]:
-    """Return all formulas of a page."""
-    if formulation != "lagrange":
-        return [row.form for group in PAGES[formulation](scene) for row in group.rows]
-    page = Printable.of(scene)
-    return [side(i) for i in range(len(page.rows)) for side in (page.left, page.driving)]
-
-
-def counted(scene: Scene, formulation: str) -> int:
-    """Return the operations of a page."""
-    graph = Graph()
-    entries = tuple(form.express(graph) for form in forms_of(scene, formulation))
-    counts = Counts.of(Function("page", "", (), "", (len(entries),), entries, "", formulation))
-    return counts.multiplications + counts.additions + counts.divisions
-
-
 def measured(scene: Scene, formulation: str) -> Page:
     """Return what a page costs."""
     try:
         begun = time.perf_counter()
         text = printed_text(scene, "text", formulation=formulation)
         taken = 1000 * (time.perf_counter() - begun)
-        return Page(counted(scene, formulation), len("".join(text.split())), taken)
+        return Page(FormulationPage(scene, formulation).operations, len("".join(text.split())), taken)
     except SymdynError as fault:
         return Page(fault=" ".join(str(fault).removeprefix(f"{scene.name}: ").split()))
 

@@ -11,7 +11,7 @@ import sympy
 
 import symdyn
 from symdyn.algebra import Form
-from symdyn.emit.print.formulation_groups import Group
+from symdyn.emit.print.formulation_groups import EquationGroup
 from symdyn.emit.print.formulations_page import PAGES
 from symdyn.errors import DerivationError, EmitError
 from symdyn.scene import Quantity, Scene
@@ -125,7 +125,7 @@ def plain(form: Form) -> sympy.Expr:
     return found.subs({symbol: sympy.Symbol(str(symbol)) for symbol in found.free_symbols})
 
 
-def group(groups: list[Group], title: str) -> Group:
+def group(groups: list[EquationGroup], title: str) -> EquationGroup:
     return next(one for one in groups if one.title == title)
 
 

@@ -15,6 +15,8 @@ from .equations_text import (
     printed_text as printed_text,
 )
 from .formula_text import Latex as Latex, text_of as text_of, value_text as value_text
+from .formulation_groups import EquationGroup as EquationGroup, EquationRow as EquationRow
+from .formulations_page import FormulationPage as FormulationPage
 from .printable import Coefficient as Coefficient, Printable as Printable
 from .printed_names import Letters as Letters, PrintName as PrintName, latex_symbols as latex_symbols
 from .sympy_equations import SympyEquations as SympyEquations

@@ -14,8 +14,8 @@ from symdyn.dynamics import ClosedForm, Workspace
 from symdyn.emit.print.formulation_groups import (
     LONGEST,
     TOO_LONG,
-    Group,
-    Row,
+    EquationGroup,
+    EquationRow,
     entry_row,
     fresh,
     named_row,
@@ -65,7 +65,7 @@ def _momenta(closed: ClosedForm, own: Sequence[int]) -> _Momenta:
     return _Momenta(names, p, forms, rates if longest <= 4 * LONGEST else None)
 
 
-def hamilton(scene: Scene) -> Iterator[Group]:
+def hamilton(scene: Scene) -> Iterator[EquationGroup]:
     """Yield momenta, H, and the canonical equations.
 
     Raises:
@@ -74,34 +74,36 @@ def hamilton(scene: Scene) -> Iterator[Group]:
     closed = open_form(scene, "Hamilton's equations")
     page, graph, every = Printable.of(closed, lengths=None), closed.state.q[0].graph, range(closed.n)
     found = _momenta(closed, every)
-    rows = [Row(name, name, form) for name, form in zip(found.names, found.forms, strict=True)]
-    yield Group("Momenta", "p = dL/dqd", tuple(rows), r"$p_i = \partial L/\partial \dot q_i$:", found.names)
+    rows = [EquationRow(name, name, form) for name, form in zip(found.names, found.forms, strict=True)]
+    yield EquationGroup(
+        "momenta", "Momenta", "p = dL/dqd", tuple(rows), r"$p_i = \partial L/\partial \dot q_i$:", found.names
+    )
     try:
         rates = [form.express(graph) for form in found.rates or ()]
         work = graph.total(p * rate for p, rate in zip(found.nodes, rates, strict=True)) / 2
         kinetic = quotient(closed, work)
         slopes = [quotient(closed, x).negative for x in gradient(kinetic.express(graph), closed.state.q)]
         text = r"$\dot q_i = \partial H/\partial p_i$, $\dot p_i = -\partial H/\partial q_i + Q_i$:"
-        rows = [Row(u, u, rate) for u, rate in zip(scene.velocities, found.rates or (), strict=True)]
+        rows = [EquationRow(u, u, rate) for u, rate in zip(scene.velocities, found.rates or (), strict=True)]
     except TOO_LONG:
         slopes = [closed.compactor(closed.ring.derivative(closed.K, q)) for q in closed.state.q]
         kinetic, rows = closed.form("K"), []
         text = r"$\dot q$ follows from the momenta above, $M \dot q = p$; $\dot p_i = \partial L/\partial q_i + Q_i$:"
-    H = Form.sum((kinetic, page.P))
-    yield Group("Hamiltonian", "H = p.qd - L", (named_row(scene, "H", H),), r"$H = \sum p_i \dot q_i - L$:")
+    row = named_row(scene, "H", Form.sum((kinetic, page.P)))
+    yield EquationGroup("hamiltonian", "Hamiltonian", "H = p.qd - L", (row,), r"$H = \sum p_i \dot q_i - L$:")
     for i, (name, slope) in enumerate(zip(found.names, slopes, strict=True)):
         form = Form.sum((slope, page.gravity(i).negative, page.right[i]))
-        rows.append(Row(f"{name}_dot", f"{name}_dot", form))
-    yield Group("Canonical equations", "qd = dH/dp, pd = -dH/dq + Q", tuple(rows), text)
+        rows.append(EquationRow(f"{name}_dot", f"{name}_dot", form))
+    yield EquationGroup("canonical", "Canonical equations", "qd = dH/dp, pd = -dH/dq + Q", tuple(rows), text)
     if cyclic := Workspace(scene).cyclic:
         names = ", ".join(scene.coordinates[k] for k in cyclic)
         text = f"{{p, H}} = dp/dt = 0, as nothing depends on {names}"
-        kept = tuple(Row(f"{found.names[k]}_dot", f"{found.names[k]}_dot", Number.ZERO) for k in cyclic)
+        kept = tuple(EquationRow(f"{found.names[k]}_dot", f"{found.names[k]}_dot", Number.ZERO) for k in cyclic)
         latex = rf"$\{{p, H\}} = \dot p = 0$, as nothing depends on {in_latex(names)}:"
-        yield Group("Poisson brackets", text, kept, latex)
+        yield EquationGroup("brackets", "Poisson brackets", text, kept, latex)
 
 
-def port_hamiltonian(scene: Scene) -> Iterator[Group]:
+def port_hamiltonian(scene: Scene) -> Iterator[EquationGroup]:
     """Yield momenta, H, the structure with what dissipates and what else acts, equations, outputs, and the power.
 
     Raises:
@@ -133,23 +135,24 @@ def port_hamiltonian(scene: Scene) -> Iterator[Group]:
         rf"{J.latex} - {R.latex} \end{{bmatrix}} \nabla H + \begin{{bmatrix}} 0 \\ \tau + {F.latex} \end{{bmatrix}}$; "
         "what is not listed is 0:"
     )
-    yield Group("Structure", text, nonzero_rows(rows), latex)
+    yield EquationGroup("structure", "Structure", text, nonzero_rows(rows), latex)
     yield from motion
     driven = [k for k, drive in enumerate(scene.drives) if drive]
     outputs = tuple(entry_row(scene, "y", Symbol(scene.velocities[k]), k) for k in driven)
     if outputs:
-        yield Group("Outputs", "y = dH/dp, one a drive", outputs, r"$y = \partial H/\partial p$, one a drive:")
+        latex = r"$y = \partial H/\partial p$, one a drive:"
+        yield EquationGroup("outputs", "Outputs", "y = dH/dp, one a drive", outputs, latex)
     given = (
         Form.product((Symbol(drive), row.form)) for drive, row in zip(filter(None, scene.drives), outputs, strict=True)
     )
     H = energy.rows[0]
-    balance = Row(f"{H.name}_dot", rf"\dot{{{H.latex}}}", Form.sum((*given, write(power))))
+    balance = EquationRow(f"{H.name}_dot", rf"\dot{{{H.latex}}}", Form.sum((*given, write(power))))
     text = f"dH/dt = y.tau - qd.{R.name} qd + qd.{F.name}"
     latex = rf"$\dot H = y \cdot \tau - \dot q \cdot {R.latex} \dot q + \dot q \cdot {F.latex}$:"
-    yield Group("Power", text, (balance,), latex)
+    yield EquationGroup("power", "Power", text, (balance,), latex)
 
 
-def routh(scene: Scene) -> Iterator[Group]:
+def routh(scene: Scene) -> Iterator[EquationGroup]:
     """Yield the constant momenta, Routh's function, and the equations that are left.
 
     Raises:
@@ -171,12 +174,14 @@ def routh(scene: Scene) -> Iterator[Group]:
         raise DerivationError(
             f"{scene.name}: the cyclic velocities are too long to be put in; print Lagrange's equations"
         )
-    rows = [Row(name, name, form) for name, form in zip(found.names, found.forms, strict=True)]
+    rows = [EquationRow(name, name, form) for name, form in zip(found.names, found.forms, strict=True)]
     names = ", ".join(scene.coordinates[i] for i in cyclic)
     text = f"nothing depends on {names}"
-    yield Group("Constant momenta", text, tuple(rows), f"N{in_latex(text)[1:]}:", found.names)
-    rates = [Row(scene.velocities[i], scene.velocities[i], rate) for i, rate in zip(cyclic, found.rates, strict=True)]
-    yield Group("Cyclic velocities", "from these", tuple(rates))
+    yield EquationGroup("constant", "Constant momenta", text, tuple(rows), f"N{in_latex(text)[1:]}:", found.names)
+    rates = [
+        EquationRow(scene.velocities[i], scene.velocities[i], rate) for i, rate in zip(cyclic, found.rates, strict=True)
+    ]
+    yield EquationGroup("cyclic", "Cyclic velocities", "from these", tuple(rates))
     known = {closed.state.qd[i]: rate.express(graph) for i, rate in zip(cyclic, found.rates, strict=True)}
     K, state, others = closed.form("K").express(graph), closed.state, [i for i in range(closed.n) if i not in cyclic]
     given = graph.total(p * known[state.qd[i]] for p, i in zip(found.nodes, cyclic, strict=True))
@@ -184,19 +189,20 @@ def routh(scene: Scene) -> Iterator[Group]:
     try:
         momenta = [quotient(closed, held[closed.n + i]).express(graph) for i in others]
         twice = graph.total(p * state.qd[i] for p, i in zip(momenta, others, strict=True)) - given
-        R = quotient(closed, twice / 2)
+        (rest,) = substitute([twice], {state.qd[i]: graph.zero for i in others})  # by itself: the effective potential
+        R = Form.sum((quotient(closed, (twice - rest) / 2), quotient(closed, rest / 2)))
         inertial = [quotient(closed, rate) for rate in tangents(momenta, state.acceleration)]
         slopes = [quotient(closed, held[i]).negative for i in others]  # dR/dq at p held is dL/dq
     except TOO_LONG:
         raise DerivationError(
             f"{scene.name}: Routh's function is too long to be read; generate the output routhian"
         ) from None
-    yield Group("Routh's function", "R = L - sum of p qd", (named_row(scene, "R", Form.sum((R, page.P.negative))),),
-                r"$R = L - \sum p_i \dot q_i$:")  # fmt: skip
+    row = named_row(scene, "R", Form.sum((R, page.P.negative)))
+    yield EquationGroup("routhian", "Routh's function", "R = L - sum of p qd", (row,), r"$R = L - \sum p_i \dot q_i$:")
     sums = (
         Form.sum((rate, slope, page.gravity(i), page.right[i].negative))
         for i, rate, slope in zip(others, inertial, slopes, strict=True)
     )
-    left = [Row("0", "0", form) for form in sums]
+    left = [EquationRow("0", "0", form) for form in sums]
     latex = r"$\frac{d}{dt} \partial R/\partial \dot q_i - \partial R/\partial q_i - Q_i = 0$:"
-    yield Group("Equations that are left", "0 = d/dt dR/dqd - dR/dq - Q", tuple(left), latex)
+    yield EquationGroup("left", "Equations that are left", "0 = d/dt dR/dqd - dR/dq - Q", tuple(left), latex)

@@ -22,27 +22,36 @@ TOO_LONG = (DerivationError, OverflowError, ValueError, ZeroDivisionError)
 
 
 @dataclass(frozen=True)
-class Row:
-    """One equation: its left side as text and in LaTeX, and the formula on the right."""
+class EquationRow:
+    """One equation: its left side as text and in LaTeX, and the formula on the right.
+
+    Attributes:
+        letter, place: of an entry, what its matrix or vector is called in the scene's own letters or not, and where it
+            stands there, from 0.
+    """
 
     name: str
     latex: str
     form: Form
+    letter: str = ""
+    place: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
-class Group:
+class EquationGroup:
     """Equations under a title.
 
     Attributes:
+        key: what they are, for what explains them; of a body with its name behind a colon.
         text: what is said of them, in plain words.
         latex: the same with formulas in LaTeX; "" where it is the same.
         letters: names of its own that have rates, as coordinates do.
     """
 
+    key: str
     title: str
     text: str
-    rows: tuple[Row, ...]
+    rows: tuple[EquationRow, ...]
     latex: str = ""
     letters: Sequence[str] = ()
 
@@ -119,22 +128,25 @@ def fresh(scene: Scene, letters: Sequence[str], index: Sequence[int] = ()) -> li
     return next((one for one in names if not taken.intersection(one)), [f"{name}_" for name in names[-1]])
 
 
-def named_row(scene: Scene, letter: str, form: Form) -> Row:
-    """Return the row of a function by its letter, which is calligraphic where the scene has that letter."""
+def named_row(scene: Scene, letter: str, form: Form) -> EquationRow:
+    """Return the row of a function by its letter, calligraphic where the scene has that letter, a small one bold."""
     (name,) = fresh(scene, (letter, f"{letter}_cal"))
-    return Row(name, letter if name == letter else rf"\mathcal{{{letter}}}", form)
+    style = "cal" if letter.isupper() else "bf"  # TeX has no small calligraphic letters
+    return EquationRow(name, letter if name == letter else rf"\math{style}{{{letter}}}", form)
 
 
-def entry_row(scene: Scene, letter: str, form: Form, *place: int) -> Row:
+def entry_row(scene: Scene, letter: str, form: Form, *place: int) -> EquationRow:
     """Return the row of an entry of a vector or matrix, places from 0, by its letter, as `named_row` has it."""
     of = named_row(scene, letter, form)
     head, _, below = of.latex.partition("_")
     numbers = [str(k + 1) for k in place]
     index = ("_" if any(k > 8 for k in place) else "").join(numbers)
-    return Row(f"{of.name}{index}", f"{head}_{{{','.join(filter(None, (below, *numbers)))}}}", form)
+    return EquationRow(
+        f"{of.name}{index}", f"{head}_{{{','.join(filter(None, (below, *numbers)))}}}", form, letter, place
+    )
 
 
-def nonzero_rows(rows: Iterable[Row]) -> tuple[Row, ...]:
+def nonzero_rows(rows: Iterable[EquationRow]) -> tuple[EquationRow, ...]:
     """Return the rows that say something."""
     return tuple(row for row in rows if row.form != Number.ZERO)
 

@@ -14,20 +14,22 @@ of the Royal Society A 439 (1992) 407.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
 
 from symdyn.algebra import Form, Number, Ratios
 from symdyn.arguments import argument
-from symdyn.dynamics import Workspace
+from symdyn.dynamics import Function, Workspace
 from symdyn.dynamics.mechanism import solve
+from symdyn.dynamics.outputs import Counts
 from symdyn.emit.print.breaking import DIGITS, definitions, refuse_too_long
 from symdyn.emit.print.canonical_pages import hamilton, port_hamiltonian, routh
 from symdyn.emit.print.formula_text import Forms, Latex, broken_text, rounded
 from symdyn.emit.print.formulation_groups import (
     LONGEST,
     TOO_LONG,
-    Group,
-    Row,
+    EquationGroup,
+    EquationRow,
     drive_symbols,
     entry_row,
     fresh,
@@ -46,11 +48,12 @@ from symdyn.graph import Graph, evaluate, gradient
 from symdyn.rounding import digits_or, requested_digits
 from symdyn.scene import Scene
 from symdyn.spatial import Vec
+from symdyn.unlocked import cached_property
 
 AXES = "xyz"
 
 
-def kane(scene: Scene) -> Iterator[Group]:
+def kane(scene: Scene) -> Iterator[EquationGroup]:
     """Yield for every rigid part its partial velocities and F_r*, then F_r + F_r* = 0 for every velocity.
 
     Raises:
@@ -67,47 +70,55 @@ def kane(scene: Scene) -> Iterator[Group]:
     for part, share in zip(system.bodies, shares, strict=True):
         rows = [*_vector("v", part.v, write), *_vector("w", part.w, write)]
         for r, twist in zip(n, part.partial, strict=True):
-            rows += [*_vector(f"v{r + 1}", twist[0], write), *_vector(f"w{r + 1}", twist[1], write)]
-        rows += [Row(f"{forces[r]}*", rf"F^*_{{{r + 1}}}", write(x)) for r, x in zip(n, share, strict=True)]
+            rows += [*_vector("v", twist[0], write, r), *_vector("w", twist[1], write, r)]
+        rows += _forces(forces, "*", map(write, share))
         text = "velocities, partial velocities (ground axes), and its share of F*; what is not listed is 0"
-        yield Group(f"{part.body}", text, tuple(row for row in rows if row.form != Number.ZERO))
-    turned = [Row(f"{forces[r]}*", rf"F^*_{{{r + 1}}}", write(x)) for r, x in zip(n, rotors, strict=True)]
-    if rows := [row for row in turned if row.form != Number.ZERO]:
-        yield Group("Rotors", "the share of the armatures of joints in F*", tuple(rows))
-    rows = [Row(forces[r], f"F_{{{r + 1}}}", Form.sum((named[r], write(x)))) for r, x in zip(n, active, strict=True)]
-    yield Group("Active forces", "weights, drives, and what else does work", tuple(rows))
+        yield EquationGroup(f"body:{part.body}", f"{part.body}", text, nonzero_rows(rows))
+    if turned := nonzero_rows(_forces(forces, "*", map(write, rotors))):
+        yield EquationGroup("rotors", "Rotors", "the share of the armatures of joints in F*", turned)
+    rows = _forces(forces, "", (Form.sum((named[r], write(x))) for r, x in zip(n, active, strict=True)))
+    yield EquationGroup("active", "Active forces", "weights, drives, and what else does work", tuple(rows))
     sums = [Form.sum((named[r], write(active[r]), write(inertia[r]))) for r in n]
-    yield Group("Kane's equations", "0 = F + F*", tuple(Row("0", "0", x) for x in sums), "$F_r + F_r^* = 0$:")
+    rows = [EquationRow("0", "0", x) for x in sums]
+    yield EquationGroup("kane", "Kane's equations", "0 = F + F*", tuple(rows), "$F_r + F_r^* = 0$:")
 
 
-def appell(scene: Scene) -> Iterator[Group]:
+def appell(scene: Scene) -> Iterator[EquationGroup]:
     """Yield S, without what holds no acceleration, and ∂S/∂u̇ = Q for every velocity."""
     w = ordered_workspace(scene, "Appell's equations")
     total, active = w.kane.gibbs_function(), w.kane.active_forces()
     slopes = gradient(total, w.state.qdd)
     write = written_forms(w, [total, *slopes, *active])
-    named = drive_symbols(scene)
     text = "S = sum of m a^2/2 and of what turns, without what holds no acceleration"
-    yield Group("Function of Gibbs and Appell", text, (named_row(scene, "S", write(total)),))
-    rows = [Row(f"dS/d{u}_dot", "", write(x)) for u, x in zip(scene.velocities, slopes, strict=True)]
-    sums = [Form.sum((row.form, named[r].negative, write(active[r]).negative)) for r, row in enumerate(rows)]
-    yield Group("Appell's equations", "0 = dS/dudot - Q", tuple(Row("0", "0", x) for x in sums),
-                r"$\partial S/\partial \dot u_r - Q_r = 0$:")  # fmt: skip
+    yield EquationGroup("gibbs", "Function of Gibbs and Appell", text, (named_row(scene, "S", write(total)),))
+    sides = zip(slopes, drive_symbols(scene), active, strict=True)
+    rows = [EquationRow("0", "0", Form.sum((write(x), tau.negative, write(F).negative))) for x, tau, F in sides]
+    latex = r"$\partial S/\partial \dot u_r - Q_r = 0$:"
+    yield EquationGroup("appell", "Appell's equations", "0 = dS/dudot - Q", tuple(rows), latex)
 
 
-def _vector(name: str, v: Vec, write: Forms) -> list[Row]:
-    letter, index = name[0], name[1:]
-    shown = r"\omega" if letter == "w" else "v"
+def _forces(names: Sequence[str], star: str, forms: Iterable[Form]) -> list[EquationRow]:
+    """Return rows of generalized forces: active ones, or, with a star, those of inertia."""
     return [
-        Row(f"{name}_{axis}", f"{shown}_{{{index + ',' if index else ''}{axis}}}", write(x))
-        for axis, x in zip(AXES, v, strict=True)
+        EquationRow(f"{name}{star}", f"{name[0]}{'^' * bool(star)}{star}_{{{r + 1}}}", form, f"F{star}", (r,))
+        for r, (name, form) in enumerate(zip(names, forms, strict=True))
+    ]
+
+
+def _vector(letter: str, v: Vec, write: Forms, *place: int) -> list[EquationRow]:
+    """Return rows of a velocity v or w, or, with the number of a generalized speed, of the partial one."""
+    shown = r"\omega" if letter == "w" else letter
+    index, below = "".join(str(r + 1) for r in place), "".join(f"{r + 1}," for r in place)
+    return [
+        EquationRow(f"{letter}{index}_{axis}", f"{shown}_{{{below}{axis}}}", write(x), letter, (*place, k))
+        for k, (axis, x) in enumerate(zip(AXES, v, strict=True))
     ]
 
 
 # Udwadia and Kalaba
 
 
-def udwadia_kalaba(scene: Scene) -> Iterator[Group]:
+def udwadia_kalaba(scene: Scene) -> Iterator[EquationGroup]:
     """Yield M and Q of the mechanism without its rows, A and b of these, and what they add.
 
     Raises:
@@ -133,7 +144,7 @@ def udwadia_kalaba(scene: Scene) -> Iterator[Group]:
     rows += [entry_row(scene, "Q", Q[i], i) for i in n]
     what_is_not = "as if nothing tied the velocities; what is not listed is 0"
     text, latex = f"{M_.name} a = {Q_.name}, {what_is_not}", rf"${M_.latex} a = {Q_.latex}$, {what_is_not}:"
-    yield Group("Without constraints", text, nonzero_rows(rows), latex)
+    yield EquationGroup("free", "Without constraints", text, nonzero_rows(rows), latex)
     A, b = (
         [row.G for row in page.constraints.rows],
         [(row.bias or Number.ZERO).negative for row in page.constraints.rows],
@@ -143,7 +154,7 @@ def udwadia_kalaba(scene: Scene) -> Iterator[Group]:
     spare = len(Workspace(scene).loops.recursive.G) - len(A)
     left_out = f"; {spare} more rows follow from these, and leave the forces below as they are" if spare else ""
     text, latex = f"{A_.name} udot = {b_.name}{left_out}", rf"${A_.latex} \dot u = {b_.latex}${left_out}:"
-    yield Group("Constraints", text, nonzero_rows(rows), latex)
+    yield EquationGroup("constraints", "Constraints", text, nonzero_rows(rows), latex)
     graph = Graph()
     solve(range(-1, len(n)), [[x.express(graph) for x in row] for row in M], [x.express(graph) for x in Q])
     inverse = f"{M_.latex}^{{-1}}"
@@ -153,12 +164,12 @@ def udwadia_kalaba(scene: Scene) -> Iterator[Group]:
     forces = _constraint_forces(M, Q, A, b)
     if forces is None:
         text, latex = f"{M_.name} udot = {Q_.name} + {spelled}", rf"${M_.latex} \dot u = {Q_.latex} + {added}$."
-        yield Group("Udwadia and Kalaba's equation", text, (), latex)
+        yield EquationGroup("added", "Udwadia and Kalaba's equation", text, (), latex)
         return
     rows = [entry_row(scene, "Q_c", x, i) for i, x in enumerate(forces)]
     text = f"{M_.name} udot = {Q_.name} + Q_c, Q_c = {spelled}; what is not listed is 0"
     latex = rf"${M_.latex} \dot u = {Q_.latex} + Q_c$, $Q_c = {added}$; what is not listed is 0:"
-    yield Group("Udwadia and Kalaba's equation", text, nonzero_rows(rows), latex)
+    yield EquationGroup("added", "Udwadia and Kalaba's equation", text, nonzero_rows(rows), latex)
 
 
 def _constraint_forces(
@@ -186,7 +197,7 @@ def _constraint_forces(
     return forces if longest <= 4 * LONGEST else None
 
 
-PAGES: dict[str, Callable[[Scene], Iterator[Group]]] = {
+PAGES: dict[str, Callable[[Scene], Iterator[EquationGroup]]] = {
     "hamilton": hamilton,
     "routh": routh,
     "kane": kane,
@@ -195,6 +206,49 @@ PAGES: dict[str, Callable[[Scene], Iterator[Group]]] = {
     "port-hamiltonian": port_hamiltonian,
 }
 """Formulations beside Lagrange's and D'Alembert's, each by what writes its page."""
+
+
+@dataclass(frozen=True)
+class FormulationPage:
+    """A scene's equations by one formulation, as they are printed.
+
+    Attributes:
+        scene: the mechanism.
+        formulation: "lagrange", or a key of `PAGES`.
+    """
+
+    scene: Scene
+    formulation: str
+
+    @cached_property
+    def groups(self) -> tuple[EquationGroup, ...]:
+        """Equations by title, none by Lagrange.
+
+        Raises:
+            DerivationError: the scene has no such formulation, and why.
+        """
+        return () if self.formulation == "lagrange" else tuple(PAGES[self.formulation](self.scene))
+
+    @cached_property
+    def forms(self) -> list[Form]:
+        """All formulas; of Lagrange's equations both sides."""
+        if self.formulation != "lagrange":
+            return [row.form for group in self.groups for row in group.rows]
+        page = Printable.of(self.scene)
+        return [side(i) for i in range(len(page.rows)) for side in (page.left, page.driving)]
+
+    @property
+    def operations(self) -> int:
+        """Multiplications, additions and divisions that all formulas take together, what is shared once."""
+        graph = Graph()
+        entries = tuple(form.express(graph) for form in self.forms)
+        counts = Counts.of(Function("page", "", (), "", (len(entries),), entries, "", self.formulation))
+        return counts.multiplications + counts.additions + counts.divisions
+
+    def refuse_too_long(self) -> None:
+        """Raise EmitError where there are more formulas than are written."""
+        instead = "symdyn generate writes code, which has no such limit"
+        refuse_too_long(self.scene.name, f"{self.formulation}:", self.forms, instead)
 
 
 def formulation_text(scene: Scene, formulation: str, format: str = "latex", document: bool = False) -> str:
@@ -207,9 +261,9 @@ def formulation_text(scene: Scene, formulation: str, format: str = "latex", docu
     if format not in ("latex", "text") or (format == "text" and document):
         told = f"without {argument('document')}"
         raise EmitError(f"{formulation}: it is written in LaTeX and, {told}, as text, not as {format}")
-    groups = list(PAGES[formulation](scene))
-    forms = [row.form for group in groups for row in group.rows]
-    refuse_too_long(scene.name, f"{formulation}:", forms, "symdyn generate writes code, which has no such limit")
+    page = FormulationPage(scene, formulation)
+    page.refuse_too_long()
+    groups, forms = page.groups, page.forms
     if format == "text":
         return "\n".join(["\n\n".join(map(_text, groups)), *rate_lines(scene)])
     write = Latex(latex_symbols(scene, (), [name for group in groups for name in group.letters]), digits_or(DIGITS))
@@ -225,12 +279,12 @@ def formulation_text(scene: Scene, formulation: str, format: str = "latex", docu
     return render("latex/equations.tex.jinja", inside)
 
 
-def _text(group: Group) -> str:
+def _text(group: EquationGroup) -> str:
     rows = (equation_lines(row.name, broken_text(rounded(row.form, requested_digits() or 15))) for row in group.rows)
     return "\n".join((f"# {group.title}: {group.text}", *rows))
 
 
-def _section(group: Group, write: Latex) -> dict[str, str]:
+def _section(group: EquationGroup, write: Latex) -> dict[str, str]:
     pairs = [(write.symbols.get(row.latex, row.latex), write(row.form)) for row in group.rows]
     text = group.latex or f"{group.text[0].upper()}{in_latex(group.text[1:])}:"
     return {"title": in_latex(group.title), "text": text, "body": "\n".join(definitions(pairs))}

@@ -148,7 +148,7 @@ def equilibrium_step(lesson: Lesson, rests: Rests) -> Step:
     return replace(step(*blocks), reason=lesson.say("equilibria.reason"))
 
 
-FAULTS = (LinearizeError, SimulateError, DerivationError, DrawError, ArithmeticError)
+FAULTS = (LinearizeError, SimulateError, DerivationError, DrawError, ArithmeticError, np.linalg.LinAlgError)
 """What says that there is no one linear motion, such as at a parameter without a value."""
 
 MOVES = 1e-9

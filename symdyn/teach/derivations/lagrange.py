@@ -11,8 +11,9 @@ shows what the one before it showed.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import islice
 
 from symdyn.algebra import Form, Number, Symbol
 from symdyn.draw import Lettered, Wrench, picture
@@ -364,6 +365,21 @@ def _shown(step: Step, bodies: Mapping[str, str]) -> Step:
     return replace(step, show=(*words, *pointed))
 
 
+def scene_section(lesson: Lesson, chosen: Chosen, *first: Step) -> Section:
+    """Return the section of the mechanism: its first steps, coordinates, what acts, all symbols, joints."""
+    steps = [*first, coordinate_step(lesson, lesson.graph, chosen), *acting_steps(lesson), *length_steps(lesson)]
+    return lesson.section("scene", [*steps, notation_step(lesson), joints_step(lesson)])
+
+
+def energy_sections(lesson: Lesson, result: list[Mass]) -> Iterator[Section]:
+    """Yield the sections of positions, velocities, energies, and the Lagrangian, each derived when it is asked for."""
+    yield lesson.section("positions", position_steps(lesson, result))
+    yield lesson.section("velocities", velocity_steps(lesson, result))
+    *energies, lagrangian = energy_steps(lesson, result)
+    yield lesson.section("energies", energies)
+    yield lesson.section("lagrangian", [lagrangian])
+
+
 UNTIL = ("energies", "lagrangian", "equations", "coefficients", "numbers")
 """The parts that it may end with."""
 
@@ -381,22 +397,13 @@ def lagrange_walkthrough(scene: Scene, language: str = "en", until: str = "numbe
     chosen = choose_state(lesson.scene, lesson.state, lesson.graph)
     page = name_coefficients(lesson)
     letters = picture_letters(lesson.scene, lesson.graph, chosen)
-    shown = scene_step(lesson, scene_picture(lesson, chosen, letters))
-    first = [shown, *silent_steps(lesson), task_step(lesson), coordinate_step(lesson, lesson.graph, chosen)]
+    shown, last = scene_step(lesson, scene_picture(lesson, chosen, letters)), UNTIL.index(until)
     sections = [
-        lesson.section(
-            "scene", [*first, *acting_steps(lesson), *length_steps(lesson), notation_step(lesson), joints_step(lesson)]
-        ),
+        scene_section(lesson, chosen, shown, *silent_steps(lesson), task_step(lesson)),
         lesson.section("principle", principle_steps(lesson, page)),
         *([lesson.section("rotations", turned)] if (turned := rotation_steps(lesson, found)) else []),
-        lesson.section("positions", position_steps(lesson, found)),
-        lesson.section("velocities", velocity_steps(lesson, found)),
+        *islice(energy_sections(lesson, found), 3 + (last >= 1)),
     ]
-    *energies, lagrangian = energy_steps(lesson, found)
-    sections.append(lesson.section("energies", energies))
-    last = UNTIL.index(until)
-    if last >= 1:
-        sections.append(lesson.section("lagrangian", [lagrangian]))
     if last >= 2:
         sections.append(lesson.section("equations", [*equation_steps(lesson, page), *kane_steps(lesson, page, chosen)]))
     if last >= 3:

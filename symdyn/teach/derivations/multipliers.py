@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import islice
 
 import numpy as np
 from scipy.linalg import null_space
@@ -33,7 +34,14 @@ from symdyn.teach.derivations.equation_steps import (
     name_coefficients,
 )
 from symdyn.teach.derivations.equilibria import closed_sections
-from symdyn.teach.derivations.lagrange import scene_picture, state_step, task_step, with_figures
+from symdyn.teach.derivations.lagrange import (
+    energy_sections,
+    scene_picture,
+    scene_section,
+    state_step,
+    task_step,
+    with_figures,
+)
 from symdyn.teach.derivations.multiplier_steps import (
     ROPE,
     condition_steps,
@@ -48,10 +56,9 @@ from symdyn.teach.derivations.multiplier_steps import (
 )
 from symdyn.teach.derivations.solved_ties import solved_ties_steps
 from symdyn.teach.derivations.tied_steady import tied_steady_steps
-from symdyn.teach.derivations.velocities import energy_steps, length_steps, position_steps, velocity_steps
 from symdyn.teach.document import Block, Document, Formula, Section, Step, Words
 from symdyn.teach.lesson import called, named, silent_steps, together
-from symdyn.teach.notation import acting_steps, coordinate_step, joints_step, notation_step, scene_step
+from symdyn.teach.notation import scene_step
 from symdyn.teach.shown_state import ACCELERATIONS, RATES, Chosen, choose_state, rates_of, starting_rates
 
 TINY = 1e-9
@@ -221,27 +228,13 @@ def multipliers_walkthrough(scene: Scene, language: str = "en", until: str = "nu
     tied = parts.dependent if all(drives[k] for k in parts.independent) else ()
     ropes = [multiplier(tie) for tie in lesson.ties if tie.words == ROPE] if last >= 3 else []
     wanted = [lesson.say("task.tension", names=together(ropes))] if ropes else []
-    first = [
-        shown,
-        *silent_steps(lesson),
-        task_step(lesson, *wanted, tied=tied),
-        coordinate_step(lesson, lesson.graph, chosen),
-    ]
+    task = task_step(lesson, *wanted, tied=tied)
     sections = [
-        lesson.section(
-            "scene", [*first, *acting_steps(lesson), *length_steps(lesson), notation_step(lesson), joints_step(lesson)]
-        ),
+        scene_section(lesson, chosen, shown, *silent_steps(lesson), task),
         lesson.section("conditions", [*condition_steps(lesson), *solved_ties_steps(lesson)]),
     ]
     if last >= 1:
-        *energies, lagrangian = energy_steps(lesson, found)
-        sections += [
-            lesson.section("positions", position_steps(lesson, found)),
-            lesson.section("velocities", velocity_steps(lesson, found)),
-            lesson.section("energies", energies),
-        ]
-    if last >= 2:
-        sections.append(lesson.section("lagrangian", [lagrangian]))
+        sections += islice(energy_sections(lesson, found), 3 + (last >= 2))
     if last >= 3:
         open_page = name_coefficients(lesson)
         page = replace(open_page, right=name_forces(lesson, open_page.right))

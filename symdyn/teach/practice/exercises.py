@@ -139,7 +139,8 @@ def written_out(block: Block) -> Iterator[Form]:
         yield from (part for cell in cells for part in cell.parts if not isinstance(part, str))
 
 
-RESULTS = ("square", "potential", "momentum", "rate", "slope", "equation", "coefficients", "bivectors", "solved")
+RESULTS = ("square", "potential", "momentum", "rate", "slope", "equation", "coefficients", "bivectors", "solved",
+           "derived", "result")  # fmt: skip
 """Kinds of steps, what stands before the colon of their keys, that end a part of the derivation."""
 
 
@@ -159,7 +160,7 @@ class Grade:
 GRADES: Mapping[int, Grade] = {
     1: Grade(()),  # every step to the equations and coefficients, each from the one before it
     2: Grade(RESULTS),
-    3: Grade(("energies", "lagrangian", "equation", "solved"), alone=True),
+    3: Grade(("energies", "lagrangian", "equation", "solved", "result"), alone=True),
 }
 
 ASIDE = ("meaning", "power")
@@ -192,8 +193,7 @@ def with_exercises(document: Document, grade: int = 2, ask: Collection[str] = ()
     """
     if grade not in GRADES:
         raise TeachError(f"there is no grade {grade}; give one of {', '.join(map(str, GRADES))}")
-    asked = [section for section in document.sections if not is_given(section)]
-    every = {step.key: (section, step) for section in asked for step in section.steps}
+    every = {step.key: (part, step) for part in document.sections if not is_given(part) for step in part.steps}
     results = {key: found for key, (_, step) in every.items() if (found := _results(document, step))}
     document, physics = with_physics(document)
     of_physics = [step.key for step in physics.steps] if physics else []

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import ClassVar
 
 from symdyn.algebra import Form
@@ -19,6 +20,7 @@ from symdyn.spatial import zero_vector
 from symdyn.teach.derivations import lagrange, multipliers, quaternions
 from symdyn.teach.derivations.dalembert import walkthrough as dalembert
 from symdyn.teach.derivations.dalembert.side_by_side import side_by_side
+from symdyn.teach.derivations.formulations import UNTIL, WAYS, formulation_walkthrough, with_cost
 from symdyn.teach.derivations.own_states import with_states
 from symdyn.teach.document import Document, Step, Words
 from symdyn.teach.languages import language_of, languages
@@ -90,6 +92,7 @@ FORMULATIONS: Mapping[str, LessonFormulation] = {
         multipliers.UNTIL, multipliers.multipliers_walkthrough, lambda scene: scene.is_constrained
     ),
     "dalembert": LessonFormulation(dalembert.UNTIL, dalembert.dalembert_walkthrough, lambda scene: False),
+    **{name: LessonFormulation(UNTIL, partial(formulation_walkthrough, name), lambda scene: False) for name in WAYS},
 }
 """The first whose lesson is the usual one of a scene is taken where nobody says which."""
 
@@ -109,16 +112,17 @@ def walkthrough(
 
     Args:
         scene: by Lagrange's method an open chain or tree with a closed form; with multipliers one with loops,
-            rolling or other conditions; with quaternions one whose bodies turn by them; by D'Alembert's any mechanism.
+            rolling or other conditions; with quaternions one whose bodies turn by them; by D'Alembert's any mechanism;
+            by the others one that `symdyn.equations` writes such equations of.
         language: "en" or "sk".
         detail: brief has the task, the equations, what follows from them and checks, all other steps folded, and left
             out of LaTeX and PDF; full has every step open.
         until: the last part, "" for all: by Lagrange's method "energies", "lagrangian", "equations",
             "coefficients" or "numbers"; with multipliers "conditions", "energies", "lagrangian", "equations", "system"
             or "numbers"; with quaternions "rotations", "energies", "equations" or "numbers"; by D'Alembert's "count",
-            "bodies", "reactions" or "formulations".
-        formulation: a key of `FORMULATIONS`: "lagrange" (5.21)-(5.23), "multipliers", "quaternions" or "dalembert"
-            (5.1)-(5.20); "" for the first of them that is usual for the scene.
+            "bodies", "reactions" or "formulations"; by the others "equations", "check" or "gains".
+        formulation: a key of `FORMULATIONS`: "lagrange" (5.21)-(5.23), "multipliers", "quaternions", "dalembert"
+            (5.1)-(5.20), or one of `WAYS`, such as "hamilton"; "" for the first of them that is usual for the scene.
 
     Raises:
         EmitError: an unknown choice, or a scene that is too large to be read.
@@ -145,6 +149,7 @@ def walkthrough(
         document = chosen.walkthrough(scene, language, until)
     except NoValueError as fault:
         raise NoValueError(f"{scene.name}: where the lesson shows numbers, such as at a dead centre: {fault}") from None
+    document = with_cost(document, declared) if formulation in WAYS else document
     document = _with_matter(document)
     document = with_states(document, declared) if declared.states else document
     document = replace(document, brief=detail == "brief")
