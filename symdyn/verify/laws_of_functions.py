@@ -4,7 +4,7 @@ Functions of momenta p = M u, and that of Gibbs and Appell:
 
     H(q, M u) = K + P
     rates(q, M u, τ) = u, d/dt (M u)     along forward dynamics
-    dH/dt = u·(τ + Q)                    along the rates
+    dH/dt = u·(τ + Q + Ṁ u)              along the rates, but for ∂H/∂t; Ṁ of states that masses are made of
     ∂R/∂u = p, ∂R/∂p = -u                Routh's function: of velocities that are left, of cyclic momenta
     ṗ = 0                                of cyclic coordinates, which is {p, H}
     ∂S/∂u̇ = M u̇ + c
@@ -41,12 +41,13 @@ def _total_energy(w: Workspace) -> Claim:
 
 def _canonical(w: Workspace) -> Claim:
     moved = w.state.velocity | dict(zip(w.state.qd, entries(w, "forward_dynamics"), strict=True))
+    moved |= zip(w.states, w.state_rates, strict=True)
     motion = (*w.state.qd, *tangents(entries(w, "momentum"), moved))
     return Claim("canonical rates", "at p = M qd", "qd, d/dt (M qd)", _at_momenta(w, "canonical_rates"), motion)
 
 
 def _canonical_power(w: Workspace) -> Claim | None:
-    """Return dH/dt = u·(τ + Q), which port-Hamiltonian equations have by their form; a motion that is led has more."""
+    """Return dH/dt = u·(τ + Q + Ṁ u), as port-Hamiltonian equations have it; a motion that is led has more."""
     if w.prescribed.place:
         return None
     n, found = w.state.n, derive_one(w, "canonical_rates")
@@ -55,7 +56,8 @@ def _canonical_power(w: Workspace) -> Claim | None:
     known = dict(zip(w.state.qd, u, strict=True))
     moved = (*substitute(w.state.rates, known), *rates)
     change = tangents([H], dict(zip((*w.state.q, *symbols), moved, strict=True)))
-    power = w.graph.total(x * (tau + Q) for x, tau, Q in zip(w.state.qd, w.state.tau, w.Q, strict=True))
+    acting = zip(w.state.qd, w.state.tau, w.Q, w.by_states(w.energy.momenta()), strict=True)
+    power = w.graph.total(x * (tau + Q + lost) for x, tau, Q, lost in acting)
     return Claim("canonical power", "dH/dt", "qd.(tau + Q)", tuple(change), tuple(substitute([power], known)))
 
 

@@ -60,16 +60,20 @@ def kane(scene: Scene) -> Iterator[Group]:
     system, n = w.kane, range(w.state.n)
     shares = [part.along(part.inertia_force) for part in system.bodies]
     active, inertia, rotors = system.active_forces(), system.inertia_forces(), system.rotor_forces()
-    nodes = [x for part in system.bodies for twist in part.partial for v in twist for x in v]
-    nodes += [x for part in system.bodies for x in (*part.v, *part.w)]
+    own = bool(w.state.spheres)  # axes of the ground are long in quaternions, and velocities are along the body's
+    shown = [
+        [part.R.T @ v if own else v for v in (part.v, part.w, *(v for twist in part.partial for v in twist))]
+        for part in system.bodies
+    ]
+    nodes = [x for vectors in shown for v in vectors for x in v]
     write = written_forms(w, [*nodes, *(x for share in shares for x in share), *active, *inertia, *rotors])
     named, forces = drive_symbols(scene), fresh(scene, ("F", "Q", "Fr"), n)
-    for part, share in zip(system.bodies, shares, strict=True):
-        rows = [*_vector("v", part.v, write), *_vector("w", part.w, write)]
-        for r, twist in zip(n, part.partial, strict=True):
-            rows += [*_vector(f"v{r + 1}", twist[0], write), *_vector(f"w{r + 1}", twist[1], write)]
+    for part, vectors, share in zip(system.bodies, shown, shares, strict=True):
+        names = [f"{letter}{r or ''}" for r in range(len(n) + 1) for letter in "vw"]
+        rows = [row for name, v in zip(names, vectors, strict=True) for row in _vector(name, v, write)]
         rows += [Row(f"{forces[r]}*", rf"F^*_{{{r + 1}}}", write(x)) for r, x in zip(n, share, strict=True)]
-        text = "velocities, partial velocities (ground axes), and its share of F*; what is not listed is 0"
+        axes = "axes of the body" if own else "ground axes"
+        text = f"velocities, partial velocities ({axes}), and its share of F*; what is not listed is 0"
         yield Group(f"{part.body}", text, tuple(row for row in rows if row.form != Number.ZERO))
     turned = [Row(f"{forces[r]}*", rf"F^*_{{{r + 1}}}", write(x)) for r, x in zip(n, rotors, strict=True)]
     if rows := [row for row in turned if row.form != Number.ZERO]:
