@@ -45,8 +45,7 @@ class State:
         qdd: their rates, shape (nv,).
         tau: driving forces, shape (nv,).
         rates: rate of every coordinate in terms of q and qd, shape (nq,); qd itself where there is no quaternion.
-        spheres: coordinates that form unit quaternions (w, x, y, z).
-        clock: as of `Scene`.
+        spheres, clock: coordinates of every unit quaternion (w, x, y, z); as of `Scene`.
     """
 
     q: tuple[Expr, ...]
@@ -144,9 +143,8 @@ def body_placements(scene: Scene, graph: Graph) -> dict[str, Transform]:
 def moved_placements(scene: Scene, joint: Joint | None, graph: Graph) -> Iterator[tuple[int, Transform]]:
     """Yield, for every joint that moves the child, the number of its velocity and the child's placement before it.
 
-    The frame is the joint frame, before the motion: where the joints nearer to the ground stand does not change a
-    velocity written in the body. Of joints that share a velocity the last one counts, nearest to the ground: its
-    placement holds the others.
+    The frame is the joint frame, before the motion: joints nearer to the ground do not change a velocity written in the
+    body. Of joints that share a velocity the last one counts, nearest to the ground: its placement holds the others.
     """
     number = {velocity: i for i, velocity in enumerate(scene.velocities)}
     carrier = {j.child: j for j in scene.joints}
