@@ -58,7 +58,7 @@ class About:
     """The outputs that a law is about.
 
     Attributes:
-        trees: those of trees; None where it is no law of trees.
+        trees: those of trees, "output_rate:" for any of that kind; None where it is no law of trees.
         loops: those where loops or rows close the scene; None where it is no law of such.
     """
 
@@ -68,7 +68,7 @@ class About:
     def fits(self, scene: Scene, outputs: Collection[str]) -> bool:
         """Tell whether it is a law of scenes of this kind, and about nothing but these outputs."""
         needed = self.loops if scene.is_constrained else self.trees
-        return needed is not None and set(needed) <= set(outputs)
+        return needed is not None and {*needed} <= {*outputs, *(f"{one.partition(':')[0]}:" for one in outputs)}
 
 
 @dataclass(frozen=True)
