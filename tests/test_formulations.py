@@ -392,3 +392,63 @@ def test_power_holds_what_energy_itself_changes_by(name: str) -> None:
     )
 
     assert number(power.form, values) == pytest.approx((ahead - behind) / (2 * h), rel=1e-5)
+
+
+CRANK = """
+name = "crank"
+gravity = [0, 0, 0]
+[parameters]
+mA = { unit = "kg", positive = true }
+mB = { unit = "kg", positive = true }
+mC = { unit = "kg", positive = true }
+kA = { unit = "m", positive = true }
+kB = { unit = "m", positive = true }
+a = { unit = "m", positive = true }
+b = { unit = "m", positive = true }
+[bodies.A]
+mass = "mA"
+com = [0, 0, "-a"]
+inertia = ["mA*kA**2", "mA*kA**2", 0]
+inertia_about = "com"
+[bodies.C]
+mass = "mC"
+com = [0, 0, 0]
+[bodies.B]
+mass = "mB"
+com = [0, 0, "-b"]
+inertia = ["mB*kB**2", "mB*kB**2", 0]
+inertia_about = "com"
+[joints.shaft]
+type = "revolute"
+parent = "ground"
+child = "A"
+axis = [0, 1, 0]
+coordinate = "q1"
+[joints.bore]
+type = "prismatic"
+parent = "ground"
+child = "C"
+axis = [0, 0, 1]
+coordinate = "z"
+[joints.pin]
+type = "revolute"
+parent = "C"
+child = "B"
+axis = [0, -1, 0]
+coordinate = "q2"
+"""
+
+
+def test_the_crank_rod_and_piston_of_kane() -> None:
+    """Kane and Levinson (1985), exercise 11.10: F_r* of q̇_1, -q̇_2 and ż, the rod on the piston alone."""
+    rows = group(list(PAGES["kane"](read_text(CRANK))), "Kane's equations").rows
+    mA, mB, mC, kA, kB, a, b, q2, w2 = sympy.symbols("mA mB mC kA kB a b q2 q2_dot")
+    du1, du3, dw2 = sympy.symbols("q1_ddot z_ddot q2_ddot")
+    tau1, tau2, tau3 = sympy.symbols("tau1 tau2 tau3")
+    du2, sin, cos = -dw2, sympy.sin(q2), sympy.cos(q2)
+    first = -mA * (a**2 + kA**2) * du1
+    second = -mB * ((b**2 + kB**2) * du2 - b * sin * du3)
+    third = -((mB + mC) * du3 - mB * b * sin * du2 + mB * b * cos * w2**2)
+
+    by_book = (tau1 + first, tau2 + third, tau3 - second)
+    assert [sympy.simplify(plain(row.form) - one) for row, one in zip(rows, by_book, strict=True)] == [0, 0, 0]
