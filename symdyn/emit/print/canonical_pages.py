@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from symdyn.algebra import Form, Number, Ratios, Symbol
+from symdyn.algebra import Form, Function, Number, Ratios, Symbol
 from symdyn.dynamics import ClosedForm, Workspace
 from symdyn.dynamics.mechanism import TIME, State
 from symdyn.emit.print.formulation_groups import (
@@ -27,9 +27,10 @@ from symdyn.emit.print.formulation_groups import (
     written_forms,
 )
 from symdyn.emit.print.printable import Printable
+from symdyn.emit.print.printed_names import PrintName
 from symdyn.emit.render import in_latex
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, evaluate, gradient, substitute, tangents
+from symdyn.graph import Expr, Op, evaluate, gradient, substitute, tangents
 from symdyn.scene import Scene
 from symdyn.scene.values import velocity_name
 
@@ -148,6 +149,41 @@ def hamilton(scene: Scene) -> Iterator[Group]:
         kept = tuple(Row(f"{found.names[k]}_dot", f"{found.names[k]}_dot", Number.ZERO) for k in cyclic)
         latex = rf"$\{{p, H\}} = \dot p = 0$, as nothing depends on {in_latex(names)}:"
         yield Group("Poisson brackets", text, kept, latex)
+    left = [k for k in every if k not in w.cyclic]
+    constant = not (scene.states or w.state.clock or w.state.spheres or any(scene.drives))
+    if found.rates is not None and len(left) == 1 and constant and not any(form.terms for form in page.right):
+        try:
+            yield _transformation(closed, found, left[0], H)
+        except TOO_LONG:
+            return
+
+
+def _transformation(closed: ClosedForm, found: _Momenta, k: int, H: Form) -> Group:
+    """Return the momentum in Hamilton's characteristic function W, of whose new momenta no coordinate is in H.
+
+    Reference: Goldstein, Classical Mechanics (1980), 10.3.
+    """
+    scene, graph, p = closed.scene, closed.state.q[0].graph, found.nodes[k]
+    (E,) = fresh(scene, ("E", "E_cal"))
+    node = H.express(graph)
+    (slope,) = gradient(node, [p])
+    rest, half = substitute([node, slope / 2], {p: graph.zero})
+    square = gradient(slope, [p])[0] / 2
+    shift, under = quotient(closed, half / square), (graph.symbol(E) - rest) / square
+    name = found.names[k]
+    if shift.terms:
+        root = Function(Op.SQRT, (quotient(closed, under + (half / square) * (half / square)),))
+        row = Row(name, name, Form.sum((root, shift.negative)))
+    else:
+        row = Row(f"{name}**2", f"{PrintName.of_code(name)}^2", quotient(closed, under))
+    others = [(x, q) for i, (x, q) in enumerate(zip(found.names, scene.coordinates, strict=True)) if i != k]
+    sums = "".join(f" + {x} {q}" for x, q in others)
+    momenta = ", ".join([E, *(x for x, _ in others)])
+    text = (
+        f"to cyclic coordinates, by W = integral of {name} d{scene.coordinates[k]}{sums} with H = {E}; new "
+        f"momenta {momenta} stay, and so do their coordinates, but for dW/d{E} = t"
+    )
+    return Group("Canonical transformation", text, (row,))
 
 
 def port_hamiltonian(scene: Scene) -> Iterator[Group]:
