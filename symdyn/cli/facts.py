@@ -217,7 +217,7 @@ def _signals(w: Workspace) -> dict[str, list[dict[str, Any]]]:
         for p in scene.inputs
     ]
     looked = SceneUnits(scene).outputs
-    outputs = [
+    outputs: list[dict[str, Any]] = [
         {"name": p.name, "formula": spell(p.formula), "unit": looked[p.name], "text": p.text,
          "relative_degree": _relative_degree(w, p.name)}
         for p in scene.outputs
@@ -226,7 +226,7 @@ def _signals(w: Workspace) -> dict[str, list[dict[str, Any]]]:
         {"name": p.name, "rate": spell(p.rate), "start": spell(p.value), "unit": told[p.name], "text": p.text}
         for p in scene.states
     ]
-    found = {"inputs": inputs, "states": states, "outputs": outputs}
+    found: dict[str, list[Any]] = {"inputs": inputs, "states": states, "outputs": outputs}
     return {name: some for name, some in found.items() if some}
 
 
