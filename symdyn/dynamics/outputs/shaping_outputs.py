@@ -138,7 +138,7 @@ def _unmatched(w: Workspace, name: str, left: Expr) -> str:
     u, graph = w.state.qd, w.graph
     slow = substitute(gradient(left, u), dict.fromkeys(u, graph.zero))
     part = "kinetic" if all(map(vanishes, slow)) else "potential"
-    known = {one.name: one.value and one.value.at({}) for one in w.scene.parameters}
+    known = {one.name: None if one.value is None else one.value.at({}) for one in w.scene.parameters}
     values = {graph.symbol(name): 1.0 if value is None else float(value) for name, value in known.items()}
     values |= {q: round(0.3 + 0.2 * k, 1) for k, q in enumerate(w.state.q)}
     values |= {x: round(1 - 0.4 * k, 1) for k, x in enumerate(u)}
