@@ -133,6 +133,43 @@ def test_all_of_them_are_proved(name: str) -> None:
     assert told | ({"Routh's function", "conserved momenta"} if name.isupper() else set()) <= claims
 
 
+@pytest.mark.long
+@pytest.mark.usefixtures("numpy_alone")
+@pytest.mark.parametrize(
+    ("name", "formulation", "law"),
+    [
+        ("pendulum", "hamilton", "canonical rates"),
+        ("heavy_top", "port-hamiltonian", "canonical power"),
+        ("gyroscope", "routh", "conserved momenta"),
+        ("four_bar", "gibbs-appell", "Appell's equations"),
+        ("four_bar", "udwadia-kalaba", "constraint_forces"),
+        ("rocket", "hamilton", "canonical rates"),
+    ],
+)
+def test_a_formulation_is_certified_by_its_functions_and_laws(name: str, formulation: str, law: str) -> None:
+    certificate = certify(symdyn.example(name), formulation=formulation, targets=["numpy"])
+
+    assert certificate.passed
+    assert law in {one.claim.partition(":")[0] for one in certificate.findings if one.verdict == Verdict.PROVED}
+
+
+@pytest.mark.parametrize(
+    ("name", "formulation", "said"),
+    [
+        ("cart_pole", "routh", "Routh's function does not exist: no coordinate is cyclic"),
+        (
+            "cart_pole",
+            "udwadia-kalaba",
+            "constraint_forces is about closed loops and rows, of which cart_pole has none",
+        ),
+        ("four_bar", "routh", "routhian is about trees; loops or rows close four_bar"),
+    ],
+)
+def test_what_a_scene_has_not_is_not_certified_and_says_why(name: str, formulation: str, said: str) -> None:
+    with pytest.raises(DerivationError, match=said):
+        certify(symdyn.example(name), formulation=formulation)
+
+
 # Messages, letters, targets
 
 

@@ -27,10 +27,11 @@ from symdyn.dynamics.mechanism.state import has_motion
 from symdyn.dynamics.outputs import Counts
 from symdyn.dynamics.outputs.canonical_outputs import CANONICAL
 from symdyn.dynamics.outputs.contact_outputs import CONTACTS
-from symdyn.dynamics.outputs.linearizing_outputs import LINEARIZING
+from symdyn.dynamics.outputs.linearizing_outputs import LINEARIZING as LINEARIZED
 from symdyn.dynamics.outputs.output import Constrained
 from symdyn.dynamics.outputs.output_table import CENTROIDAL
 from symdyn.dynamics.outputs.regressor_outputs import PASSIVITY, REGRESSORS
+from symdyn.dynamics.outputs.shaping_outputs import SHAPING
 from symdyn.dynamics.outputs.signal_outputs import SIGNALS
 from symdyn.errors import DerivationError
 from symdyn.graph import reachable
@@ -61,7 +62,8 @@ def request(name: str, one: Scene) -> str:
     return f"{name}:{of}" if place else name
 
 
-ALONG = ("output_rates", "output_rate", "decoupling_matrix", "decoupling_row")
+LINEARIZING = {**LINEARIZED, **SHAPING}
+ALONG = ("output_rates", "output_rate", "decoupling_matrix", "decoupling_row", "damping_forces", "shaping_forces")
 """What outputs of a scene do along its motion."""
 LED = tuple(name for name in LINEARIZING if name not in ALONG)
 
@@ -73,7 +75,7 @@ def looked(name: str, one: Scene) -> Scene:
     linearisation every other coordinate is.
     """
     moves = one.velocities[0] if name in LINEARIZING else acceleration_name(one.velocities[0])
-    seen = (Signal("seen", Quantity.symbol(moves)),)
+    seen = (Signal("seen", Quantity.symbol("kinetic_energy" if name == "shaping_forces" else moves)),)
     ends = (Place(Scene.GROUND, (Quantity.ONE, Quantity.ONE, Quantity.ONE)), Place(one.bodies[-1].name))
     cord = ElasticRope("cord", ends=ends, stiffness=(Quantity.ONE,))
     one = replace(one, elements=(*one.elements, cord)) if OUTPUTS[name].place == "rope" else one
@@ -124,7 +126,7 @@ def test_every_row_says_what_it_is_where_loops_close(name: str) -> None:
     assert isinstance(row.when_constrained, Constrained) or row.when_constrained in ("same", "tree", "refuse", "only")
     assert not isinstance(row.constrained.when_constrained, Constrained)
     if row.when_constrained == "refuse":
-        with pytest.raises(DerivationError, match=f"{name}(:seat)? is about trees; loops or rows close four_bar"):
+        with pytest.raises(DerivationError, match=f"{name}(:seat|:seen)? is about trees; loops or rows close four_bar"):
             entries(name, one)
         return
     one = looked(name, one)
@@ -379,7 +381,8 @@ def multiplies(name: str) -> None:
 def remark(name: str) -> None:
     """The text says of a scene what no other scene has."""
     one = looked(name, two_link())
-    said = "cyclic: q1" if name == "routhian" else "seen = q1_dot" if name in ALONG else "seen = q1_ddot"
+    moves = {"shaping_forces": "kinetic_energy", **dict.fromkeys(ALONG[:-1], "q1_dot")}
+    said = "cyclic: q1" if name == "routhian" else f"seen = {moves.get(name, 'q1_ddot')}"
     assert said in derive_one(Workspace(one), request(name, one)).text, name
 
 

@@ -87,15 +87,19 @@ class Compactor:
 
     @classmethod
     def of(
-        cls, nodes: Sequence[Expr], letters: Sequence[Expr], groups: Sequence[AngleGroup] = ()
+        cls,
+        nodes: Sequence[Expr],
+        letters: Sequence[Expr],
+        groups: Sequence[AngleGroup] = (),
+        units: Sequence[Sequence[Expr]] = (),
     ) -> Callable[[Expr], Form]:
-        """Return what writes nodes over a ring of their own; `letters` and `groups` as the ring takes them.
+        """Return what writes nodes over a ring of their own; `letters`, `groups` and `units` as the ring takes them.
 
         Raises:
             DerivationError: a node is no polynomial in sines.
         """
         every = list(dict.fromkeys(nodes))
-        ring = TrigonometricRing(every, letters, groups)
+        ring = TrigonometricRing(every, letters, groups, units)
         values = dict(zip(every, evaluate(every, ring, ring.values(every)), strict=True))
         compact = cls(ring, groups)
         return lambda node: compact(values[node])

@@ -11,7 +11,7 @@ from dataclasses import asdict
 from fractions import Fraction
 from typing import Any, TypedDict
 
-from symdyn.dynamics import Equations, LoopChoices, Requested, Workspace, chosen_frames, formulas
+from symdyn.dynamics import Equations, LoopChoices, Requested, Workspace, chosen_frames, derive_one, formulas
 from symdyn.dynamics.outputs import Counts
 from symdyn.emit.print import base_parameter_texts, text_of
 from symdyn.errors import DerivationError
@@ -180,7 +180,7 @@ def gather(scene: Scene, formulation: str | None, closing: LoopChoices) -> tuple
         **_put_in(scene),
         **({"values_with_units": list(said)} if (said := SceneUnits(scene).mistakable) else {}),
         **({"doubtful_units": list(said)} if (said := SceneUnits(scene).doubtful) else {}),
-        **_signals(scene),
+        **_signals(workspace),
         **counted,
     }
     return facts, left_out
@@ -198,22 +198,35 @@ def _put_in(scene: Scene) -> dict[str, list[dict[str, str]]]:
     return {kind: rows for kind, rows in (("derived", derived), ("signals", signals)) if rows}
 
 
-def _signals(scene: Scene) -> dict[str, list[dict[str, str]]]:
+def _relative_degree(w: Workspace, name: str) -> int | None:
+    """Return which rate of an output its drives are in first, None where there is none, or too much to derive."""
+    if w.state.n > Requested.LARGEST:
+        return None
+    try:
+        return int(derive_one(w, f"decoupling_row:{name}").text.rpartition(" ")[2])
+    except DerivationError:
+        return None
+
+
+def _signals(w: Workspace) -> dict[str, list[dict[str, Any]]]:
     """Return the inputs, states and outputs that a scene names, nothing where it names none."""
+    scene = w.declared
     told, written = SceneUnits(scene).inferred, _written(scene)
     inputs = [
         {"name": p.name, "value": spell(p.value), "unit": told[p.name], "text": p.text, **written.get(p.name, {})}
         for p in scene.inputs
     ]
     looked = SceneUnits(scene).outputs
-    outputs = [
-        {"name": p.name, "formula": spell(p.formula), "unit": looked[p.name], "text": p.text} for p in scene.outputs
-    ]
+    outputs: list[dict[str, Any]] = [
+        {"name": p.name, "formula": spell(p.formula), "unit": looked[p.name], "text": p.text,
+         "relative_degree": _relative_degree(w, p.name)}
+        for p in scene.outputs
+    ]  # fmt: skip
     states = [
         {"name": p.name, "rate": spell(p.rate), "start": spell(p.value), "unit": told[p.name], "text": p.text}
         for p in scene.states
     ]
-    found = {"inputs": inputs, "states": states, "outputs": outputs}
+    found: dict[str, list[Any]] = {"inputs": inputs, "states": states, "outputs": outputs}
     return {name: some for name, some in found.items() if some}
 
 

@@ -94,8 +94,11 @@ def show(facts: dict[str, Any]) -> None:
         title = "States; passed as internal, in this order"
         print_table(Table(("name", "rate", "start", "unit", ""), rows, title=title))
     if facts.get("outputs"):
-        rows = [(p["name"], short(p["formula"]), p["unit"], p["text"]) for p in facts["outputs"]]
-        print_table(Table(("name", "formula", "unit", ""), rows, title="Outputs"))
+        rows = [
+            (p["name"], short(p["formula"]), p["unit"], str(p["relative_degree"] or ""), p["text"])
+            for p in facts["outputs"]
+        ]
+        print_table(Table(("name", "formula", "unit", "relative degree", ""), rows, title="Outputs"))
     if facts["parameters"]:
         rows = [(p["name"], _value(p), p["unit"], p["text"]) for p in facts["parameters"]]
         title = "Parameters; free ones are passed as params, in this order"

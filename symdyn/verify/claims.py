@@ -58,7 +58,7 @@ class About:
     """The outputs that a law is about.
 
     Attributes:
-        trees: those of trees; None where it is no law of trees.
+        trees: those of trees, "output_rate:" for any of that kind; None where it is no law of trees.
         loops: those where loops or rows close the scene; None where it is no law of such.
     """
 
@@ -68,7 +68,7 @@ class About:
     def fits(self, scene: Scene, outputs: Collection[str]) -> bool:
         """Tell whether it is a law of scenes of this kind, and about nothing but these outputs."""
         needed = self.loops if scene.is_constrained else self.trees
-        return needed is not None and set(needed) <= set(outputs)
+        return needed is not None and {*needed} <= {*outputs, *(f"{one.partition(':')[0]}:" for one in outputs)}
 
 
 @dataclass(frozen=True)
@@ -300,13 +300,29 @@ def composed_claims(program: Program, prepared: Program) -> list[Claim]:
     return claims
 
 
+BY_FORMULATION: dict[str, Outputs] = {
+    "hamilton": (
+        "hamiltonian", "canonical_rates", "momentum", "kinetic_energy", "potential_energy", "forward_dynamics",
+    ),
+    "port-hamiltonian": ("hamiltonian", "canonical_rates"),
+    "routh": ("routhian", "canonical_rates", "momentum"),
+    "gibbs-appell": ("gibbs_function", "gravity_forces"),
+    "udwadia-kalaba": ("constraint_forces", "forward_dynamics"),
+}  # fmt: skip
+"""Functions of formulations that are no derivation of another output, and what their laws are about."""
+
+
 def taken(
     workspace: Workspace, outputs: Sequence[str] | None, formulation: str | None
 ) -> tuple[tuple[str, ...], tuple[Function, ...], list[str], list[Unclaimed]]:
     """Return outputs, those that become code, what is left out, and what does not exist: for None all worth certifying.
 
-    These are what a scene has by default, kinematics of the last body, and what no one writes by default.
+    These are what a scene has by default, kinematics of the last body, and what no one writes by default; of a
+    formulation with functions of its own, these, with what their laws are about.
     """
+    if formulation in BY_FORMULATION:
+        driving = (DRIVING_TREE if workspace.scene.is_constrained else DRIVING,) * (formulation == "gibbs-appell")
+        outputs, formulation = (*BY_FORMULATION[formulation], *driving, *(outputs or ())), None
     if outputs is not None:
         outputs = tuple(dict.fromkeys(request_of(name, workspace.scene) for name in outputs))
         return outputs, choose(workspace, outputs, formulation), [], []

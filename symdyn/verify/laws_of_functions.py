@@ -4,7 +4,7 @@ Functions of momenta p = M u, and that of Gibbs and Appell:
 
     H(q, M u) = K + P
     rates(q, M u, τ) = u, d/dt (M u)     along forward dynamics
-    dH/dt = u·(τ + Q)                    along the rates
+    dH/dt = u·(τ + Q + Ṁ u)              along the rates, but for ∂H/∂t; Ṁ of states that masses are made of
     ∂R/∂u = p, ∂R/∂p = -u                Routh's function: of velocities that are left, of cyclic momenta
     ṗ = 0                                of cyclic coordinates, which is {p, H}
     ∂S/∂u̇ = M u̇ + c
@@ -14,6 +14,8 @@ Feedback linearisation, y an output of the scene:
     FD(q, u, τ(q, u, u̇)) = u̇             of what is led by the forces τ
     FD(q, u, τ) = zero dynamics          of the others, where what is led is held
     y' = ∂y/∂x ẋ, y^(r) = a + B τ        along forward dynamics, r the relative degree
+    V' = ∂V/∂u·M⁻¹ Q                     under forces that shape V, zero where nothing is lost
+    V' = V'(τ = 0) - |τ|²                under forces τ that damp V
 """
 
 from __future__ import annotations
@@ -22,6 +24,8 @@ from collections.abc import Sequence
 from functools import partial
 
 from symdyn.dynamics import Workspace, derive_one
+from symdyn.dynamics.mechanism import solve
+from symdyn.errors import DerivationError
 from symdyn.graph import Expr, gradient, substitute, tangents
 from symdyn.verify.claims import Law, driving, entries, everywhere, of_driving, product
 from symdyn.verify.equality import Claim
@@ -41,12 +45,13 @@ def _total_energy(w: Workspace) -> Claim:
 
 def _canonical(w: Workspace) -> Claim:
     moved = w.state.velocity | dict(zip(w.state.qd, entries(w, "forward_dynamics"), strict=True))
+    moved |= zip(w.states, w.state_rates, strict=True)
     motion = (*w.state.qd, *tangents(entries(w, "momentum"), moved))
     return Claim("canonical rates", "at p = M qd", "qd, d/dt (M qd)", _at_momenta(w, "canonical_rates"), motion)
 
 
 def _canonical_power(w: Workspace) -> Claim | None:
-    """Return dH/dt = u·(τ + Q), which port-Hamiltonian equations have by their form; a motion that is led has more."""
+    """Return dH/dt = u·(τ + Q + Ṁ u), as port-Hamiltonian equations have it; a motion that is led has more."""
     if w.prescribed.place:
         return None
     n, found = w.state.n, derive_one(w, "canonical_rates")
@@ -55,7 +60,8 @@ def _canonical_power(w: Workspace) -> Claim | None:
     known = dict(zip(w.state.qd, u, strict=True))
     moved = (*substitute(w.state.rates, known), *rates)
     change = tangents([H], dict(zip((*w.state.q, *symbols), moved, strict=True)))
-    power = w.graph.total(x * (tau + Q) for x, tau, Q in zip(w.state.qd, w.state.tau, w.Q, strict=True))
+    acting = zip(w.state.qd, w.state.tau, w.Q, w.by_states(w.energy.momenta()), strict=True)
+    power = w.graph.total(x * (tau + Q + lost) for x, tau, Q, lost in acting)
     return Claim("canonical power", "dH/dt", "qd.(tau + Q)", tuple(change), tuple(substitute([power], known)))
 
 
@@ -137,7 +143,41 @@ def _decoupled(w: Workspace) -> Claim:
     return Claim("relative degree", "y' or y''", "a + B tau", tuple(substitute(rates, undriven)), sums)
 
 
+def _under(kind: str, w: Workspace) -> dict[str, tuple[tuple[Expr, ...], Expr]]:
+    """Return such forces of every output that has them, and its rate under them."""
+    found = {}
+    for name in (one.name for one in w.scene.outputs):
+        try:
+            forces, (rate,) = entries(w, f"{kind}:{name}"), entries(w, f"output_rate:{name}")
+        except DerivationError:  # it is none of that kind
+            continue
+        found[name] = forces, substitute([rate], dict(zip(w.state.tau, forces, strict=True)))[0]
+    return found
+
+
+def _shaped(w: Workspace) -> Claim:
+    """Return that shaped energies change by losses alone."""
+    found = _under("shaping_forces", w)
+    lost = solve(range(-1, w.state.n), w.lagrange_mass, w.Q)
+    slopes = [gradient(V, w.state.qd) for name in found for V in entries(w, f"output:{name}")]
+    right = tuple(product(w, [x for row in slopes for x in row], tuple(lost)))
+    return Claim("shaped energies", "dV/dt", "what is lost", tuple(rate for _, rate in found.values()), right)
+
+
+def _damped(w: Workspace) -> Claim:
+    """Return that damping takes its own square from the rate."""
+    found, still = _under("damping_forces", w), dict.fromkeys(w.state.tau, w.graph.zero)
+    rates = (substitute(entries(w, f"output_rate:{name}"), still)[0] for name in found)
+    squares = (w.graph.total(x * x for x in forces) for forces, _ in found.values())
+    right = tuple(rate - square for rate, square in zip(rates, squares, strict=True))
+    return Claim(
+        "damped functions", "dV/dt", "dV/dt without drives - tau^2", tuple(rate for _, rate in found.values()), right
+    )
+
+
 LAWS_OF_LINEARIZING: tuple[Law, ...] = (
+    Law(("shaping_forces:", "output_rate:"), None, _shaped),
+    everywhere(_damped, "damping_forces:", "output_rate:"),
     Law(("linearizing_forces", "zero_dynamics", "forward_dynamics"), None, partial(_led, "")),
     Law(("linearizing_forces:passive", "zero_dynamics:passive", "forward_dynamics"), None, partial(_led, ":passive")),
     everywhere(_rates, "output_rates", "outputs", "forward_dynamics"),

@@ -4,10 +4,11 @@ Positions are differentiated, as in lagrange.py, but over the ring and one coord
 the frame in which a body's velocity is written, so it is written in the body, where the inertia is constant:
 
     T = (R, p)   placement of body B in a frame that stands before joint i
-    v_i          Rᵀ ∂p/∂q_i          velocity of B's origin for q̇_i = 1, body frame
-    w_i          (Rᵀ ∂R/∂q_i)∨       angular velocity for q̇_i = 1, body frame
+    X_i          ∂/∂q_i for a rate of a coordinate, else the derivative along velocity i: kinematics.py
+    v_i          Rᵀ X_i p            velocity of B's origin for u_i = 1, body frame
+    w_i          (Rᵀ X_i R)∨         angular velocity for u_i = 1, body frame
     k_z          M_ij = Σ_B m v_i·v_j + v_i·(w_j × h) + v_j·(w_i × h) + w_i·I w_j      h = m r, I about B's origin
-    k_C, k_D     from ∂M/∂q by Christoffel symbols, signs as in kinematics.py; k_G = ∂P/∂q
+    k_C, k_D     from X M and the brackets of the velocities, signs as in kinematics.py; k_G = X P
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from symdyn.dynamics.closed_forms.coefficient_key import (
     MOST_TERMS,
     ClosedLoads,
     Key,
+    Slopes,
     check_key,
     closed_loads,
     load_nodes,
@@ -30,6 +32,7 @@ from symdyn.dynamics.closed_forms.coefficient_key import (
     too_long,
 )
 from symdyn.dynamics.closed_forms.constraint_forms import angle_groups
+from symdyn.dynamics.mechanism.kinematics import directions
 from symdyn.dynamics.mechanism.state import State, body_placements, moved_placements, vector
 from symdyn.dynamics.mechanism.tree import body_inertia
 from symdyn.errors import DerivationError, listed
@@ -52,11 +55,12 @@ class ClosedForm(Shown):
     Attributes:
         scene: the mechanism.
         ring: where the coefficients live.
-        state: symbols of q, q̇ on the ring's graph.
+        state: symbols of q, u on the ring's graph.
+        slopes: derivatives X along the velocities.
         parallel: joints that turn about parallel axes; sums of their angles make short forms.
         M: k_z, shape (n, n); kg m^2, kg m or kg.
-        k_D: multiplies q̇_j², shape (n, n).
-        k_C: multiplies q̇_j q̇_k, j < k in lexicographic order, shape (n, n(n-1)/2).
+        k_D: multiplies u_j², shape (n, n).
+        k_C: multiplies u_j u_k, j < k in lexicographic order, shape (n, n(n-1)/2).
         k_G: gravity and nothing else, shape (n,); N m or N.
         K, P: kinetic energy, potential energy of gravity, J.
         loads: struts, friction and loads, whose forms are no polynomials.
@@ -65,6 +69,7 @@ class ClosedForm(Shown):
     scene: Scene
     ring: TrigonometricRing
     state: State
+    slopes: Slopes
     parallel: tuple[AngleGroup, ...]
     M: Matrix
     k_D: Matrix
@@ -80,7 +85,7 @@ class ClosedForm(Shown):
 
     @property
     def n(self) -> int:
-        """Number of coordinates."""
+        """Number of velocities."""
         return self.state.n
 
     def coefficient_names(self) -> list[Key]:
@@ -166,12 +171,6 @@ def closed_form(scene: SceneLike) -> ClosedForm:
             polynomial; or there are more terms than anyone reads.
     """
     scene = scene_of(scene)
-    for joint in scene.joints:
-        if joint.velocities:
-            raise DerivationError(
-                f"{scene.name}: joint {joint.name} turns by a quaternion, for which there is no closed form to print; "
-                'write orientation = "zyx" (or another sequence of axes) to have one'
-            )
     entries = len(scene.velocities) ** 2 * (len(scene.velocities) - 1) // 2
     if entries > MOST_TERMS:
         raise too_long(scene, f"k_C alone has {entries} entries")
@@ -185,35 +184,37 @@ def closed_form(scene: SceneLike) -> ClosedForm:
     ]
     massive += _balls(scene, graph)
     potential = _potential(scene, graph)
-    needed = [*state.qd, potential, *nodes.needed]
+    along = directions(scene, graph)
+    needed = [*state.qd, potential, *nodes.needed, *along.entries]
     for inertia, chain in massive:
         needed += [inertia.m, *inertia.h, *(x for row in inertia.I for x in row)]
         needed += [x for _, T in chain for x in _entries(T)]
     rotors = _rotors(scene, graph)
     needed += [rotor for _, _, rotor in rotors]
     parallel = angle_groups(scene, graph)
-    ring = TrigonometricRing(needed, (*state.q, *state.qd), parallel)
+    ring = TrigonometricRing(needed, (*state.q, *state.qd), parallel, state.spheres)
     found = dict(zip(needed, evaluate(needed, ring, ring.values(needed)), strict=True))
+    slopes = Slopes.over(ring, along)
     M = [[ring.zero] * state.n for _ in range(state.n)]
     for body in massive:
-        _add_body(M, body, ring, found, state.q)
+        _add_body(M, body, slopes, found)
         if (terms := sum(len(M[i][j]) for i, j in product(range(state.n), repeat=2) if i <= j)) > MOST_TERMS:
             raise too_long(scene, f"k_z alone has more than {terms} terms")
     for i, j, rotor in rotors:
         M[i][j] = M[i][j] + found[rotor]
     P = found[potential]
-    k_C, k_D = _christoffel(M, ring, state)
-    k_G = tuple(ring.derivative(P, q) for q in state.q)
+    k_C, k_D = _christoffel(M, slopes)
+    k_G = tuple(slopes(P, i) for i in range(state.n))
     half = ring.one / 2
     K = half * sum(
         (M[i][j] * found[state.qd[i]] * found[state.qd[j]] for i, j in product(range(state.n), repeat=2)), ring.zero
     )
-    loads = closed_loads(scene, state, ring, nodes, found)
-    return ClosedForm(scene, ring, state, parallel, tuple(map(tuple, M)), k_D, k_C, k_G, K, P, loads)
+    loads = closed_loads(scene, state, slopes, nodes, found)
+    return ClosedForm(scene, ring, state, slopes, parallel, tuple(map(tuple, M)), k_D, k_C, k_G, K, P, loads)
 
 
 def _rotors(scene: Scene, graph: Graph) -> list[tuple[int, int, Expr]]:
-    """Return each pair of coordinates that turn a rotor, and the rotor's inertia seen at them, kg m^2 or kg."""
+    """Return each pair of velocities that turn a rotor, and the rotor's inertia seen at them, kg m^2 or kg."""
     number = {velocity: i for i, velocity in enumerate(scene.velocities)}
     rotors = []
     for joint in scene.joints:
@@ -226,14 +227,14 @@ def _rotors(scene: Scene, graph: Graph) -> list[tuple[int, int, Expr]]:
 
 def _balls(scene: Scene, graph: Graph) -> list[tuple[Inertia, list[tuple[int, Transform]]]]:
     """Return the rotors of spherical joints as bodies that nothing but their joint moves, as `_add_body` takes them."""
-    number = {coordinate: i for i, coordinate in enumerate(scene.coordinates)}
+    number = {velocity: i for i, velocity in enumerate(scene.velocities)}
     found = []
     for joint in scene.joints:
         a, zero = joint.armature.express(graph), graph.zero
         if not a.is_zero and JOINTS[joint.type].ball(joint):
             X = joint_motion(joint, graph).placement
             inertia = Inertia(zero, zero_vector(graph), Mat.symmetric(a, a, a, zero, zero, zero))
-            found.append((inertia, [(number[q], X) for q in joint.coordinates]))
+            found.append((inertia, [(number[u], X) for u in joint.rates]))
     return found
 
 
@@ -244,19 +245,18 @@ def _entries(T: Transform) -> list[Expr]:
 def _add_body(
     M: list[list[Polynomial]],
     body: tuple[Inertia, list[tuple[int, Transform]]],
-    ring: TrigonometricRing,
+    slopes: Slopes,
     result: dict[Expr, Polynomial],
-    q: tuple[Expr, ...],
 ) -> None:
     """Add one body's share to M; `body` is its inertia and its `moved_placements`."""
-    inertia, chain = body
+    (inertia, moved), ring = body, slopes.ring
     m, h = result[inertia.m], [result[x] for x in inertia.h]
     matrix = [[result[x] for x in row] for row in inertia.I]
     columns = []
-    for i, T in chain:
+    for i, T in moved:
         R = [[result[x] for x in row] for row in T.R]
-        dR = [[ring.derivative(x, q[i]) for x in row] for row in R]
-        dp = [ring.derivative(result[x], q[i]) for x in T.p]
+        dR = [[slopes(x, i) for x in row] for row in R]
+        dp = [slopes(result[x], i) for x in T.p]
         v = [ring.dot(column, dp) for column in zip(*R, strict=True)]
         w = [ring.dot((row[a] for row in R), (row[b] for row in dR)) for a, b in ((2, 1), (0, 2), (1, 0))]
         linear = [m * v[k] + x for k, x in enumerate(_cross(w, h))]
@@ -284,19 +284,20 @@ def _potential(scene: Scene, graph: Graph) -> Expr:
     return total
 
 
-def _christoffel(M: list[list[Polynomial]], ring: TrigonometricRing, state: State) -> tuple[Matrix, Matrix]:
+def _christoffel(M: list[list[Polynomial]], slopes: Slopes) -> tuple[Matrix, Matrix]:
     """Return k_C and k_D."""
-    n = range(state.n)
-    slope = {
-        (i, j, k): ring.derivative(M[i][j], state.q[k])
-        for i, j in product(range(state.n), repeat=2)
-        if i <= j
-        for k in n
-    }
+    n = range(len(M))
+    slope = {(i, j, k): slopes(M[i][j], k) for i, j in product(n, repeat=2) if i <= j for k in n}
 
     def d(i: int, j: int, k: int) -> Polynomial:
         return slope[min(i, j), max(i, j), k]
 
-    k_C = tuple(tuple(d(i, j, k) + d(i, k, j) - d(j, k, i) for j, k in combinations(n, 2)) for i in n)
-    k_D = tuple(tuple(d(i, j, j) - d(j, j, i) / 2 for j in n) for i in n)
+    def turned(j: int, i: int, k: int) -> Polynomial:
+        return sum((M[m][k] * value for m, value in slopes.of.brackets.get((j, i), ())), slopes.ring.zero)
+
+    k_C = tuple(
+        tuple(d(i, j, k) + d(i, k, j) - d(j, k, i) - turned(j, i, k) - turned(k, i, j) for j, k in combinations(n, 2))
+        for i in n
+    )
+    k_D = tuple(tuple(d(i, j, j) - d(j, j, i) / 2 - turned(j, i, j) for j in n) for i in n)
     return k_C, k_D

@@ -16,6 +16,7 @@ from operator import index
 from typing import Any
 
 from symdyn.algebra import Compactor, Form, Function, Number, Polynomial, Power, Symbol, TrigonometricRing
+from symdyn.dynamics.mechanism.kinematics import Directions, directions
 from symdyn.dynamics.mechanism.state import (
     State,
     body_placements,
@@ -30,7 +31,7 @@ from symdyn.dynamics.mechanism.state import (
     vector,
 )
 from symdyn.errors import DerivationError, quoted
-from symdyn.graph import Expr, Graph, Op, tangents
+from symdyn.graph import Expr, Graph, Op, evaluate, tangents
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES, elastic
 from symdyn.scene.values import Load, Place, Strut
@@ -95,7 +96,30 @@ def too_long(scene: Scene, result: str, else_: str = "") -> DerivationError:
 WAY, RATE = " x", " v"
 """Names that no scene has."""
 
-Arm = tuple[tuple[Polynomial, ...], tuple[Polynomial, ...]]  # p and w of one coordinate
+Arm = tuple[tuple[Polynomial, ...], tuple[Polynomial, ...]]  # p and w of one velocity
+
+
+@dataclass(frozen=True)
+class Slopes:
+    """Derivatives X_i along velocities over a ring; `of` has the same for nodes, `along` its entries in the ring."""
+
+    ring: TrigonometricRing
+    of: Directions
+    along: tuple[Mapping[Expr, Polynomial], ...]
+
+    @classmethod
+    def over(cls, ring: TrigonometricRing, of: Directions) -> Slopes:
+        """Return the derivatives of a ring that has the entries of these directions."""
+        entries = list(of.entries)
+        found = dict(zip(entries, evaluate(entries, ring, ring.values(entries)), strict=True))
+        return cls(ring, of, tuple({q: found[h] for q, h in seeds.items()} for seeds in of.along))
+
+    def __call__(self, p: Polynomial, i: int) -> Polynomial:
+        """Return X_i p in normal form."""
+        ring, rates = self.ring, self.along[i]
+        if list(rates.values()) == [ring.one]:
+            return ring.derivative(p, *rates)
+        return ring.dot(rates.values(), (ring.derivative(p, q) for q in rates))
 
 
 @dataclass(frozen=True)
@@ -105,7 +129,7 @@ class LoadNodes:
     Attributes:
         squares: squared distance of the ends of every strut between points.
         told: half its rate where coordinates rest, of struts whose ends move as they are told.
-        places: for every load and every coordinate that moves it the placement of the point that it acts at: in the
+        places: for every load and every velocity that moves it the placement of the point that it acts at: in the
             ground frame, or for a load in body axes in a frame that stands before the joint.
         carried: what loads have by the motion of their bodies, shape (nv,).
     """
@@ -262,41 +286,37 @@ class ClosedLoads:
         return Form.sum(Form.product((slope, Symbol(str(u.value)))) for slope, u in pairs)
 
     def _slope(self, strut: Strut, compact: Compactor, i: int) -> Form:
-        """Return the derivative of the way by coordinate i."""
+        """Return the derivative of the way along velocity i."""
         if strut.ends and not strut.is_rope:
             share = compact(self.slopes[strut][i])
             return Form.product((share, self._way(strut, compact).power(-1)))
         graph = ordered_graph(self.scene)
-        position = self._position(strut, graph)
-        coordinate = graph.symbol(str(self.state.q[i].value))
-        return Form.of(tangents([position], {coordinate: graph.one})[0])
+        return Form.of(directions(self.scene, graph).derivative([self._position(strut, graph)], i)[0])
 
 
 def closed_loads(
-    scene: Scene, state: State, ring: TrigonometricRing, nodes: LoadNodes, result: Mapping[Expr, Polynomial]
+    scene: Scene, state: State, slopes: Slopes, nodes: LoadNodes, result: Mapping[Expr, Polynomial]
 ) -> ClosedLoads:
     """Return the closed forms of what acts on a scene; `result` are normal forms of `nodes.needed`."""
     squares = {strut: result[square] for strut, square in nodes.squares.items()}
-    slopes = {e: tuple(ring.derivative(D, q) / 2 for q in state.q) for e, D in squares.items()}
+    halves = {e: tuple(slopes(D, i) / 2 for i in range(state.n)) for e, D in squares.items()}
     arms = []
     for load, moved in zip(scene.loads, nodes.places, strict=True):
         arm: dict[int, Arm] = {}
         acts = load_vectors(load, scene, state.q[0].graph)
         for i, T in sorted(moved.items()):
             R, p = [[result[x] for x in row] for row in T.R], [result[x] for x in T.p]
-            arm[i] = _arm(ring, R, p, state.q[i], load, acts)
+            arm[i] = _arm(slopes, R, p, i, load, acts)
         arms.append(arm)
     told = {strut: result[rate] for strut, rate in nodes.told.items()}
     carried = tuple(result[x] for x in nodes.carried)
-    return ClosedLoads(scene, state, squares, slopes, tuple(arms), told, carried)
+    return ClosedLoads(scene, state, squares, halves, tuple(arms), told, carried)
 
 
-def _arm(
-    ring: TrigonometricRing, R: list[list[Polynomial]], p: list[Polynomial], q: Expr, load: Load, acts: Wrench
-) -> Arm:
-    """Return how a placement moves with one coordinate, along its own axes or the ground's, where that does work."""
+def _arm(slopes: Slopes, R: list[list[Polynomial]], p: list[Polynomial], i: int, load: Load, acts: Wrench) -> Arm:
+    """Return how a placement moves with one velocity, along its own axes or the ground's, where that does work."""
     push, turn = (any(not x.is_zero for x in part) for part in acts)
-    dR, dp = [[ring.derivative(x, q) for x in row] for row in R], [ring.derivative(x, q) for x in p]
+    dR, dp, ring = [[slopes(x, i) for x in row] for row in R], [slopes(x, i) for x in p], slopes.ring
     none, pairs = (ring.zero,) * 3, ((2, 1), (0, 2), (1, 0))
     if load.frame == "ground":
         return tuple(dp), tuple(ring.dot(dR[a], R[b]) for a, b in pairs) if turn else none

@@ -16,7 +16,8 @@ from operator import itemgetter
 from typing import TYPE_CHECKING
 
 from symdyn.algebra import AngleGroup, Compactor, Form, Number, Polynomial, TrigonometricRing
-from symdyn.dynamics.closed_forms.coefficient_key import MOST_TERMS, ordered_graph
+from symdyn.dynamics.closed_forms.coefficient_key import MOST_TERMS, Slopes, ordered_graph
+from symdyn.dynamics.mechanism.kinematics import directions
 from symdyn.dynamics.mechanism.state import State
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate, reachable
@@ -202,11 +203,11 @@ def _written(
     rows: list[ClosedRow], constraints: Constraints, kept: tuple[int, ...], state: State, graph: Graph, scene: Scene
 ) -> tuple[ClosedRow, ...]:
     """Return the rows with their closed forms."""
-    if state.rates != state.qd:
-        raise DerivationError("a quaternion's rates are no velocities")
     needed = [entry for k in kept for entry in (constraints.residual[k], *constraints.G[k])]
-    parallel = angle_groups(scene, graph, across=True)
-    ring = TrigonometricRing([*needed, *state.qd], (*state.q, *state.qd), parallel)
+    parallel, along = angle_groups(scene, graph, across=True), directions(scene, graph)
+    every = [*needed, *state.q, *state.qd, *along.entries]
+    ring = TrigonometricRing(every, (*state.q, *state.qd), parallel, state.spheres)
+    X = Slopes.over(ring, along)
     value = dict(zip(needed, evaluate(needed, ring, ring.values(needed)), strict=True))
     if (terms := sum(map(len, value.values()))) > MOST_TERMS:
         raise DerivationError(f"they have {terms} terms, and {MOST_TERMS} is the limit")
@@ -214,7 +215,7 @@ def _written(
     written = []
     for row, k in zip(rows, kept, strict=True):
         G = [value[entry] for entry in constraints.G[k]]
-        slopes = [[ring.derivative(entry, q) for q in state.q] for entry in G]
+        slopes = [[X(entry, i) for i in range(state.n)] for entry in G]
         bias = [(i, i, compact(slopes[i][i])) for i in range(state.n)]
         bias += [(i, j, _mixed(compact, slopes[i][j], slopes[j][i])) for i, j in combinations(range(state.n), 2)]
         bias.sort(key=itemgetter(0, 1))

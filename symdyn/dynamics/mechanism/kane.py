@@ -44,6 +44,7 @@ class KaneBody:
         partial: (v_r, ω_r) for every generalized speed.
         v, w: velocity of P and angular velocity, Σ partial · u.
         a, dw: their rates.
+        R: rotation of its body, so that its own axes have Rᵀ v.
     """
 
     body: str
@@ -55,6 +56,7 @@ class KaneBody:
     w: Vec
     a: Vec
     dw: Vec
+    R: Mat
 
     @property
     def inertia_force(self) -> Wrench:
@@ -163,7 +165,8 @@ def _part(name: str, inertia: Inertia, T: Transform, scene: Scene, state: State)
             for k in (0, 1))  # fmt: skip
     x = tangents((*v, *w), state.acceleration)
     turned = T.R @ inertia.I @ T.R.T
-    return KaneBody(name, inertia.m, T.R @ inertia.h, turned, partial, v, w, (x[0], x[1], x[2]), (x[3], x[4], x[5]))
+    a, dw = (x[0], x[1], x[2]), (x[3], x[4], x[5])
+    return KaneBody(name, inertia.m, T.R @ inertia.h, turned, partial, v, w, a, dw, T.R)
 
 
 def _total(graph: Graph, vectors: list[Vec]) -> Vec:

@@ -194,6 +194,11 @@ class Directions:
     along: tuple[dict[Expr, Expr], ...]
     brackets: Brackets
 
+    @property
+    def entries(self) -> tuple[Expr, ...]:
+        """All H_ki that are not zero."""
+        return tuple(h for seeds in self.along for h in seeds.values())
+
     def slopes(self, f: Expr) -> list[Expr]:
         """Return X_i f, shape (nv,)."""
         partial = dict(zip(self.q, gradient(f, self.q), strict=True))

@@ -45,7 +45,7 @@ class State:
         qdd: their rates, shape (nv,).
         tau: driving forces, shape (nv,).
         rates: rate of every coordinate in terms of q and qd, shape (nq,); qd itself where there is no quaternion.
-        clock: as of `Scene`.
+        spheres, clock: coordinates of every unit quaternion (w, x, y, z); as of `Scene`.
     """
 
     q: tuple[Expr, ...]
@@ -53,6 +53,7 @@ class State:
     qdd: tuple[Expr, ...]
     tau: tuple[Expr, ...]
     rates: tuple[Expr, ...]
+    spheres: tuple[tuple[Expr, ...], ...]
     clock: Mapping[Expr, Expr]
 
     @classmethod
@@ -65,6 +66,7 @@ class State:
             qdd=tuple(graph.symbol(acceleration_name(name)) for name in velocities),
             tau=tuple(graph.symbol(f"tau[{i}]") for i in range(len(velocities))),
             rates=tuple(rate for joint in scene.moving for rate in joint_motion(joint, graph).rates),
+            spheres=tuple(tuple(map(graph.symbol, names)) for names in quaternions(scene)),
             clock=scene.clock(graph),
         )
 
@@ -139,13 +141,12 @@ def body_placements(scene: Scene, graph: Graph) -> dict[str, Transform]:
 
 
 def moved_placements(scene: Scene, joint: Joint | None, graph: Graph) -> Iterator[tuple[int, Transform]]:
-    """Yield, for every joint that moves the child, the number of its coordinate and the child's placement before it.
+    """Yield, for every joint that moves the child, the number of its velocity and the child's placement before it.
 
-    The frame is the joint frame, before the motion: where the joints nearer to the ground stand does not change a
-    velocity written in the body. Of joints that share a coordinate the last one counts, nearest to the ground: its
-    placement holds the others.
+    The frame is the joint frame, before the motion: joints nearer to the ground do not change a velocity written in the
+    body. Of joints that share a velocity the last one counts, nearest to the ground: its placement holds the others.
     """
-    number = {coordinate: i for i, coordinate in enumerate(scene.coordinates)}
+    number = {velocity: i for i, velocity in enumerate(scene.velocities)}
     carrier = {j.child: j for j in scene.joints}
     T = None
     while joint is not None:
@@ -153,8 +154,8 @@ def moved_placements(scene: Scene, joint: Joint | None, graph: Graph) -> Iterato
         T = tip if T is None else tip @ T
         if joint.moves:
             T = joint_motion(joint, graph).placement @ T
-            for q in joint.coupling.coordinates if joint.coupling else joint.coordinates:
-                yield number[q], T
+            for velocity, _, _ in joint.moved_by(graph):
+                yield number[velocity], T
         T = joint.origin.transform(graph) @ T
         joint = None if joint.parent == Scene.GROUND else carrier[joint.parent]
 

@@ -2,7 +2,8 @@
 
     p          generalized momenta M(q) u, an argument in place of velocities; u = M⁻¹ p
     H          p·u - L = ½ p·M⁻¹ p + P, a function of q and p
-    ṗ          X K - g - k_E + Q + τ + Gᵀ λ + Σ γ u p, slopes X of K(q, u) at u held; λ where rows tie the velocities
+    ṗ          X K - g - k_E + Q + τ + Gᵀ λ + Σ γ u p + Ṁ u, slopes X of K(q, u) at u held; λ where rows tie the
+               velocities; Ṁ of states that masses are made of
     R          L - Σ p_c u_c over cyclic velocities c: ½ u_r·M_rr u_r - ½ u_c·M_cc u_c - P, M_cc u_c = p_c - M_cr u_r
     S          ½ u̇·M u̇ + u̇·c, what of ½ ∫ a² dm holds an acceleration, so that ∂S/∂u̇ = M u̇ + c
 
@@ -76,8 +77,9 @@ def _rates(w: Workspace) -> list[Expr]:
     p, moving, u = _momenta(w), Moving.driven(w), w.once(_speeds)
     K, _ = w.energies_by_momentum()
     held = rnea(w.recursion_tree, w.zeros, w.zeros, w.unrotated_loads)
-    parts = zip(w.directions.slopes(K), moving.drives(), w.pushes, held, w.elastic.forces, strict=True)
-    rates = [slope + tau + push - weight - pull for slope, tau, push, weight, pull in parts]
+    lost = w.by_states(w.momentum)
+    parts = zip(w.directions.slopes(K), moving.drives(), w.pushes, lost, held, w.elastic.forces, strict=True)
+    rates = [slope + tau + push + more - weight - pull for slope, tau, push, more, weight, pull in parts]
     for (j, i), terms in w.directions.brackets.items():
         for m, value in terms:
             rates[i] = rates[i] + value * w.state.qd[j] * p[m]
@@ -91,7 +93,8 @@ def _lagrange_rates(w: Workspace) -> list[Expr]:
     """Return u and ṗ = d/dt ∂K/∂u along the motion of Lagrange's equations."""
     u = w.once(_lagrange_speeds)
     moved = dict(zip(w.state.qdd, Moving.driven(w, "lagrange").accelerations(), strict=True))
-    return [*u, *_at(w, u, substitute(tangents(w.energy.momenta(), w.state.acceleration), moved))]
+    seeds = w.state.acceleration | dict(zip(w.states, w.state_rates, strict=True))
+    return [*u, *_at(w, u, substitute(tangents(w.energy.momenta(), seeds), moved))]
 
 
 # Routh

@@ -133,7 +133,13 @@ def _along(w: Workspace, *asked: str) -> list[Expr]:
     return [_rates(w, one, y, formulation) for one, y in zip(names, entries, strict=True)]
 
 
-def _columns(w: Workspace) -> list[int]:
+def rate_of(w: Workspace, name: str, formulation: str) -> Expr:
+    """Return dy/dt of one output of the scene along the motion; DerivationError where it is none."""
+    (rate,) = _along(w, name, formulation)
+    return rate
+
+
+def drive_columns(w: Workspace) -> list[int]:
     """Return the velocities whose drives may move an output; all that may have one where no joint has."""
     return _driven(w.scene) or w.prescribed.free
 
@@ -143,7 +149,7 @@ def _decoupled(w: Workspace, name: str, formulation: str = "recursive") -> tuple
     refuse_ideal_friction(w.scene)
     (entry,) = _along(w, name, formulation)
     for degree in (1, 2):
-        slopes = gradient(entry, [w.state.tau[k] for k in _columns(w)])
+        slopes = gradient(entry, [w.state.tau[k] for k in drive_columns(w)])
         drift, *slopes = substitute([entry, *slopes], dict.fromkeys(w.state.tau, w.graph.zero))
         if not all(map(vanishes, slopes)):
             return degree, [drift, *slopes]
@@ -171,7 +177,7 @@ def _degrees(w: Workspace) -> tuple[str, ...]:
 def _drives(w: Workspace) -> tuple[str, ...]:
     """Return what the columns of [a | B] stand for."""
     velocities, drives = w.scene.velocities, w.scene.drives
-    return ("drift", *(drives[k] or f"force on {velocities[k]}" for k in _columns(w)))
+    return ("drift", *(drives[k] or f"force on {velocities[k]}" for k in drive_columns(w)))
 
 
 def _degree(w: Workspace, name: str) -> str:
@@ -222,7 +228,7 @@ def _of_led(at: str, led: str, rest: str) -> dict[str, Output]:
     }
 
 
-def _of_signal(of: str, what: str, derive: Callable[..., list[Expr]], units: str, **changes: object) -> Output:
+def of_signal(of: str, what: str, derive: Callable[..., list[Expr]], units: str, **changes: object) -> Output:
     """Return a row about what outputs of the scene do along the motion."""
     usual: dict[str, object] = {"units": units, "default_in": "request", "formulations": _two(derive)}
     return replace(SIGNALS[of], text=f"{what} of {SIGNALS[of].text}", **usual, **changes)  # type: ignore[arg-type]
@@ -234,12 +240,12 @@ _PER = "of the output, per second or second squared, and per unit of force"
 LINEARIZING: dict[str, Output] = {
     **_of_led("", "driven", "passive"),
     **_of_led(":passive", "passive", "driven"),
-    "output_rates": _of_signal("outputs", "rates along the motion", _along, "of each, per second", result="dy"),
-    "output_rate": _of_signal("output", "rate along the motion", _along, "of the output, per second", result="dy"),
-    "decoupling_matrix": _of_signal(
+    "output_rates": of_signal("outputs", "rates along the motion", _along, "of each, per second", result="dy"),
+    "output_rate": of_signal("output", "rate along the motion", _along, "of the output, per second", result="dy"),
+    "decoupling_matrix": of_signal(
         "outputs", _FIRST, _matrix, _PER, result="aB", arguments=("q", "qd"), axes=(_degrees, _drives)
     ),
-    "decoupling_row": _of_signal(
+    "decoupling_row": of_signal(
         "output", _FIRST, _matrix, _PER, result="aB", arguments=("q", "qd"), axes=(_drives,), remark=_degree
     ),
 }

@@ -101,6 +101,10 @@ class Moving:
         for rope in w.scene.ropes:
             if f"{LETTERS.tension}{rope.name}" in named:
                 found[graph.symbol(f"{LETTERS.tension}{rope.name}")] = self._tension(rope, recursive)
+        own = [one.name for one in w.scene.parameters]
+        if any(name in named and name not in own for name in LETTERS.energies):
+            energies = w.energies_by_momentum() if recursive else (w.energy.K, w.energy.P)
+            found |= zip(map(graph.symbol, LETTERS.energies), energies, strict=True)
         axes = w.scene.reaction_axes
         for one in dict.fromkeys(axes[name] for name in named if name in axes):
             told = reaction_names(w.scene, w.once(unique_entries, one), one)

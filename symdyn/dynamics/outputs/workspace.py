@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from symdyn.dynamics.loops.loop_workspace import LoopWorkspace
@@ -37,7 +37,7 @@ from symdyn.dynamics.recursive.reduced_tree import (
 from symdyn.dynamics.recursive.table_loops import TableLoop
 from symdyn.dynamics.recursive.tree_dynamics import rnea
 from symdyn.dynamics.recursive.wrenches import Elastic, body_wrenches, elastic, joint_forces
-from symdyn.graph import Expr, Graph
+from symdyn.graph import Expr, Graph, tangents
 from symdyn.scene import Scene, without_hidden_zeros
 from symdyn.spatial import Vec, Wrench
 from symdyn.unlocked import cached_property
@@ -98,6 +98,10 @@ class Workspace:
         """Rates of the states of one's own."""
         return [one.rate.express(self.graph) for one in self.scene.states]
 
+    def by_states(self, functions: Sequence[Expr]) -> list[Expr]:
+        """Return the rates of functions by states of one's own alone: Ṁ u of momenta where these are masses."""
+        return tangents(functions, dict(zip(self.states, self.state_rates, strict=True)))
+
     @cached_property
     def prescribed(self) -> Prescribed:
         """Motions that are prescribed."""
@@ -134,7 +138,8 @@ class Workspace:
         """Rates of coordinates without drive or force, on which no energy depends, proved: their momenta stay."""
         free = [k for k in self.scene.passive_velocities if self.state.qd[k] in self.state.rates]
         slopes = self.directions.slopes(self.energy.K - self.energy.P) if free else []
-        return tuple(k for k in free if vanishes(slopes[k]) and vanishes(self.Q[k]))
+        lost = self.by_states(self.energy.momenta()) if free else []
+        return tuple(k for k in free if all(map(vanishes, (slopes[k], self.Q[k], lost[k]))))
 
     @cached_property
     def kane(self) -> Kane:

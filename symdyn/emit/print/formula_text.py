@@ -403,6 +403,6 @@ Forms = Callable[[Expr], Form]
 def in_sines(nodes: Sequence[Expr], state: State, parallel: Sequence[AngleGroup]) -> Forms:
     """Return what writes nodes: as short as a ring of sines can, as they stand where there is no such ring."""
     try:
-        return Compactor.of(nodes, (*state.q, *state.qd, *state.qdd), parallel)
+        return Compactor.of(nodes, (*state.q, *state.qd, *state.qdd), parallel, state.spheres)
     except DerivationError:
         return Form.of

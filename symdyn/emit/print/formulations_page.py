@@ -63,16 +63,21 @@ def kane(scene: Scene) -> Iterator[EquationGroup]:
     system, n = w.kane, range(w.state.n)
     shares = [part.along(part.inertia_force) for part in system.bodies]
     active, inertia, rotors = system.active_forces(), system.inertia_forces(), system.rotor_forces()
-    nodes = [x for part in system.bodies for twist in part.partial for v in twist for x in v]
-    nodes += [x for part in system.bodies for x in (*part.v, *part.w)]
+    own = bool(w.state.spheres)  # axes of the ground are long in quaternions, and velocities are along the body's
+    shown = [
+        [part.R.T @ v if own else v for v in (part.v, part.w, *(v for twist in part.partial for v in twist))]
+        for part in system.bodies
+    ]
+    nodes = [x for vectors in shown for v in vectors for x in v]
     write = written_forms(w, [*nodes, *(x for share in shares for x in share), *active, *inertia, *rotors])
     named, forces = drive_symbols(scene), fresh(scene, ("F", "Q", "Fr"), n)
-    for part, share in zip(system.bodies, shares, strict=True):
-        rows = [*_vector("v", part.v, write), *_vector("w", part.w, write)]
-        for r, twist in zip(n, part.partial, strict=True):
-            rows += [*_vector("v", twist[0], write, r), *_vector("w", twist[1], write, r)]
+    for part, vectors, share in zip(system.bodies, shown, shares, strict=True):
+        rows = list[EquationRow]()
+        for i, v in enumerate(vectors):
+            rows += _vector("vw"[i % 2], v, write, *([i // 2 - 1] if i > 1 else []))
         rows += _forces(forces, "*", map(write, share))
-        text = "velocities, partial velocities (ground axes), and its share of F*; what is not listed is 0"
+        axes = "axes of the body" if own else "ground axes"
+        text = f"velocities, partial velocities ({axes}), and its share of F*; what is not listed is 0"
         yield EquationGroup(f"body:{part.body}", f"{part.body}", text, nonzero_rows(rows))
     if turned := nonzero_rows(_forces(forces, "*", map(write, rotors))):
         yield EquationGroup("rotors", "Rotors", "the share of the armatures of joints in F*", turned)

@@ -19,9 +19,9 @@ from typing import TYPE_CHECKING, Any
 
 from symdyn.algebra import Form, Power, Symbol
 from symdyn.dynamics import ClosedForm, closed_form, coefficients
-from symdyn.dynamics.mechanism import TIME
+from symdyn.dynamics.mechanism import TIME, State
 from symdyn.emit.print.breaking import DIGITS
-from symdyn.emit.print.formula_text import Latex, rounded, shortened
+from symdyn.emit.print.formula_text import Latex, in_sines, rounded, shortened
 from symdyn.emit.print.printed_names import Letters, coefficient_index, latex_symbols
 from symdyn.graph import Graph
 from symdyn.rounding import digits_or
@@ -243,7 +243,7 @@ class Printable:
         right: for each joint drive + Q, the right-hand side but for what loops and contacts carry.
         constraints: rows of loops and contacts, with their multipliers.
         motions: coordinates whose motion is prescribed, with their formulas in time.
-        rates: of states of one's own, by name.
+        rates: of coordinates that no velocity is the rate of, and of states of one's own, by name.
         K, P: the energies.
         E: the share of struts in P.
         lengths: of struts between points, which stand in all of these by their names.
@@ -308,14 +308,14 @@ class Printable:
         constraints = _constraints(scene, spelled, names | set(scene.velocities))
         graph = Graph()
         motions = [(j.coordinate, Form.of(j.motion.express(graph))) for j in scene.moving if j.motion is not None]
-        moved = [(name, spelled(form)) for name, form in rates_of_states(scene)]
+        moved = [(name, spelled(form)) for name, form in other_rates(scene)]
         K, P, E = write("K"), write("P"), spelled(closed.loads.energy(closed.compactor))
         beside = tuple(motions), tuple(moved)
         return cls(scene, tuple(map(tuple, rows)), right, constraints, *beside, K, P, E, found, short)
 
     @property
     def beside(self) -> tuple[tuple[str, Form], ...]:
-        """What stands beside the equations: prescribed motions, and rates of states of one's own."""
+        """What stands beside the equations: prescribed motions, and rates of what no velocity is the rate of."""
         return (*self.motions, *self.rates)
 
     @property
@@ -376,10 +376,14 @@ class Printable:
         return Latex(latex_symbols(self.scene, others, lengths) | {TIME: TIME}, digits_or(DIGITS))
 
 
-def rates_of_states(scene: Scene) -> list[tuple[str, Form]]:
-    """Return the rates of states of one's own, by name."""
+def other_rates(scene: Scene) -> list[tuple[str, Form]]:
+    """Return the rates of coordinates that are no velocities, those of quaternions, and of states, by name."""
     graph = Graph()
-    return [(acceleration_name(one.name), Form.of(one.rate.express(graph))) for one in scene.states]
+    state = State.of(scene, graph)
+    others = [(q, rate) for q, rate in zip(scene.coordinates, state.rates, strict=True) if rate not in state.qd]
+    write = in_sines([rate for _, rate in others], state, ())
+    turned = [(velocity_name(q), write(rate)) for q, rate in others]
+    return turned + [(acceleration_name(one.name), Form.of(one.rate.express(graph))) for one in scene.states]
 
 
 def _rate(scene: Scene, rates: Sequence[tuple[str, int]]) -> Form:

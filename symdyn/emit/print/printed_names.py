@@ -105,10 +105,10 @@ def latex_symbols(scene: Scene, others: Iterable[str] = (), moving: Iterable[str
         return shown
 
     for coordinate in scene.coordinates:
-        shown = enter(coordinate)
-        if (velocity := velocity_name(coordinate)) in velocities:
-            found[velocity] = shown.accented("dot")
-            found[acceleration_name(velocity)] = shown.accented("ddot")
+        shown, rate = enter(coordinate), velocity_name(coordinate)
+        found[rate] = shown.accented("dot")
+        if rate in velocities:
+            found[acceleration_name(rate)] = shown.accented("ddot")
     for velocity in scene.velocities:
         if velocity not in found:
             shown = enter(velocity)

@@ -21,7 +21,7 @@ from symdyn.emit.print.printable import Printable
 from symdyn.errors import EmitError, UnknownNameError, choice, listed, quoted
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene, parse
-from symdyn.scene.values import acceleration_name
+from symdyn.scene.values import acceleration_name, velocity_name
 from symdyn.shown import Shown
 from symdyn.unlocked import cached_property
 
@@ -39,7 +39,8 @@ class SympyEquations(Shown):
         scene: the mechanism.
         symbols: what stands for each name: parameters, coordinates, velocities (q1_dot), accelerations (q1_ddot),
             drives, inputs, multipliers (lambda1), t, and lengths of struts (s_sf, s_sf_dot).
-        q, qd, qdd: coordinates, velocities and accelerations, shape (n, 1); rad or m, and per s.
+        q, qd, qdd: coordinates, shape (nq, 1), velocities and accelerations, shape (n, 1); rad or m, and per s.
+        rates: of the coordinates, shape (nq, 1): qd, but for quaternions, and for what flies.
         M: mass matrix, shape (n, n); kg m^2, kg m or kg.
         C: by Christoffel symbols, so that Ṁ - 2 C is skew, shape (n, n).
         c: C q̇, shape (n, 1); N m or N.
@@ -65,6 +66,7 @@ class SympyEquations(Shown):
     q: Any
     qd: Any
     qdd: Any
+    rates: Any
     M: Any
     C: Any
     c: Any
@@ -179,10 +181,11 @@ class SympyEquations(Shown):
         n, rows, t = self.M.rows, self.G.rows, self.symbols[TIME]
         A = self.M.row_join(-self.G.T).col_join(self.G.row_join(zeros(rows, rows))).as_mutable()
         b = (self.tau - self.c - self.g - self.k_E).col_join(-self.bias).as_mutable()
-        for k in range(n):
-            if self.q[k] in self.motions:
+        for k, velocity in enumerate(self.scene.velocities):
+            motion = self.motions.get(self.symbols[velocity.removesuffix("_dot")])
+            if motion is not None:
                 A[k, :] = zeros(1, n + rows)
-                A[k, k], b[k] = 1, self.motions[self.q[k]].diff(t, 2)
+                A[k, k], b[k] = 1, motion.diff(t, 2)
         return A, b
 
     def solve_accelerations(self) -> tuple[Any, Any]:
@@ -207,7 +210,7 @@ class SympyEquations(Shown):
         return found[: self.M.rows, :], found[self.M.rows :, :]
 
     def state_space(self) -> tuple[Any, Any]:
-        """Return x = [q; q̇; s] and f of ẋ = f, columns in symbols: of drives, inputs, parameters and t, too.
+        """Return x = [q; u; s] and f of ẋ = f, columns in symbols: of drives, inputs, parameters and t, too.
 
         >>> import symdyn
         >>> x, f = symdyn.equations(symdyn.example("pendulum")).sympy().state_space()
@@ -217,11 +220,11 @@ class SympyEquations(Shown):
         Raises:
             EmitError: as of `solve_accelerations`.
         """
-        rates = self.qd.col_join(self.solve_accelerations()[0]).col_join(self.sd)
+        rates = self.rates.col_join(self.solve_accelerations()[0]).col_join(self.sd)
         return self.q.col_join(self.qd).col_join(self.s), self._explicit(rates)
 
     def lambdify(self, values: Mapping[Any, Any] | None = None) -> Callable[[float, Any], Array]:
-        """Return f(t, x) of ẋ = f as NumPy computes it, for `scipy.integrate.solve_ivp`, x = [q; q̇; s].
+        """Return f(t, x) of ẋ = f as NumPy computes it, for `scipy.integrate.solve_ivp`, x = [q; u; s].
 
         Accelerations are solved for at every call, so that equations may be of any size.
 
@@ -247,15 +250,17 @@ class SympyEquations(Shown):
         known = {**self.values, **self._known(dict.fromkeys(idle, 0)), **self._known({} if values is None else values)}
         x, t = self.q.col_join(self.qd).col_join(self.s), self.symbols[TIME]
         places = {one: sympy.Dummy() for one in (*reversed(list(x)), t)}
-        parts = [self._explicit(part).xreplace(known).xreplace(places) for part in (*self._balance(), self.sd)]
+        parts = [
+            self._explicit(part).xreplace(known).xreplace(places) for part in (*self._balance(), self.rates, self.sd)
+        ]
         if free := sorted(map(str, set().union(*(one.free_symbols for one in parts)) - set(places.values()))):
             raise EmitError(f"{self.scene.name}: no value for {listed(free)}; give {{'{free[0]}': 1}}")
         shared = partial(sympy.cse, order="none", list=False)  # the usual order takes minutes of an arm
         call, n = sympy.lambdify([places[t], [places[one] for one in x]], parts, "numpy", cse=shared), self.M.rows
 
         def rates(t: float, x: Any) -> Array:
-            A, b, own = call(t, x)
-            return np.concatenate([x[n : 2 * n], np.linalg.solve(A, b)[:n, 0], np.ravel(own)])
+            A, b, moved, own = call(t, x)
+            return np.concatenate([np.ravel(moved), np.linalg.solve(A, b)[:n, 0], np.ravel(own)])
 
         return rates
 
@@ -302,6 +307,7 @@ def sympy_equations(page: Printable, dynamic: bool = False) -> SympyEquations:
     def alone(kind: str) -> Any:
         return column(Form.sum(c.form for c in row if c.kind == kind) for row in page.rows)
 
+    told = dict(page.rates)
     kept = _as_derived(scene) if page.constraints.missing else [(row.G, row.bias, row.residual) for row in rows]
     return SympyEquations(
         scene=scene,
@@ -309,6 +315,7 @@ def sympy_equations(page: Printable, dynamic: bool = False) -> SympyEquations:
         q=column(map(Symbol, scene.coordinates)),
         qd=column(map(Symbol, rates)),
         qdd=column(map(Symbol, accelerations)),
+        rates=column(told.get(rate, Symbol(rate)) for rate in map(velocity_name, scene.coordinates)),
         M=matrix([[c.form for c in page.inertia(i)] for i in n], len(n)),
         C=matrix([_christoffel(page, i) for i in n], len(n)),
         c=column(page.coriolis(i) for i in n),
@@ -321,7 +328,7 @@ def sympy_equations(page: Printable, dynamic: bool = False) -> SympyEquations:
         residual=column(residual for _, _, residual in kept if residual is not None),
         motions={symbols[name]: write(form) for name, form in page.motions},
         s=column(map(Symbol, own)),
-        sd=column(form for _, form in page.rates),
+        sd=column(told[acceleration_name(name)] for name in own),
         K=write(page.K),
         P=write(page.P),
         sub={function: write(page.lengths.explicit[name]) for name, function in functions.items()},
@@ -330,7 +337,7 @@ def sympy_equations(page: Printable, dynamic: bool = False) -> SympyEquations:
 
 
 def _christoffel(page: Printable, i: int) -> list[Form]:
-    """Return row i of C: k_D,ij q̇_j + Σ_k k_C,i,jk q̇_k / 2, half of each product of two velocities to either one."""
+    """Return row i of C: k_D,ij u_j + Σ_k (k_C,i,jk + γ^l_kj M_il) u_k / 2, γ being zero for rates of coordinates."""
     velocities = [Symbol(u) for u in page.scene.velocities]
     terms: list[list[Form]] = [[] for _ in velocities]
     for c in page.rows[i]:
@@ -342,6 +349,9 @@ def _christoffel(page: Printable, i: int) -> list[Form]:
             terms[other[0]].append(Form.product((HALF, c.form, velocities[j])))
         else:
             terms[j].append(Form.product((c.form, velocities[j])))
+    inertia = [c.form for c in page.inertia(i)]
+    for (k, j), brackets in Workspace(page.scene).directions.brackets.items():
+        terms[j] += [Form.product((HALF, Number(Fraction(x)), inertia[m], velocities[k])) for m, x in brackets]
     return [Form.sum(some) for some in terms]
 
 
@@ -376,8 +386,9 @@ def _in_time(scene: Scene, multipliers: Sequence[str]) -> dict[str, Any]:
     given = [*filter(None, scene.drives), *(one.name for one in scene.given), *multipliers]
     found |= {name: dynamicsymbols(name) for name in given}
     found |= {acceleration_name(one.name): found[one.name].diff(found[TIME]) for one in scene.states}
-    for coordinate, velocity in zip(scene.coordinates, scene.velocities, strict=True):
-        found[coordinate] = dynamicsymbols(coordinate)
-        found[velocity] = found[coordinate].diff(found[TIME])
+    found |= {coordinate: dynamicsymbols(coordinate) for coordinate in scene.coordinates}
+    rates = {velocity_name(coordinate): found[coordinate].diff(found[TIME]) for coordinate in scene.coordinates}
+    for velocity in scene.velocities:
+        found[velocity] = rates[velocity] if velocity in rates else dynamicsymbols(velocity)
         found[acceleration_name(velocity)] = found[velocity].diff(found[TIME])
     return found

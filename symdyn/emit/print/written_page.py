@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Container, Iterator, Sequence
 
 from symdyn.algebra import Form
-from symdyn.dynamics.mechanism import TIME
+from symdyn.dynamics.mechanism import TIME, quaternions
 from symdyn.emit.print.breaking import (
     BREAK,
     DIGITS,
@@ -28,7 +28,7 @@ from symdyn.emit.print.breaking import (
     latex_width,
 )
 from symdyn.emit.print.formula_text import Latex, broken_text, text_of, value_text
-from symdyn.emit.print.printable import ENTRYWISE, Coefficient, Lengths, Printable, PrintedConstraints, rates_of_states
+from symdyn.emit.print.printable import ENTRYWISE, Coefficient, Lengths, Printable, PrintedConstraints, other_rates
 from symdyn.emit.print.printed_names import Letters, head, latex_symbols, latex_unit
 from symdyn.emit.render import in_latex
 from symdyn.rounding import digits_or
@@ -114,16 +114,25 @@ def latex_definitions(scene: Scene, named: Sequence[tuple[str, Form]]) -> str:
 
 
 def rate_sections(scene: Scene, write: Latex) -> list[dict[str, str]]:
-    """Return the rates of states of one's own as the last section of a page, none where there are none."""
-    rates = [(write.symbols[name], write(form)) for name, form in rates_of_states(scene)]
-    text = "What the state holds beside the motion has rates too:"
-    return [{"title": "States", "text": text, "body": "\n".join(definitions(rates))}] if rates else []
+    """Return the rates that are no velocities as the last section of a page, none where there are none."""
+    rates = [(write.symbols[name], write(form)) for name, form in other_rates(scene)]
+    title, _, text = _rates_said(scene)
+    return [{"title": title, "text": text, "body": "\n".join(definitions(rates))}] if rates else []
 
 
 def rate_lines(scene: Scene) -> list[str]:
     """Return the same as plain text."""
-    rates = [equation_lines(name, broken_text(form)) for name, form in rates_of_states(scene)]
-    return ["", "# States: rates of what the state holds beside the motion", *rates] if rates else []
+    rates = [equation_lines(name, broken_text(form)) for name, form in other_rates(scene)]
+    title, text, _ = _rates_said(scene)
+    return ["", f"# {title}: {text}", *rates] if rates else []
+
+
+def _rates_said(scene: Scene) -> tuple[str, str, str]:
+    """Return title and text of these rates, and the text of LaTeX."""
+    if quaternions(scene):
+        return "Rates", "of coordinates that are no velocities", "Coordinates that are no velocities have the rates:"
+    held = "hat the state holds beside the motion"
+    return "States", f"rates of w{held}", f"W{held} has rates too:"
 
 
 def base_parameter_name(name: str) -> str:

@@ -68,6 +68,8 @@ def known_in(units: Mapping[str, str]) -> Callable[[str], Dimension | None]:
             return LENGTH
         if name.startswith(LETTERS.tension):
             return FORCE
+        if name in LETTERS.energies:
+            return TORQUE  # J
         if name.startswith((LETTERS.reaction, LETTERS.multiplier)):
             parts = name.split("_")
             return next((FORCE if one[0] == "f" else TORQUE for one in parts[::-1] if one[1:] in "xyz"), None)

@@ -23,6 +23,7 @@ Letters that formulas of outputs, events and `--outputs` may use:
     reaction_hinge_fx           what the parent exerts on the child at a joint or loop, axes of the child's body, N and
                                 N m; `.._joint` and `.._ground` in other axes
     tension_hoist               tension of a rope, positive where it pulls, N
+    kinetic_energy, potential_energy    of the whole scene, J
     multiplier_cut_fx_joint     multipliers of rows that close loops, as `simulate --reactions` calls them
 
 All but the last are known from the scene; which rows are kept is decided where equations are derived.
@@ -346,6 +347,7 @@ class SignalLetters:
         components: of a reaction, force and moment.
         axes: what reactions are written in: axes of the child's body, of the joint frame on the parent, of the ground.
         loose: ends the names of what rigid bodies do not determine; their numbers are one choice among many.
+        energies: of the whole scene, kinetic and potential.
         columns: what runs have beside what they are asked for.
     """
 
@@ -355,6 +357,7 @@ class SignalLetters:
     components: tuple[str, ...] = ("fx", "fy", "fz", "mx", "my", "mz")
     axes: tuple[str, ...] = ("body", "joint", "ground")
     loose: str = "_not_unique"
+    energies: tuple[str, ...] = ("kinetic_energy", "potential_energy")
     columns: tuple[str, ...] = (
         "kinetic_energy", "potential_energy", "energy_error", "drive_power", "other_power", "work", "loop_error",
         "loop_rate_error", "path_error",

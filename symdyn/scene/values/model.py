@@ -362,7 +362,7 @@ class Scene(Shown):
         late = (name for name in specified if name.startswith(LETTERS.multiplier) and self.is_constrained)
         pulls = (f"{LETTERS.tension}{one.name}" for one in self.ropes)
         names = (*self.plain_names, *accelerations, *drives, *self.point_names, *self.reaction_axes, *pulls, *late)
-        return tuple(dict.fromkeys(names))
+        return tuple(dict.fromkeys((*names, *LETTERS.energies)))
 
     @property
     def plain_names(self) -> tuple[str, ...]:
