@@ -140,12 +140,23 @@ class Quantity:
         Raises:
             ZeroDivisionError: the formula divides by a constant zero.
         """
+        return self.rate({name: Quantity.ONE})
+
+    def rate(self, rates: Mapping[str, Quantity]) -> Quantity:
+        """Return the rate of a formula by those of its symbols; symbols without one are held.
+
+        Raises:
+            ZeroDivisionError: the formula, or a rate, divides by a constant zero.
+        """
 
         def formula(node: Expr) -> Quantity:
             return Quantity(node.op, tuple(map(formula, node.args)), node.value)
 
-        graph = Graph()
-        (found,) = tangents([self.express(graph)], {graph.symbol(name): graph.one})
+        moving, graph = {name: rates[name] for name in self.symbols if name in rates}, Graph()
+        if not moving:
+            return Quantity.ZERO
+        value = self.express(graph)
+        (found,) = tangents([value], {graph.symbol(name): rate.express(graph) for name, rate in moving.items()})
         return formula(found)
 
     def at(self, values: Mapping[str, Value]) -> Value | None:
