@@ -101,6 +101,11 @@ class InverseFunctions:
             return np.zeros((*q.shape[:-1], *self._lacking[name]))
         return _called(self._made, self._calls, name, t, q, u, a, tau, inputs)
 
+    def off_wheels(self, t: Array, q: Array, u: Array) -> npt.NDArray[np.bool_]:
+        """Tell of every row which ropes are off a wheel that they pass, in the order of `lifts`."""
+        found: npt.NDArray[np.bool_] = (self("lifts", t, q, u) if self.lifts else np.ones((len(q), 0))) <= 0
+        return found
+
     def rates(self, q: Array, u: Array) -> dict[str, Array]:
         """Return the rates of kinematics, rows and Jacobians by name."""
         made = compiled_once(("rates", *self._key), lambda: _compiled_rates(self._open, self._names))
@@ -165,6 +170,7 @@ def _compiled_rates(scene: Opened, points_on_paths: Sequence[str]) -> Compiled:
 
 UNIT = 1e-9
 """How far the length of a prescribed quaternion may be from one."""
+
 
 @suggesting
 def inverse(
@@ -240,12 +246,10 @@ def inverse(
     else:
         no_equations(opened(scene).numbers(), q[0])
         u, a = _velocities(scene, functions, motion, t, q, rate, second)
-    off = functions("lifts", t[: len(q)], q, u) <= 0 if functions.lifts else np.zeros((len(q), 0))
-    n, stopped = _ended(t, off, lambda _, k: functions.lifts[k], stopped)
+    n, stopped = _ended(t, functions.off_wheels(t[: len(q)], q, u), lambda _, k: functions.lifts[k], stopped)
     q, u, a = q[:n], u[:n], a[:n]
     over_time = input_columns(scene, forces, t[: len(q)], q, u)
-    letters = np.array([*over_time.values()]).reshape(len(over_time), len(q)).T
-    tau = functions("inverse_dynamics", t[: len(q)], q, u, a, inputs=letters)
+    tau = functions("inverse_dynamics", t[: len(q)], q, u, a, inputs=np.reshape([*over_time.values()], (-1, len(q))).T)
     n, stopped = _ended(
         t,
         ~np.isfinite(tau),
@@ -264,15 +268,15 @@ def inverse(
     if axes:
         columns |= reaction_columns(Trajectory(scene, t, q, u, a, tau, columns), given=False, axes=axes)
     columns |= output_columns(Trajectory(scene, t, q, u, a, tau, columns), given=False)
-    found = Trajectory(scene, t, q, u, a, tau, apart(scene, columns), stopped=stopped)
-    least, slack = tensions_in(found)
+    run = Trajectory(scene, t, q, u, a, tau, apart(scene, columns), stopped=stopped)
+    least, slack = tensions_in(run)
     notes += (*passive_forces(scene, tau), *_passed(scene, functions, t, q, u, tau), *slack)
     if say is not None:
         for note in notes:
             say(note)
     elif stopped != END:
         warnings.warn(f"{scene.name}: {stopped}; the rows until then are kept", RuntimeWarning, stacklevel=3)
-    return replace(found, monitors=least, notes=tuple(notes))
+    return replace(run, monitors=least, notes=tuple(notes))
 
 
 def _read(
@@ -348,7 +352,7 @@ def _followed(
     return replace(found, notes=(*found.notes, *numbers.off_planes(found.q[0])))
 
 
-def _ended(t: Array, bad: Array, why: Callable[[int, int], str], stopped: str) -> tuple[int, str]:
+def _ended(t: Array, bad: npt.NDArray[np.bool_], why: Callable[[int, int], str], stopped: str) -> tuple[int, str]:
     """Return how many rows there are before a bad one, and what is said then; SimulateError where the first is one."""
     places = np.argwhere(bad)
     if not len(places):

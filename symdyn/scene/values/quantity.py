@@ -18,7 +18,7 @@ from numbers import Rational
 from typing import ClassVar
 
 from symdyn.errors import SceneError
-from symdyn.graph import Expr, Graph, Op, arithmetic, tangents
+from symdyn.graph import Expr, Graph, Op, Piecewise, arithmetic, tangents
 from symdyn.scene.values.curve import Curve
 
 Value = Fraction | float
@@ -64,7 +64,7 @@ class Quantity:
 
     op: Op
     args: tuple[Quantity, ...] = ()
-    value: Fraction | str | Curve | None = None
+    value: Fraction | str | Curve | Piecewise | None = None
     unit: str = field(default="", compare=False, repr=False)
 
     ZERO: ClassVar[Quantity]
@@ -126,6 +126,8 @@ class Quantity:
         if self.op is Op.PI:
             return graph.pi
         args = [arg.express(graph) for arg in self.args]
+        if isinstance(self.value, Piecewise):
+            return graph.lookup(self.value, args[0])
         if isinstance(self.value, Curve):
             return graph.table(self.value.name, self.value.body(graph, args), tuple(args))
         if self.value is not None:
@@ -197,8 +199,9 @@ def _value(q: Quantity, values: Mapping[str, Value]) -> Value | None:
     args = [_value(arg, values) for arg in q.args]
     known = [arg for arg in args if arg is not None]
     if q.value is not None:
-        found = isinstance(q.value, Curve) and len(known) == len(args)
-        return _tame(q.value.at(known)) if found else None  # type: ignore[union-attr]
+        if isinstance(q.value, str) or len(known) < len(args):
+            return None
+        return _tame(q.value.at(Fraction(known[0])) if isinstance(q.value, Piecewise) else q.value.at(known))
     return _tame(_apply(q.op, known)) if len(known) == len(args) else None
 
 
@@ -286,7 +289,7 @@ def _spell(q: Quantity) -> tuple[str, int]:
     if q.op is Op.POW:
         return f"{_at_least(q.args[0], _ATOM)}**{_at_least(q.args[1], _ATOM)}", _POWER
     if q.value is not None:
-        name = q.value.name if isinstance(q.value, Curve) else q.value
+        name = q.value if isinstance(q.value, str) else q.value.name
         return f'table("{name}", {", ".join(map(spell, q.args))})', _ATOM
     if q.op is Op.SELECT:
         return _selection(*q.args), _ATOM
