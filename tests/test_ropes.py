@@ -550,6 +550,7 @@ def test_what_is_wrong_is_told_in_words(fault: str, tmp_path: Path) -> None:
     assert (
         str(refused.value).split("\n")[0].startswith(f"{file}: ropes.r: {told}".replace("ropes.r: ropes.r", "ropes.r"))
     )
+    assert "\n" not in str(refused.value)
 
 
 def test_what_has_no_length_or_no_plane_is_refused() -> None:

@@ -239,6 +239,8 @@ class Key(Part, Generic[T]):
         """Return what a table says; a key that must be given and is not is a fault."""
         if self.example and self.name not in table:
             table.fault(f"{self.name} is missing; write {self.example}")
+            if self.above_zero:  # or what stands in would be told, too
+                return Quantity.ONE  # type: ignore[return-value]
         return self.read(table, self.name, self.default)
 
     def fields(self, table: EntryReader, scope: object) -> dict[str, Any]:
