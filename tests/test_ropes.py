@@ -470,7 +470,7 @@ def test_a_picture_draws_it_around_its_wheel() -> None:
 
 @pytest.mark.parametrize("back", [False, True])
 def test_a_picture_draws_it_wherever_it_begins(back: bool) -> None:
-    through = [wheel("r"), "a"]
+    through: list[Any] = [wheel("r"), "a"]
 
     drawn = symdyn.picture(atwood(rope("r", through[::-1] if back else through, length="l")))
 
