@@ -83,7 +83,7 @@ class BigFloats(Arithmetic):
             OverflowError: an argument beyond 2^1000000, whose sine would need as many digits of π.
         """
         if isinstance(node.value, Piecewise):
-            return node.value.looked_up(self, args[0], lambda knot: self.constant(knot) < args[0])
+            return node.value.over(self, args[0])
         if any(self.context.isfinite(arg) and self.context.mag(arg) > LARGEST for arg in args if arg):
             raise OverflowError(f"an argument of {node.op.name.lower()} is too large")
         return self.functions[node.op](*args)
@@ -345,7 +345,7 @@ class Midpoints(Balls):
             OverflowError: an argument beyond 2^1000000, whose sine would need as many digits of π.
         """
         if isinstance(node.value, Piecewise):
-            return node.value.looked_up(self, args[0], lambda knot: bool(self.constant(knot) < args[0]))
+            return node.value.over(self, args[0])
         there = [arg.mid() for arg in args]
         if any(abs(arg) >= LARGEST_BALL for arg in there):
             raise OverflowError(f"an argument of {node.op.name.lower()} is too large")

@@ -83,6 +83,8 @@ class Needs:
         for node in nodes:
             if node.op is Op.CONSTANT:
                 denominator = lcm(denominator, node.value.denominator)  # type: ignore[union-attr]
+            if isinstance(node.value, Piecewise):
+                denominator = lcm(denominator, node.value.denominator)
             if node.op in (Op.SIN, Op.COS):
                 form = node.args[0].linear_form()
                 turn = lcm(turn, form.turns.denominator)

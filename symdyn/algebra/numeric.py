@@ -54,8 +54,7 @@ class Floats(Arithmetic):
     def function(self, node: Expr, args: Sequence[float]) -> float:
         """Return node.op(args)."""
         if isinstance(node.value, Piecewise):
-            found: float = node.value.looked_up(self, args[0], lambda knot: knot < args[0])
-            return found
+            return float(node.value.over(self, args[0]))
         try:
             return self.functions[node.op](*args)
         except (ValueError, OverflowError):
@@ -91,16 +90,8 @@ class Batches(Arithmetic):
     def function(self, node: Expr, args: Sequence[Any]) -> Any:
         """Return node.op(args)."""
         if isinstance(node.value, Piecewise):
-            return self._looked_up(node.value, args[0])
+            return node.value.over(self, args[0])
         return self.functions[node.op](*args)
-
-    def _looked_up(self, table: Piecewise, x: Any) -> Any:
-        knots, rows = np.array(table.knots, dtype=np.float64), np.array(table.rows, dtype=np.float64)
-        k = np.searchsorted(knots, x)
-        h, total = x - knots[np.maximum(k - 1, 0)], rows[k, -1]
-        for c in rows.T[-2::-1]:
-            total = total * h + c[k]
-        return total
 
 
 NO_VALUE = (

@@ -17,6 +17,7 @@ from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 from functools import cached_property, lru_cache
 from itertools import pairwise
+from math import lcm
 
 from symdyn.graph.differentiate import Algebra, T, evaluate, reachable, substitute, tangents
 from symdyn.graph.expression import Expr, Graph
@@ -69,6 +70,11 @@ class Piecewise:
         """Knots, then rows, those of one piece after those of another: what code looks up."""
         return (*self.knots, *(c for row in self.rows for c in row))
 
+    @cached_property
+    def denominator(self) -> int:
+        """What makes whole numbers of all of its numbers."""
+        return lcm(*(c.denominator for row in (self.knots, *self.pieces) for c in row))
+
     def printed(self, number: Callable[[Fraction], Fraction]) -> Piecewise:
         """Return it as code has it: numbers without a name, each as it is rounded."""
         return Piecewise("", tuple(map(number, self.knots)), tuple(tuple(number(c) for c in row) for row in self.rows))
@@ -86,17 +92,8 @@ class Piecewise:
             total = total * h + c
         return total
 
-    def looked_up(self, algebra: Algebra[T], x: T, below: Callable[[Fraction], bool]) -> T:
-        """Return its value over an algebra as code finds it, which asks whether a knot is below x."""
-        k = bisect_left(self.knots, True, key=lambda knot: not below(knot))
-        h = algebra.sub(x, algebra.constant(self.knots[max(k - 1, 0)]))
-        *rest, total = map(algebra.constant, self.rows[k])
-        for c in reversed(rest):
-            total = algebra.add(algebra.mul(total, h), c)
-        return total
-
     def over(self, algebra: Algebra[T], x: T) -> T:
-        """Return its value over an algebra without an order, by other operations."""
+        """Return its value over an algebra, by other operations."""
         symbol, body = _made(self)
         return evaluate([body], algebra, {symbol: x})[0]
 
