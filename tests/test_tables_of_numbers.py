@@ -21,7 +21,7 @@ import symdyn.scene as declared
 from symdyn.algebra import Floats
 from symdyn.dynamics import derive
 from symdyn.emit import emit
-from symdyn.errors import SceneError
+from symdyn.errors import SceneError, SimulateError
 from symdyn.graph import Graph, evaluate, tangents
 from symdyn.program import lower
 from symdyn.runtime import RUNNERS
@@ -207,6 +207,15 @@ def test_a_run_along_a_table_is_exact_between_knots(tmp_path: Path) -> None:
     run = symdyn.simulate(scene, until=2 * period, every=2 * period, start={"x": 0.1}, rtol=1e-10, method="dop853")
     assert run["x"][-1] == pytest.approx(0.1, abs=1e-8)
     assert np.isfinite(symdyn.sensitivity(scene, until=0.1, start={"x": 0.1}).matrix).all()
+
+
+@pytest.mark.parametrize(
+    ("method", "told"),
+    [("gauss", "table bends at its points, which its steps may go past"), ("taylor", "table in the equations branch")],
+)
+def test_methods_of_high_order_say_that_it_bends(method: Any, told: str, tmp_path: Path) -> None:
+    with pytest.raises(SimulateError, match=f"method {method} does not apply: {told}"):
+        symdyn.simulate(cart(tmp_path), until=1, method=method)
 
 
 @pytest.mark.parametrize(
