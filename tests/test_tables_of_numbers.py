@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -209,6 +210,7 @@ def test_a_run_along_a_table_is_exact_between_knots(tmp_path: Path) -> None:
     assert np.isfinite(symdyn.sensitivity(scene, until=0.1, start={"x": 0.1}).matrix).all()
 
 
+@pytest.mark.runs("cc")
 @pytest.mark.parametrize(
     ("method", "told"),
     [("gauss", "table bends at its points, which its steps may go past"), ("taylor", "table in the equations branch")],
