@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property, lru_cache
 from itertools import pairwise
@@ -41,12 +41,9 @@ class Piecewise:
     pieces: tuple[tuple[Fraction, ...], ...]
     order: int = 0
 
-    def __getstate__(self) -> dict[str, object]:
-        return {one.name: getattr(self, one.name) for one in fields(self)}
-
     @cached_property
-    def _hash(self) -> int:
-        return hash((self.name, self.knots, self.pieces, self.order))
+    def _hash(self) -> int:  # of numbers alone: that of a text is another one in another process
+        return hash((self.knots, self.pieces, self.order))
 
     def __hash__(self) -> int:
         return self._hash
