@@ -172,6 +172,7 @@ MOST_KNOWN, MOST_COMPARED = 5000, 50
 
 ELSEWHERE = {
     **dict.fromkeys(("hinge", "pin", "continuous"), "revolute"),
+    **dict.fromkeys(("curve", "surface", "wire", "rail"), "custom"),
     **dict.fromkeys(("slide", "slider", "translational"), "prismatic"),
     **{"ball": "spherical", "floating": "free", "weld": "fixed", "screw": "helical", "hooke": "universal"},
     **dict.fromkeys(("actuated", "passive", "active", "actuator"), "drive"),

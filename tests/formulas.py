@@ -9,11 +9,17 @@ from fractions import Fraction
 import numpy as np
 
 from symdyn.dynamics.outputs.named_functions import Argument, Equations, Function
-from symdyn.graph import Expr, Graph, Op, reachable
+from symdyn.graph import Expr, Graph, Op, Piecewise, reachable
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import Parameter
 
 QUARTER = Parameter("b", Quantity.number(Fraction(1, 4)))
+
+PIECES = ((1, 2, 0), (1, 2, -3), (0, -4, 6), (Fraction(-2, 3), 0, 0))
+CURVE = Piecewise(
+    "bent", (Fraction(-1), Fraction(0), Fraction(1, 3)), tuple(tuple(Fraction(c) for c in one) for one in PIECES)
+)
+"""A parabola, another one and straight lines beyond."""
 
 
 def argument(name: str, symbols: Sequence[Expr], unit: str = "rad") -> Argument:
@@ -38,6 +44,7 @@ def every_op(scene: str = "every op") -> Equations:
         g.function(Op.ATAN2, s, c) - g.function(Op.ABS, c) * g.pi * v,
         -g.function(Op.TANH, v - (u - s)) + g.function(Op.EXP, s) * g.function(Op.LOG, 2 + c) - g.sqrt(m + u * u),
     ]
+    looked_up = g.lookup(CURVE, v - u) + g.lookup(CURVE.derivative, v - u) * m
     arguments = (argument("q", q), argument("qd", qd, "rad/s"), argument("params", [m], "kg"))
     functions = (
         function("matrix", arguments, (2, 3), matrix),
@@ -48,7 +55,7 @@ def every_op(scene: str = "every op") -> Equations:
             "chosen",
             arguments,
             (2,),
-            [g.function(Op.SELECT, u - v, s * u, c), g.function(Op.POW, 1 + u * u, m - Fraction(1, 3)) - s],
+            [g.function(Op.SELECT, u - v, s * u, c) + looked_up, g.function(Op.POW, 1 + u * u, m - Fraction(1, 3)) - s],
         ),
         function("rotated", arguments, (2,), [c * q[0] - s * q[1], s * q[0] + c * q[1]]),
     )

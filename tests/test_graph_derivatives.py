@@ -5,6 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 import pytest
+from formulas import CURVE
 from graphs import LEAVES
 from hypothesis import given, settings, strategies as st
 
@@ -30,6 +31,8 @@ PLACES = {"x": BIG.number("0.7"), "y": BIG.number("-1.3"), "z": BIG.number("0.4"
 
 def build(graph, op, args):
     arithmetic = {Op.ADD: graph.add, Op.SUB: graph.sub, Op.MUL: graph.mul, Op.DIV: graph.div, Op.NEG: graph.neg}
+    if op is Op.TABLE:
+        return graph.lookup(CURVE, *args)
     return arithmetic[op](*args) if op in arithmetic else graph.function(op, *args)
 
 

@@ -189,7 +189,7 @@ def test_arithmetic_is_not_a_function(g, x):
 def test_operations_are_leaves_arithmetic_or_functions():
     arithmetic = {Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.NEG}
 
-    assert set(Op) == LEAVES | arithmetic | FUNCTIONS
+    assert set(Op) == LEAVES | arithmetic | FUNCTIONS | {Op.TABLE}
     assert not FUNCTIONS & (LEAVES | arithmetic)
 
 

@@ -15,6 +15,7 @@ RECIPES = Path(__file__).parent / "recipes"
 NAMES = {
     "rack_and_pinion": "pinion",
     "gas_spring": "gas_spring",
+    "fung_rope": "fung",
     "awk_target": "awk",
     "energy_integral": "energy_integral",
     "momentum_law": "momentum_law",
@@ -22,7 +23,7 @@ NAMES = {
 """What is checked by `check_<name>.py`, and a word of it that symdyn does not hold."""
 
 
-@pytest.mark.heavy("rack_and_pinion", "gas_spring", "energy_integral")
+@pytest.mark.heavy("rack_and_pinion", "gas_spring", "fung_rope", "energy_integral")
 @pytest.mark.runs
 @pytest.mark.parametrize("recipe", NAMES)
 def test_a_new_row_is_one_file(recipe: str) -> None:

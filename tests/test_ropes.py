@@ -19,7 +19,7 @@ from scipy.spatial import ConvexHull
 
 import symdyn
 import symdyn.scene as declared
-from symdyn.errors import DerivationError, SceneError
+from symdyn.errors import DerivationError, SceneError, SimulateError
 from symdyn.scene import Scene, body, elastic_rope, output, planar, prismatic, revolute, rope, rope_damping
 from symdyn.scene.scene_files import write_text as write_as
 from symdyn.scene.toml import write_text
@@ -411,6 +411,32 @@ def test_an_elastic_rope_lifts_off_too_and_a_slow_one_stays() -> None:
     assert run.t[-1] < 0.3
 
 
+@pytest.mark.runs("cc")
+def test_a_prescribed_motion_ends_where_a_rope_lifts_off_its_wheel() -> None:
+    """Level with the top of the wheel the rope is straight: the bob is raised there in a second and a half."""
+    with pytest.warns(RuntimeWarning, match="is nothing"):
+        run = symdyn.inverse(over_a_wheel(), {"z": "1 - t", "phi": "0"}, until=3, every=0.25, start={"x": 2})
+
+    assert run.stopped == f"motion: t = 1.5 s: {LIFTS}"
+    assert len(run.t) == len(run["loop_error"]) == 6
+    with pytest.raises(SimulateError, match=f"motion: t = 0 s: {LIFTS}"):
+        symdyn.inverse(over_a_wheel(), {"z": "-1/2 - t", "phi": "0"}, until=3, start={"x": 3})
+
+
+@pytest.mark.runs("cc")
+def test_a_prescribed_motion_tells_where_a_rope_would_push() -> None:
+    """A drum pays out rope faster than its load falls: T = m (g - r φ'')."""
+    left, right = wheel("1/2", "left", "drum"), wheel("1/4", "right", "drum")
+    scene = wound(rope("left", ["a", left], length=1), rope("right", ["b", right], length=1))
+    run = symdyn.inverse(scene, {"phi": "if(t > 1/4, 30, 3)*(t - 1/4)**2"}, until=0.5, every=0.125)
+
+    assert run.monitors == pytest.approx({"tension left": 2 * (G + 3), "tension right": 5 * (G - 15)})
+    assert (
+        "rope right: it would push at t = 0.375 s, by up to 25.9 N at t = 0.375 s; it goes slack there, "
+        "which this model does not know"
+    ) in run.notes
+
+
 # What is said of it
 
 
@@ -444,7 +470,7 @@ def test_a_picture_draws_it_around_its_wheel() -> None:
 
 @pytest.mark.parametrize("back", [False, True])
 def test_a_picture_draws_it_wherever_it_begins(back: bool) -> None:
-    through = [wheel("r"), "a"]
+    through: list[Any] = [wheel("r"), "a"]
 
     drawn = symdyn.picture(atwood(rope("r", through[::-1] if back else through, length="l")))
 
@@ -524,6 +550,7 @@ def test_what_is_wrong_is_told_in_words(fault: str, tmp_path: Path) -> None:
     assert (
         str(refused.value).split("\n")[0].startswith(f"{file}: ropes.r: {told}".replace("ropes.r: ropes.r", "ropes.r"))
     )
+    assert "\n" not in str(refused.value)
 
 
 def test_what_has_no_length_or_no_plane_is_refused() -> None:

@@ -62,7 +62,7 @@ def test_every_function_has_a_value_in_every_numeric_algebra(table):
 @pytest.mark.parametrize(("target", "real"), [(name, real) for name, row in TARGETS.items() for real in row.reals])
 def test_every_operation_has_a_spelling_with_one_place_an_operand(target, real):
     table = TARGETS[target].printer(REALS[real]).spellings
-    assert set(table) == set(Op) - set(TARGETS[target].lacks)
+    assert set(table) | {Op.TABLE} == set(Op) - set(TARGETS[target].lacks), "a table may be other operations"
     for op, spelling in table.items():
         assert isinstance(spelling, Spelling)
         assert len(spelling.wants) == ARITY[op]

@@ -9,16 +9,29 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scipy.interpolate import Akima1DInterpolator, CubicSpline, RegularGridInterpolator
+from scipy.interpolate import (
+    Akima1DInterpolator,
+    CubicHermiteSpline,
+    CubicSpline,
+    RectBivariateSpline,
+    RegularGridInterpolator,
+)
 
 import symdyn
 import symdyn.scene as declared
 from symdyn.algebra import Floats
-from symdyn.errors import SceneError
+from symdyn.dynamics import derive
+from symdyn.emit import emit
+from symdyn.errors import SceneError, SimulateError
 from symdyn.graph import Graph, evaluate, tangents
+from symdyn.program import lower
+from symdyn.runtime import RUNNERS
+from symdyn.scene import read_text
 from symdyn.scene.toml import write_text
 from symdyn.scene.values.curve import METHODS, Curve
+from symdyn.verdict import Verdict
 from symdyn.verify import certify
+from symdyn.verify.building import read_back
 
 X = ["-1", "-0.4", "0", "0.3", "1", "1.25", "2"]
 Y = ["30", "20", "0", "-5", "-10", "-10", "4.5"]
@@ -63,18 +76,34 @@ def test_few_points_are_enough(method: str, count: int) -> None:
     assert_allclose([before, behind], values(one, x[[0, -1]] + [-1e-9, 1e-9], 1))
 
 
-def test_two_arguments_are_a_grid() -> None:
-    x: list[Any] = [0, 1, Fraction(5, 2)]
-    y = [-1, 0, 2]
-    z = [[1, 2, 3], [4, -5, 6], [7, 8, 0]]
-    rows = (
-        (None, *map(Fraction, x)),
-        *((Fraction(b), *map(Fraction, row)) for b, row in zip(y, z, strict=True)),
-    )
-    one = Curve("c", rows)
-    there = RegularGridInterpolator((np.array(y, float), np.array(x, float)), np.array(z, float))
-    for a, b in ((0.3, -0.2), (1.0, 0.0), (2.4, 1.9), (0, -1)):
-        assert float(one.at([a, b])) == pytest.approx(float(there((b, a))), rel=1e-14, abs=1e-14)
+def along_both(method: str, x: np.ndarray, y: np.ndarray, z: np.ndarray, a: float, b: float) -> float:
+    """Return what SciPy's interpolators make of a grid, shape (len(y), len(x)), at x = a, y = b."""
+    if method == "linear":
+        return float(np.squeeze(RegularGridInterpolator((y, x), z)((b, a))))
+    if method == "cubic":
+        return float(RectBivariateSpline(y, x, z, s=0)([b], [a])[0, 0])
+    slopes = Akima1DInterpolator(y, z, axis=0).derivative()(y)
+    there, rising = (Akima1DInterpolator(x, one, axis=1)(a) for one in (z, slopes))
+    return float(CubicHermiteSpline(y, there, rising)(b))
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_two_arguments_are_a_grid(method: str) -> None:
+    rng = np.random.default_rng(1)
+    x, y = np.array([0, 1, 2.5, 3, 4]), np.array([-1, 0, 2, 2.5])
+    z = rng.integers(-9, 9, (4, 5)).astype(float)
+    z[1] = z[2] = 3.0  # a ridge, on which Akima's weights vanish
+    grid = [(None, *map(Fraction, x)), *((Fraction(b), *map(Fraction, row)) for b, row in zip(y, z, strict=True))]
+    one, graph = Curve("c", tuple(grid), method), Graph()
+    u, v = graph.symbol("u"), graph.symbol("v")
+    node = one.body(graph, [u, v])
+    slopes = [tangents([node], {symbol: graph.one})[0] for symbol in (u, v)]
+    for a, b in ((0.3, -0.2), (1.0, 0.0), (2.4, 1.9), (0, -1), (3.7, 2.2), (4, 2.5)):
+        assert float(one.at([a, b])) == pytest.approx(along_both(method, x, y, z, a, b), rel=1e-12, abs=1e-12)
+    for a, b in ((0.3, -0.2), (2.4, 1.9), (3.7, 2.2)):
+        ends = [[along_both(method, x, y, z, *at) for at in ((a + h, b), (a, b + h))] for h in (1e-6, -1e-6)]
+        found = evaluate(slopes, Floats(), {u: a, v: b})
+        assert_allclose(found, np.subtract(ends[0], ends[1]) / 2e-6, rtol=1e-6, atol=1e-6)
 
 
 CART = """
@@ -124,6 +153,40 @@ def test_equations_name_the_table_and_every_law_is_proved(tmp_path: Path, numpy_
     assert certify(scene).passed
 
 
+@pytest.mark.parametrize("target", ["c", "cpp", "rust", "numpy", "js", "gpu"])
+def test_code_looks_a_table_up_one_line_each(target: str) -> None:
+    """A hundred points are one operation, of the derivative another one; with another digit the text is not proved."""
+    wave = [[k / 50 - 1, round(10 * float(np.sin(k / 7)), 6)] for k in range(100)]
+    text = CART.replace("{force}", 'table("damper", x_dot)')
+    text = text.replace("[[-1, 30], [-0.2, 20], [0, 0], [0.3, -5], [1, -10]]", str(wave))
+    program = lower(derive(read_text(text), ["forward_dynamics", "forward_dynamics_by_qd"]))
+    assert [str(one.counts) for one in program.routines] == ["0 mul, 1 add, 1 other", "0 mul, 0 add, 1 other"]
+
+    made = emit(program, target)
+    for code in made.texts.values():
+        lines = [line for line in code.splitlines() if "0.98, " in line]
+        assert len(lines) in (0, 2)
+        assert all("damper" in line for line in lines)
+    for told, wanted in (("0.98, ", Verdict.PROVED), ("0.99, ", Verdict.DIFFERENT)):
+        changed = {name: code.replace("0.98, ", told).encode() for name, code in made.texts.items()}
+        found = read_back(made, changed)
+        assert {one.verdict for one in found if one.functions or one.where} == {wanted}
+
+
+@pytest.mark.long
+@pytest.mark.runs("cc", "node")
+@pytest.mark.parametrize("target", ["c", "js", "numpy"])
+def test_code_gives_what_the_table_has(target: str, tmp_path: Path) -> None:
+    program = lower(derive(cart(tmp_path), ["forward_dynamics", "forward_dynamics_by_qd"]))
+    module = RUNNERS[target].run(emit(program, target))
+    akima = curve("akima", ["-1", "-0.2", "0", "0.3", "1"], ["30", "20", "0", "-5", "-10"])
+    places = np.array([-3, -1, -0.7, -0.2, 0, 1e-300, 0.3, 0.31, 1, 2])
+    for order, name in enumerate(("forward_dynamics", "forward_dynamics_by_qd")):
+        found = [np.ravel(getattr(module, name)([0.0], [place], [0.0]))[0] for place in places]
+        assert_allclose(found, values(akima, places, order), rtol=1e-14, atol=1e-14)
+        assert np.isnan(getattr(module, name)([0.0], [np.nan], [0.0])).all()
+
+
 def test_derivatives_of_the_motion_are_the_slopes_of_the_tables(tmp_path: Path) -> None:
     found = symdyn.linearize(cart(tmp_path), start={"x": 0.1}, anywhere=True)
     assert_allclose(found.A[1, 0], -40, rtol=1e-13)
@@ -145,6 +208,16 @@ def test_a_run_along_a_table_is_exact_between_knots(tmp_path: Path) -> None:
     run = symdyn.simulate(scene, until=2 * period, every=2 * period, start={"x": 0.1}, rtol=1e-10, method="dop853")
     assert run["x"][-1] == pytest.approx(0.1, abs=1e-8)
     assert np.isfinite(symdyn.sensitivity(scene, until=0.1, start={"x": 0.1}).matrix).all()
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.parametrize(
+    ("method", "told"),
+    [("gauss", "table bends at its points, which its steps may go past"), ("taylor", "table in the equations branch")],
+)
+def test_methods_of_high_order_say_that_it_bends(method: Any, told: str, tmp_path: Path) -> None:
+    with pytest.raises(SimulateError, match=f"method {method} does not apply: {told}"):
+        symdyn.simulate(cart(tmp_path), until=1, method=method)
 
 
 @pytest.mark.parametrize(

@@ -88,6 +88,7 @@ def everything() -> Scene:
         ],
         ropes=[
             rope("hoist", [{"body": "l", "at": ["r", 0, 0]}, "end", "tool"], length="7*r"),
+            rope("leash", ["end", "l"], length="3*r", restitution="1/5"),
             elastic_rope(
                 "bungee", ["tool", {"body": "a", "at": [0, 1, 0]}, "l"], stiffness=["k", 3], free=1, preload=2
             ),

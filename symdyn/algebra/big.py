@@ -40,7 +40,7 @@ from typing import Any, NamedTuple
 
 from flint import arb, ctx, fmpq
 
-from symdyn.graph import Arithmetic, Expr, Op
+from symdyn.graph import Arithmetic, Expr, Op, Piecewise
 
 LARGEST = 1_000_000  # bits
 
@@ -82,6 +82,8 @@ class BigFloats(Arithmetic):
         Raises:
             OverflowError: an argument beyond 2^1000000, whose sine would need as many digits of π.
         """
+        if isinstance(node.value, Piecewise):
+            return node.value.over(self, args[0])
         if any(self.context.isfinite(arg) and self.context.mag(arg) > LARGEST for arg in args if arg):
             raise OverflowError(f"an argument of {node.op.name.lower()} is too large")
         return self.functions[node.op](*args)
@@ -198,6 +200,8 @@ class RunningErrors:
 
     def function(self, node: Expr, args: Sequence[Bounded]) -> Bounded:
         """Return node.op(args)."""
+        if isinstance(node.value, Piecewise):
+            return node.value.over(self, args[0])  # which rounds more often than where it is looked up
         value = self.numbers.function(node, [arg.value for arg in args])
         slopes = SLOPES[node.op](self.numbers.context, value, *(arg.value for arg in args))
         carried = sum(slope * arg.error for slope, arg in zip(slopes, args, strict=True) if arg.error != 0)
@@ -296,6 +300,8 @@ class Balls(Arithmetic):
 
     def function(self, node: Expr, args: Sequence[Any]) -> Any:
         """Return a ball that holds node.op of everything in `args`."""
+        if isinstance(node.value, Piecewise):
+            return node.value.over(self, args[0])
         return FUNCTIONS_OF_BALLS[node.op](*args)
 
     def number(self, value: float) -> Any:
@@ -338,6 +344,8 @@ class Midpoints(Balls):
             ValueError: it is no real number.
             OverflowError: an argument beyond 2^1000000, whose sine would need as many digits of π.
         """
+        if isinstance(node.value, Piecewise):
+            return node.value.over(self, args[0])
         there = [arg.mid() for arg in args]
         if any(abs(arg) >= LARGEST_BALL for arg in there):
             raise OverflowError(f"an argument of {node.op.name.lower()} is too large")

@@ -35,7 +35,7 @@ from flint import fmpz
 
 from symdyn.algebra.generators import coprime_base
 from symdyn.errors import DerivationError
-from symdyn.graph import SMALL_PRIMES, Expr, Op, evaluate, reachable
+from symdyn.graph import SMALL_PRIMES, Expr, Op, Piecewise, evaluate, reachable
 
 BITS = 127  # enough that few of the primes drawn from divide the coefficients of any scene
 SPARE_BITS = 24  # so that the primes drawn are random ones
@@ -83,6 +83,8 @@ class Needs:
         for node in nodes:
             if node.op is Op.CONSTANT:
                 denominator = lcm(denominator, node.value.denominator)  # type: ignore[union-attr]
+            if isinstance(node.value, Piecewise):
+                denominator = lcm(denominator, node.value.denominator)
             if node.op in (Op.SIN, Op.COS):
                 form = node.args[0].linear_form()
                 turn = lcm(turn, form.turns.denominator)
@@ -172,6 +174,8 @@ class FiniteField:
         """Return node.op(args); raise Redraw if a root does not exist at this point."""
         if node.op in (Op.SIN, Op.COS):
             raise TypeError("angles need the values of their atoms; use evaluate")
+        if isinstance(node.value, Piecewise):
+            return node.value.over(self, args[0])
         if node.op is Op.SQRT:
             return self._square_root(node.args[0], args[0])
         if node.op is Op.POW and node.args[1].op is Op.CONSTANT:

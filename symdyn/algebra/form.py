@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, ClassVar
 
-from symdyn.graph import Arithmetic, Expr, Graph, Op, evaluate, reachable
+from symdyn.graph import Arithmetic, Expr, Graph, Op, Piecewise, evaluate, reachable
 
 
 class Form:
@@ -345,6 +345,8 @@ class Forms:
 
     def function(self, node: Expr, args: Sequence[Form]) -> Form:
         """Return node.op(args)."""
+        if isinstance(node.value, Piecewise):
+            return node.value.over(self, args[0])
         return Function(node.op, tuple(args))
 
 
@@ -390,6 +392,8 @@ class SympyAlgebra(Arithmetic):
 
     def function(self, node: Expr, args: Sequence[Any]) -> Any:
         """Return node.op(args)."""
+        if isinstance(node.value, Piecewise):
+            return node.value.over(self, args[0])
         if node.op is not Op.SELECT:
             return getattr(self.sympy, NAMES[node.op])(*args)
         guard, a, b = args

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.errors import NoValueError
-from symdyn.graph import Arithmetic, Expr, Op
+from symdyn.graph import Arithmetic, Expr, Op, Piecewise
 
 Array = npt.NDArray[np.float64]
 
@@ -53,6 +53,8 @@ class Floats(Arithmetic):
 
     def function(self, node: Expr, args: Sequence[float]) -> float:
         """Return node.op(args)."""
+        if isinstance(node.value, Piecewise):
+            return float(node.value.over(self, args[0]))
         try:
             return self.functions[node.op](*args)
         except (ValueError, OverflowError):
@@ -87,6 +89,8 @@ class Batches(Arithmetic):
 
     def function(self, node: Expr, args: Sequence[Any]) -> Any:
         """Return node.op(args)."""
+        if isinstance(node.value, Piecewise):
+            return node.value.over(self, args[0])
         return self.functions[node.op](*args)
 
 

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from symdyn.draw.outlines import strings
 from symdyn.draw.places import ROUGH, Array, JointAxis, Label, Places, Put, crosses, unit
 from symdyn.draw.shapes import Item, Shape, Title, arc_arrow, arrow, circle_points, dot, path
 from symdyn.draw.stage import View
@@ -110,7 +111,7 @@ def links(scene: Scene, places: Places, view: View) -> tuple[tuple[Item, ...], t
     """Return all struts and their labels."""
     items: list[Item] = []
     labels: list[Label] = []
-    for one in scene.strings:
+    for one in strings(scene):
         shapes, at = _link(one, scene, places, view)
         depth = np.zeros(places.count) if view.planar else np.full(places.count, -1e6)
         items.append(

@@ -263,6 +263,12 @@ def drawn(scene: Scene, graph: Graph) -> dict[Key, tuple[Expr, ...]]:
     return wanted
 
 
+def strings(scene: Scene) -> tuple[Element, ...]:
+    """Return what runs along a line: springs, dampers, and ropes, which may be slack."""
+    slack = (one for one in scene.unilaterals if one.is_taut)
+    return (*scene.struts, *scene.lasting_ropes, *slack)
+
+
 def _element(one: Element, scene: Scene, placed: Mapping[str, Transform], graph: Graph) -> dict[Key, tuple[Expr, ...]]:
     """Return where an element acts, the wrench of a load, the plane that a wheel or a blade touches, and ropes.
 

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Batches
-from symdyn.draw.outlines import BEYOND, Key, Outlined, drawn, outlines
+from symdyn.draw.outlines import BEYOND, Key, Outlined, drawn, outlines, strings
 from symdyn.draw.style import FONT, Text
 from symdyn.errors import DrawError
 from symdyn.graph import Graph, Op, evaluate, reachable
@@ -252,12 +252,12 @@ def _gathered(scene: Scene, graph: Graph, arrays: Mapping[Key, Array], count: in
         {point.name: (point.body, frame("point", point.name)) for point in scene.points},
         {
             one: tuple(arrays["end", one, k] for k in range(len(one.ends)))
-            for one in (*scene.strings, *scene.loads)
+            for one in (*strings(scene), *scene.loads)
             if one.ends
         },
         {
             one: tuple(_straight(one, k, arrays) for k in range(len(one.ends) - 1))
-            for one in scene.strings
+            for one in strings(scene)
             if ("tangent", one, 0) in arrays
         },
         {load: (arrays["force", load], arrays["couple", load]) for load in scene.loads},

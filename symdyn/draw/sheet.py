@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from symdyn.draw.force_arrows import from_zero
-from symdyn.draw.outlines import drawn, outline
+from symdyn.draw.outlines import drawn, outline, strings
 from symdyn.dynamics.mechanism import vector
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
@@ -202,7 +202,7 @@ class Sheet:
             yield self._made("point", (at, starts.get(point.body, at)), point.body, point.name)
 
     def _acting(self, scene: Scene, tips: dict[str, list[int]]) -> Iterator[Mark]:
-        acting: tuple[Element, ...] = (*scene.strings, *scene.loads)
+        acting: tuple[Element, ...] = (*strings(scene), *scene.loads)
         for one in acting:
             if ("tangent", one, 0) in self.found:
                 yield from self._rope(one, tips)

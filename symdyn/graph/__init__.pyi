@@ -15,3 +15,4 @@ from .differentiate import (
 )
 from .expression import Expr as Expr, Graph as Graph, Scalar as Scalar, growing as growing
 from .ops import SMALL_PRIMES as SMALL_PRIMES, Op as Op
+from .piecewise import Piecewise as Piecewise

@@ -229,6 +229,7 @@ PARTIALS: dict[Op, Partials] = {  # z = op(x, y)  ->  (dz/dx, dz/dy)
     Op.SIGN: lambda z, x: (z.graph.zero,),  # away from the jump
     Op.ATAN2: lambda z, y, x: (x / (x * x + y * y), -y / (x * x + y * y)),
     Op.POW: lambda z, x, y: (y * z.graph.function(Op.POW, x, y - 1), z * z.graph.function(Op.LOG, x)),
+    Op.TABLE: lambda z, x: (z.graph.lookup(z.value.derivative, x),),
     Op.SELECT: lambda z, c, a, b: (z.graph.zero, *(z.graph.function(Op.SELECT, c, k, 1 - k) for k in (1, 0))),
 }
 

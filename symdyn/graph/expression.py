@@ -22,7 +22,7 @@ import gc
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from fractions import Fraction
-from typing import Any, Union
+from typing import TYPE_CHECKING, Any, Union
 
 from symdyn.graph.ops import (
     ADD,
@@ -40,8 +40,12 @@ from symdyn.graph.ops import (
     simplify_function,
 )
 
+if TYPE_CHECKING:
+    from symdyn.graph.piecewise import Piecewise
+
 Scalar = Union["Expr", int, Fraction]
-Key = Union[Fraction, str, tuple["Expr", ...], tuple[int, int]]
+Key = Union[Fraction, str, tuple["Expr", ...], tuple[int, int], tuple["Piecewise", "Expr"]]
+Value = Union[Fraction, str, "Piecewise", None]
 
 
 class Expr:
@@ -49,8 +53,8 @@ class Expr:
 
     __slots__ = ("args", "graph", "index", "op", "value")
 
-    def __init__(self, graph: Graph, op: Op, args: tuple[Expr, ...], value: Fraction | str | None) -> None:
-        """Append the node to the graph; `value` is the fraction of a constant or the name of a symbol."""
+    def __init__(self, graph: Graph, op: Op, args: tuple[Expr, ...], value: Value) -> None:
+        """Append the node to the graph; `value` is the fraction of a constant, the name of a symbol, or a table."""
         self.graph = graph
         self.index = len(graph.nodes)
         self.op = op
@@ -96,10 +100,17 @@ class Expr:
     def jumps(self) -> bool:
         """Whether the node jumps where its first operand is zero; abs, max and min bend there."""
         if self.op is not Op.SELECT:
-            return self.op is Op.SIGN
+            return self.op is Op.SIGN or (self.op is Op.TABLE and self.value.jumps)  # type: ignore[union-attr]
         guard, a, b = self.args
         step = self.graph.sub(a, b)
         return guard is not step and guard is not self.graph.neg(step)
+
+    @property
+    def guards(self) -> tuple[Expr, ...]:
+        """What passes zero where the node bends or jumps."""
+        if self.op is Op.TABLE:
+            return tuple(self.args[0] - knot for knot in self.value.knots)  # type: ignore[union-attr]
+        return self.args[:1] if self.op.turns else ()
 
     def __repr__(self) -> str:
         if self.op in (Op.CONSTANT, Op.SYMBOL):
@@ -323,6 +334,15 @@ class Graph:
         self.found.setdefault("tables", {})[body] = (name, args)
         return body
 
+    def lookup(self, table: Piecewise, x: Expr) -> Expr:
+        """Return a function that is given by points, of x; a number where it is one."""
+        if x.op is CONSTANT:
+            return self.constant(table.at(_fraction(x)))
+        if len(table.rows[0]) == 1 and len({*table.rows}) == 1:
+            return self.constant(table.rows[0][0])
+        key = (table, x)
+        return self._tables[Op.TABLE].get(key) or self._append(key, Op.TABLE, (x,), table)
+
     def copy(self, node: Expr, args: Sequence[Expr]) -> Expr:
         """Return the operation of a node of this graph or another with other operands; it simplifies as at birth."""
         op = node.op
@@ -340,13 +360,15 @@ class Graph:
             return self.constant(node.value)  # type: ignore[arg-type]
         if op is SYMBOL:
             return self.symbol(str(node.value))
+        if op is Op.TABLE:
+            return self.lookup(node.value, args[0])  # type: ignore[arg-type]
         return self.pi if op is PI else self.function(op, *args)
 
     def node(self, op: Op, *args: Expr) -> Expr:
         """Return the node op(args) as it stands, without any identity applied."""
         return self._tables[op].get(args) or self._append(args, op, args, None)
 
-    def _append(self, key: Key, op: Op, args: tuple[Expr, ...], value: Fraction | str | None) -> Expr:
+    def _append(self, key: Key, op: Op, args: tuple[Expr, ...], value: Value) -> Expr:
         node = Expr(self, op, args, value)
         self._tables[op][key] = node
         return node

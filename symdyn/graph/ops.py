@@ -2,7 +2,8 @@
 
 Everything that depends on an operation stands in a table keyed by `Op`, a row an operation: its arity here, its partial
 derivatives in `differentiate.py`, its value in each algebra, its spelling in each target. A test holds the tables
-complete.
+complete. TABLE alone is another function at every node, that of `piecewise.py`, made of other operations where an
+algebra or a target has no more for it.
 
 Identities are applied when a node is born: exact sines, parities, roots. An angle is read as a *linear form*: a
 rational multiple of π plus rational multiples of other nodes. Every algebra that is exact about angles reads it the
@@ -46,6 +47,7 @@ class Op(IntEnum):
     ATAN2 = 16
     POW = 17  # x to a real exponent
     SELECT = 18  # of (c, a, b): a where c > 0, b where c ≤ 0
+    TABLE = 19  # a function of one argument, a polynomial between knots; it stands in the node's value
 
     @property
     def arity(self) -> int:
@@ -55,12 +57,12 @@ class Op(IntEnum):
     @property
     def is_function(self) -> bool:
         """Whether it is no field arithmetic; an algebra answers it in its `function` method."""
-        return self in FUNCTIONS
+        return self >= Op.SIN
 
     @property
     def turns(self) -> bool:
-        """Whether it bends or jumps where its first operand is zero."""
-        return self in (Op.ABS, Op.SIGN, Op.SELECT)
+        """Whether it bends or jumps, where `Expr.guards` pass zero."""
+        return self in (Op.ABS, Op.SIGN, Op.SELECT, Op.TABLE)
 
     __hash__ = int.__hash__  # an enumeration's own is a Python function, and tables are read at every node
 
@@ -88,10 +90,11 @@ ARITY: dict[Op, int] = {
     Op.ATAN2: 2,
     Op.POW: 2,
     Op.SELECT: 3,
+    Op.TABLE: 1,
 }
 
-FUNCTIONS: frozenset[Op] = frozenset(op for op in Op if op >= Op.SIN)
-"""Operations that are not field arithmetic; an algebra answers them in its `function` method."""
+FUNCTIONS: frozenset[Op] = frozenset(op for op in Op if Op.SIN <= op < Op.TABLE)
+"""Operations that are not field arithmetic and are the same at every node; tables are made by `Graph.lookup`."""
 
 
 @dataclass(frozen=True)

@@ -181,7 +181,7 @@ class Variations:
     def corners(self) -> VariationBlock:
         """What signs and absolute values in the forces are of: where one is zero, they have no one derivative."""
         forces = self.motion.parts["h"][1]
-        turned = dict.fromkeys(node.args[0] for node in reachable(forces) if node.op.turns)
+        turned = dict.fromkeys(guard for node in reachable(forces) for guard in node.guards)
         return block(of=((len(turned),), list(turned)))
 
     @cached_property

@@ -36,7 +36,7 @@ from symdyn.arguments import check_arguments
 from symdyn.dynamics import Argument, Function
 from symdyn.dynamics.outputs import Counts
 from symdyn.errors import DerivationError, UnknownNameError, choice, listed
-from symdyn.graph import Expr, Graph, Op, reachable, substitute
+from symdyn.graph import Expr, Graph, Op, Piecewise, reachable, substitute
 from symdyn.scene import Scene
 from symdyn.shown import Shown
 
@@ -139,6 +139,22 @@ class Program(Shown):
             argument.name == Program.PREPARED for routine in self.routines for argument in routine.function.arguments
         )
 
+    @property
+    def without_tables(self) -> Program:
+        """The program with other operations for every table of numbers."""
+        if not any(Op.TABLE in routine.operations for routine in self.routines):
+            return self
+        graph, found = Graph(), []
+        for function in (routine.function for routine in self.routines):
+            symbols = [
+                tuple(graph.symbol(str(one.value)) for one in argument.symbols) for argument in function.arguments
+            ]
+            given = zip(function.arguments, symbols, strict=True)
+            arguments = tuple(replace(argument, symbols=some) for argument, some in given)
+            entries = tuple(Piecewise.all_opened(function.entries, graph))
+            found.append(replace(function, arguments=arguments, entries=entries, solve=None))
+        return assemble(self.scene, graph, tuple(found)).checked()
+
     def checked(self) -> Program:
         """Return it after asserting what every pass must keep: names are unique and defined before they are used."""
         for routine in self.routines:
@@ -187,7 +203,7 @@ NAME, OPERATOR, CALL = 5, 3, 12
 """Estimated characters of a name, of an operator with its spaces, of a function with its parentheses."""
 
 ANGULAR = (Op.SIN, Op.COS)
-"""Operations that always get a name."""
+"""Operations that always get a name, of their angle."""
 
 
 def shared(arguments: Sequence[str]) -> str:
@@ -253,7 +269,7 @@ def _lines(function: Function, needed: list[Expr], known: Constants) -> list[Exp
             width[node] = NAME
             continue
         here = _shortened(node, width, named, known)
-        if node.op in ANGULAR or (uses[node] > 1 and node.op is not NEG):
+        if node.op in ANGULAR or node.op is Op.TABLE or (uses[node] > 1 and node.op is not NEG):
             named.add(node)
         width[node] = NAME if node in named else here
     return [node for node in needed if node in named]

@@ -179,7 +179,7 @@ def table(
     Args:
         name: of it in formulas.
         points: rows (x, y), x ascending, or a CSV file of them; of two arguments rows (y, z, ...) below ("", x, ...).
-        method: what stands between points, along x.
+        method: what stands between points, of two arguments along both.
     """
     return entry("tables", **locals())
 

@@ -24,8 +24,8 @@ from symdyn.dynamics.mechanism import TIME, State, quaternions
 from symdyn.errors import SimulateError, quoted
 from symdyn.graph import Graph, tangents
 from symdyn.program import identifier
-from symdyn.scene import Scene, SceneLike, SceneUnits
-from symdyn.scene.values import Faults, force_unit, spell, velocity_name
+from symdyn.scene import Scene, SceneLike
+from symdyn.scene.values import Faults, spell, velocity_name
 from symdyn.simulation.along_path import along
 from symdyn.simulation.columns import apart, axes_of
 from symdyn.simulation.equations.compiled_routines import (
@@ -52,7 +52,7 @@ from symdyn.simulation.prescribed.motion_laws import Law, constant, formula_law
 from symdyn.simulation.prescribed.point_path import ScenePath, read_path
 from symdyn.simulation.problem import Problem
 from symdyn.simulation.trajectory import Trajectory
-from symdyn.simulation.trajectory_builder import passages, passed
+from symdyn.simulation.trajectory_builder import passages, passed, passive_forces, tensions_in
 
 
 class InverseFunctions:
@@ -61,6 +61,7 @@ class InverseFunctions:
     Attributes:
         follows: whether there are rows or paths that coordinates follow; loops whose rows are all redundant have none.
         limits: of joints, in the order of the entries of "limits".
+        lifts: what is said where a rope lifts off a wheel, in the order of the entries of "lifts".
         holding: of the rows of loops and contacts, whether each holds a position.
         holds: whether rows or paths do.
     """
@@ -75,6 +76,7 @@ class InverseFunctions:
         closed = "constraint_jacobian" in functions
         residuals = functions["constraint_residual"].entries if closed else ()
         self.limits = limits_of(found.scene, graph := Graph(), State.of(found.scene, graph).tau)
+        self.lifts = [told for _, told in Workspace(found.scene, found.closing).loops.lifts] if scene.ropes else []
         self.holding = np.array([not x.is_zero for x in residuals], dtype=bool)
         self.follows, self.holds = closed or bool(names), bool(self.holding.any()) or bool(names)
         self._lacking = (
@@ -98,6 +100,11 @@ class InverseFunctions:
         if name in self._lacking:
             return np.zeros((*q.shape[:-1], *self._lacking[name]))
         return _called(self._made, self._calls, name, t, q, u, a, tau, inputs)
+
+    def off_wheels(self, t: Array, q: Array, u: Array) -> npt.NDArray[np.bool_]:
+        """Tell of every row which ropes are off a wheel that they pass, in the order of `lifts`."""
+        found: npt.NDArray[np.bool_] = (self("lifts", t, q, u) if self.lifts else np.ones((len(q), 0))) <= 0
+        return found
 
     def rates(self, q: Array, u: Array) -> dict[str, Array]:
         """Return the rates of kinematics, rows and Jacobians by name."""
@@ -138,6 +145,8 @@ def _compiled(scene: Opened, points_on_paths: Sequence[str]) -> Compiled:
     limits = [one.beyond for one in limits_of(w.scene, w.graph, w.state.tau)]
     functions += [points(w), _kinematics(w), function_of(w, "turning", turned, ("q", "qd"))]
     functions += [function_of(w, "limits", limits, ("q", "qd", "tau"))] if limits else []
+    lifts = [formula for formula, _ in w.loops.lifts]
+    functions += [function_of(w, "lifts", lifts, ("q",))] if lifts else []
     return compiled(w.scene, w.graph, functions)
 
 
@@ -161,9 +170,6 @@ def _compiled_rates(scene: Opened, points_on_paths: Sequence[str]) -> Compiled:
 
 UNIT = 1e-9
 """How far the length of a prescribed quaternion may be from one."""
-
-NOTHING = 1e-7
-"""Force of a passive joint, over the largest, that is rounding."""
 
 
 @suggesting
@@ -240,10 +246,20 @@ def inverse(
     else:
         no_equations(opened(scene).numbers(), q[0])
         u, a = _velocities(scene, functions, motion, t, q, rate, second)
+    n, stopped = _ended(t, functions.off_wheels(t[: len(q)], q, u), lambda _, k: functions.lifts[k], stopped)
+    q, u, a = q[:n], u[:n], a[:n]
     over_time = input_columns(scene, forces, t[: len(q)], q, u)
-    letters = np.array([*over_time.values()]).reshape(len(over_time), len(q)).T
-    tau = functions("inverse_dynamics", t[: len(q)], q, u, a, inputs=letters)
-    n, stopped = _finite(scene, t, q, u, tau, stopped)
+    tau = functions("inverse_dynamics", t[: len(q)], q, u, a, inputs=np.reshape([*over_time.values()], (-1, len(q))).T)
+    n, stopped = _ended(
+        t,
+        ~np.isfinite(tau),
+        lambda n, k: (
+            valueless(scene, Forces(), float(t[n]), q[n], u[n])
+            or f"no finite {drive_names(scene)[k]} gives {scene.name} this motion there, as at a dead centre; "
+            "let another joint drive, or the motion keep away from it"
+        ),
+        stopped,
+    )
     t, q, u, a, tau = t[:n], q[:n], u[:n], a[:n], tau[:n]
     columns = {name: column[:n] for name, column in (over_time | columns).items()}
     columns["drive_power"] = np.einsum("ni,ni->n", tau, u)
@@ -252,13 +268,15 @@ def inverse(
     if axes:
         columns |= reaction_columns(Trajectory(scene, t, q, u, a, tau, columns), given=False, axes=axes)
     columns |= output_columns(Trajectory(scene, t, q, u, a, tau, columns), given=False)
-    notes += (*_impossible(scene, tau), *_passed(scene, functions, t, q, u, tau))
+    run = Trajectory(scene, t, q, u, a, tau, apart(scene, columns), stopped=stopped)
+    least, slack = tensions_in(run)
+    notes += (*passive_forces(scene, tau), *_passed(scene, functions, t, q, u, tau), *slack)
     if say is not None:
         for note in notes:
             say(note)
     elif stopped != END:
         warnings.warn(f"{scene.name}: {stopped}; the rows until then are kept", RuntimeWarning, stacklevel=3)
-    return Trajectory(scene, t, q, u, a, tau, apart(scene, columns), stopped=stopped, notes=tuple(notes))
+    return replace(run, monitors=least, notes=tuple(notes))
 
 
 def _read(
@@ -334,31 +352,16 @@ def _followed(
     return replace(found, notes=(*found.notes, *numbers.off_planes(found.q[0])))
 
 
-def _finite(scene: Scene, t: Array, q: Array, u: Array, tau: Array, stopped: str) -> tuple[int, str]:
-    """Return how many rows have forces, and what is said where they end; SimulateError where not even the first has."""
-    none = np.argwhere(~np.isfinite(tau))
-    if not len(none):
-        return len(tau), stopped
-    n, column = (int(one) for one in none[0])
-    why = valueless(scene, Forces(), float(t[n]), q[n], u[n]) or (
-        f"no finite {drive_names(scene)[column]} gives {scene.name} this motion there, as at a dead centre; "
-        "let another joint drive, or the motion keep away from it"
-    )
+def _ended(t: Array, bad: npt.NDArray[np.bool_], why: Callable[[int, int], str], stopped: str) -> tuple[int, str]:
+    """Return how many rows there are before a bad one, and what is said then; SimulateError where the first is one."""
+    places = np.argwhere(bad)
+    if not len(places):
+        return len(bad), stopped
+    n, k = (int(one) for one in places[0])
+    told = f"motion: t = {t[n]:g} s: {why(n, k)}"
     if not n:
-        raise SimulateError(f"motion: t = {t[0]:g} s: {why}")
-    return n, f"motion: t = {t[n]:g} s: {why}"
-
-
-def _impossible(scene: Scene, tau: Array) -> list[str]:
-    """Return what is to be said of forces that no drive gives."""
-    moved, largest = scene.prescribed_velocities, np.abs(tau).max(axis=0)
-    units = SceneUnits(scene).velocities
-    return [
-        f"{name.removesuffix('_dot')} has no drive, and the motion takes up to "
-        f"{scene.in_shown_unit(f'{largest[k]:.3g}', force_unit(units[k]))} there"
-        for k, name in enumerate(scene.velocities)
-        if scene.drives[k] is None and k not in moved and largest[k] > NOTHING * max(1.0, float(largest.max()))
-    ]
+        raise SimulateError(told)
+    return n, told
 
 
 def _passed(scene: Scene, functions: InverseFunctions, t: Array, q: Array, u: Array, tau: Array) -> list[str]:

@@ -22,9 +22,9 @@ from symdyn.algebra import Array
 from symdyn.arguments import argument
 from symdyn.errors import DerivationError, SimulateError
 from symdyn.graph import Graph
-from symdyn.scene import Scene
+from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.forces import FORCES
-from symdyn.scene.values import Contact, Faults
+from symdyn.scene.values import Contact, Faults, force_unit
 from symdyn.simulation.columns import apart, axes_of
 from symdyn.simulation.equations.compiled_routines import opened
 from symdyn.simulation.equations.contact_modes import columns_of, laws_missed
@@ -221,7 +221,7 @@ def _told(one: Needed, t: Array, size: float) -> list[str]:
     return notes
 
 
-def slack(motion: Trajectory) -> tuple[dict[str, float], list[str]]:
+def tensions_in(motion: Trajectory) -> tuple[dict[str, float], list[str]]:
     """Return the least tension of every rope, N, and where one would push."""
     try:
         tensions = tension_columns(motion) if motion.scene.ropes else {}
@@ -238,6 +238,22 @@ def slack(motion: Trajectory) -> tuple[dict[str, float], list[str]]:
                 f"at t = {motion.t[worst]:.6g} s; it goes slack there, which this model does not know"
             )
     return {f"tension {name.removeprefix('tension_')}": float(one.min()) for name, one in tensions.items()}, notes
+
+
+PASSIVE = 1e-7
+"""Force of a passive joint, over the largest, that is rounding."""
+
+
+def passive_forces(scene: Scene, tau: Array) -> list[str]:
+    """Return what is to be said of driving forces, shape (N, nv), where there is no drive."""
+    moved, largest = scene.prescribed_velocities, np.abs(tau).max(axis=0)
+    units = SceneUnits(scene).velocities
+    return [
+        f"{name.removesuffix('_dot')} has no drive, and the motion takes up to "
+        f"{scene.in_shown_unit(f'{largest[k]:.3g}', force_unit(units[k]))} there"
+        for k, name in enumerate(scene.velocities)
+        if scene.drives[k] is None and k not in moved and largest[k] > PASSIVE * max(1.0, float(largest.max()))
+    ]
 
 
 AHEAD = (0.0, 1e-6, 1e-5, 1e-4)
@@ -274,7 +290,7 @@ def trajectory_of(
             columns |= reaction_columns(found, given=True, axes=axes)
         columns |= output_columns(replace(found, extra=columns), given=True)
         lasting, seen = needed(system, found)
-        least, pushes = slack(found)
+        least, pushes = tensions_in(found)
     for one in lasting:
         monitors[f"normal_force {one.row.name}"] = float(one.normal.min())
         monitors[f"friction_coefficient {one.row.name}"] = float(one.friction.max())

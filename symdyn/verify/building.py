@@ -344,8 +344,8 @@ def texts_of(building: Building, targets: Sequence[str], requested: bool, seed: 
     if not targets:
         return Texts(())
     try:
-        loops = {name: TARGETS[name].loops_in(REALS[building.real]) for name in targets}
-        numbers = {one: printed(building.program, building.real, seed, one) for one in set(loops.values())}
+        how = {name: _arrays_of(name, building.real) for name in targets}
+        numbers = {one: printed(building.program, building.real, seed, *one) for one in set(how.values())}
     except Redraw:
         return Texts((), unshown=tuple(Unclaimed(_text_of(name), NOWHERE) for name in targets))
     found: list[Written] = []
@@ -354,7 +354,7 @@ def texts_of(building: Building, targets: Sequence[str], requested: bool, seed: 
         for option in building.options(name, requested):
             try:
                 files = files_of(building.written(name, option))
-                found += prove_texts(numbers[loops[name]], files, languages(name, option))
+                found += prove_texts(numbers[how[name]], files, languages(name, option))
             except MissingProgram as fault:
                 missing.append(Unclaimed(_text_of(name), str(fault)))
                 break
@@ -371,13 +371,18 @@ def read_back(sources: Sources, result: Mapping[str, bytes], seed: int = 1) -> t
     fresh = files_of(sources)
     files = replace(fresh, contents=result)
     try:
-        loops = TARGETS[sources.target].loops_in(REALS[sources.real])
-        numbers = printed(sources.program, sources.real, seed, loops)
+        numbers = printed(sources.program, sources.real, seed, *_arrays_of(sources.target, sources.real))
         return prove_texts(numbers, files, languages(sources.target, sources.option), fresh.contents)
     except Redraw:
         return unshown(files, fresh.contents, NOWHERE)
     except MissingProgram as fault:
         return unshown(files, fresh.contents, str(fault))
+
+
+def _arrays_of(target: str, real: str) -> tuple[bool, bool]:
+    """Return whether a target has loops over tables of joints, and whether it looks up tables of numbers."""
+    row, number = TARGETS[target], REALS[real]
+    return row.loops_in(number), row.looks_up(number)
 
 
 def why_unread(target: str) -> str:

@@ -32,7 +32,7 @@ from math import log, log10
 from typing import Any, NamedTuple
 
 from symdyn.algebra import FiniteField, ManyPoints, Needs, RealBalls, Redraw
-from symdyn.graph import Expr, Op, arithmetic, evaluate, reachable
+from symdyn.graph import Expr, Op, Piecewise, arithmetic, evaluate, reachable
 
 UNEVENNESS = 64  # a prime after a long gap is drawn more often than the average one; no gap there is this much longer
 
@@ -108,6 +108,8 @@ class Degrees:
 
     def function(self, node: Expr, args: Sequence[Degree]) -> Degree:
         """Return the degree in units of a sine or a root, and 1 for an uninterpreted function: an independent value."""
+        if isinstance(node.value, Piecewise):
+            return node.value.over(self, args[0])
         if node.op is Op.SQRT and node.args[0].op is Op.CONSTANT:
             return Degree(0, float(self.needs.denominator.bit_length()) + 64, 1)
         if node.op is Op.SQRT:  # a formal root: weighed like its radicand, it stays above all its conjugates

@@ -108,9 +108,7 @@ class LoopWorkspace:
         found = [(one.clearance(graph), one.became_singular) for one in angles_of(scene)]
         least = graph.constant(Fraction(FLAT).limit_denominator(10**6))
         found += [(one.sine * one.sine - least * least, one.fell_flat) for one in contact_gaps(scene, graph)]
-        placed = body_placements(scene, graph) if scene.ropes else {}
-        for rope in scene.ropes:
-            found += Taut(scene, graph).lifts(rope.name, rope.ends, placed)
+        found += self.lifts
         begin = {graph.symbol(one.name): one.value.express(graph) for one in scene.states}
         for body in scene.bodies:
             mass, told = body.mass.express(graph), f"body {body.name} has lost its mass, {spell(body.mass)}"
@@ -119,6 +117,13 @@ class LoopWorkspace:
             )
         moving = {graph.symbol(name) for name in (*scene.coordinates, *(one.name for one in scene.states))}
         return [(formula, words) for formula, words in found if moving.intersection(reachable([formula]))]
+
+    @cached_property
+    def lifts(self) -> list[tuple[Expr, str]]:
+        """Functions that fall to zero where a rope lifts off a wheel, and messages."""
+        scene, graph = self.w.scene, self.w.graph
+        placed = body_placements(scene, graph) if scene.ropes else {}
+        return [one for rope in scene.ropes for one in Taut(scene, graph).lifts(rope.name, rope.ends, placed)]
 
     @cached_property
     def singular_somewhere(self) -> bool:

@@ -32,6 +32,7 @@ CATEGORY: dict[Op, str] = {
     Op.ATAN2: "others",
     Op.POW: "others",
     Op.SELECT: "others",
+    Op.TABLE: "others",
 }
 
 

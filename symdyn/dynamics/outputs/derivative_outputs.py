@@ -145,7 +145,7 @@ def kinks(entries: Sequence[Expr], varied: Collection[Expr]) -> str:
     moving = set(varied)
     below = _below(entries, moving)
     jumps = [node.args[0] for node in below if node.op in (Op.SIGN, Op.ABS)]
-    chosen = [node.args[0] for node in below if node.op is Op.SELECT]
+    chosen = [guard for node in below if node.op in (Op.SELECT, Op.TABLE) for guard in node.guards]
     roots = [node.args[0] for node in below if node.op is Op.SQRT]
     angles = [node for node in below if node.op is Op.ATAN2]
     words = []

@@ -29,7 +29,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from symdyn.algebra import NAMES, BigFloats, RunningErrors
 from symdyn.errors import EmitError, choice
-from symdyn.graph import Expr, Op
+from symdyn.graph import Expr, Op, Piecewise
 
 if TYPE_CHECKING:
     from symdyn.algebra import Midpoints
@@ -57,7 +57,7 @@ def call(name: str, operands: int = 1) -> Spelling:
     return Spelling(f"{name}({', '.join(['{}'] * operands)})", ATOM, (ANY,) * operands)
 
 
-LEAF = Spelling("{}")
+LEAF, TABLE = Spelling("{}"), Spelling("{table}({})", ATOM, (ANY,))
 
 OPERATORS: Mapping[Op, Spelling] = {
     Op.CONSTANT: LEAF,
@@ -79,10 +79,12 @@ class Printer:
     Attributes:
         spellings: a row for every `Op`.
         literal: how a constant is written.
+        tables: what functions that are given by points are called.
     """
 
     spellings: Mapping[Op, Spelling]
     literal: Callable[[Fraction], str]
+    tables: Mapping[Piecewise, str] = field(default_factory=dict)
 
     def code(self, node: Expr, names: Mapping[Expr, str], constants: Mapping[Expr, Fraction]) -> str:
         """Return `node` as text: its name if it has one, else written out down to names and constants."""
@@ -108,7 +110,8 @@ class Printer:
         for arg, wanted in zip(node.args, spelling.wants, strict=True):
             text, binds = self._bound(arg, names, constants)
             operands.append(text if binds >= wanted else f"({text})")
-        return spelling.pattern.format(*operands), spelling.binds
+        named = {"table": self.tables[node.value]} if isinstance(node.value, Piecewise) else {}
+        return spelling.pattern.format(*operands, **named), spelling.binds
 
 
 def standing(nodes: Iterable[Expr], named: Container[Expr], known: Container[Expr]) -> list[Expr]:

@@ -6,7 +6,7 @@ A template is given every piece of a file as finished text, the same for all tar
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from symdyn.arguments import argument
 from symdyn.dynamics import Argument, TableLoop
@@ -15,8 +15,8 @@ from symdyn.emit.code.identifiers import function_names, stem
 from symdyn.emit.code.spelling import Printer, Real, ShortSines
 from symdyn.emit.render import render
 from symdyn.errors import EmitError
-from symdyn.graph import Op
-from symdyn.program import Program, Routine
+from symdyn.graph import Op, Piecewise, reachable
+from symdyn.program import Program, Routine, identifier
 from symdyn.scene import Scene
 
 NO_SPELLING = "no spelling of it is known; take another target"
@@ -108,6 +108,19 @@ class FunctionText:
 
 
 @dataclass(frozen=True)
+class TableText:
+    """A function that is given by points: its name, and numbers, of which the first so many are knots.
+
+    Then follow rows of so many coefficients, from the constant upwards, one more than knots.
+    """
+
+    name: str
+    numbers: tuple[str, ...]
+    knots: int
+    width: int
+
+
+@dataclass(frozen=True)
 class Page:
     """One generated module.
 
@@ -118,6 +131,7 @@ class Page:
         arguments: every argument of any function, once.
         parameters: (name, unit, description) of the free parameters, in the order of `params`.
         first: index of the first entry of an array.
+        tables: what is looked up.
     """
 
     scene: str
@@ -126,6 +140,7 @@ class Page:
     arguments: tuple[ArgumentText, ...]
     parameters: tuple[tuple[str, str, str], ...]
     first: int
+    tables: tuple[TableText, ...]
 
     @property
     def operations(self) -> frozenset[str]:
@@ -149,7 +164,20 @@ def compose(
     free = [str(symbol.value) for symbol in params[0].symbols] if params else []
     there = {parameter.name: parameter for parameter in program.scene.parameters}
     parameters = tuple((there[name].name, there[name].unit, there[name].text) for name in free)
-    return Page(program.scene.name, command, functions, tuple(arguments.values()), parameters, first)
+    tables = tuple(
+        TableText(name, tuple(map(printer.literal, one.numbers)), len(one.knots), len(one.rows[0]))
+        for one, name in printer.tables.items()
+    )
+    return Page(program.scene.name, command, functions, tuple(arguments.values()), parameters, first, tables)
+
+
+def _tables(program: Program) -> dict[Piecewise, str]:
+    """Return what a program looks up, and what each is called."""
+    entries = [entry for routine in program.routines for entry in routine.function.entries]
+    values = (node.value for node in (reachable(entries) if entries else ()))
+    found = dict.fromkeys(value for value in values if isinstance(value, Piecewise))
+    names = (f"{identifier(one.name)}_d{one.order}" if one.order else identifier(one.name) for one in found)
+    return {one: f"table_{k}_{name}" for k, (one, name) in enumerate(zip(found, names, strict=True), 1)}
 
 
 def _function(program: Program, routine: Routine, name: str, printer: Printer, first: int) -> FunctionText:
@@ -315,8 +343,9 @@ class Target:
             EmitError: functions that it is not made of, an operation that the language lacks, two functions of one
                 name, a constant too large for the type.
         """
-        printer = self.printer(real)
+        printer, program = self.printer(real), program if self.looks_up(real) else program.without_tables
         self._refuse(program, real, printer)
+        printer = replace(printer, tables=_tables(program))
         page = compose(program, printer, command, self.first, self.keywords, self.loops_in(real))
         about = render("common/about.txt.jinja", {"page": page, "sines": sines}).rstrip("\n")
         return Draft(program, real, option, printer, page, stem(program.scene.name), self.comment(about), sines)
@@ -324,6 +353,10 @@ class Target:
     def loops_in(self, real: Real) -> bool:
         """Tell whether functions with a table become loops over it, with numbers of a type."""
         return self.loops and real.parts == 1
+
+    def looks_up(self, real: Real) -> bool:
+        """Tell whether a table of numbers is looked up in arrays; else it is written as other operations."""
+        return Op.TABLE in self.printer(real).spellings
 
     def _refuse(self, program: Program, real: Real, printer: Printer) -> None:
         """Raise EmitError for functions that it is not made of, and for what the language or the type lacks."""

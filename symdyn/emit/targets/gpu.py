@@ -22,7 +22,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Container, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
 from weakref import finalize
@@ -31,6 +31,7 @@ from symdyn.emit.code.identifiers import stem
 from symdyn.emit.code.spelling import (
     OPERATORS,
     SINGLE,
+    TABLE,
     Printer,
     Real,
     Spelling,
@@ -250,7 +251,7 @@ def _spellings(suffix: str, real: Real) -> Mapping[Op, Spelling]:
     """Return the table of one language and type: sin or sinf."""
     calls = {op: call(f"{name}{suffix}", op.arity) for op, name in FUNCTIONS.items()}
     own = {Op.SIGN: call(SIGN_HELPER.format(real.name)), Op.SELECT: call(SELECT_HELPER.format(real.name), 3)}
-    return {**OPERATORS, **calls, **own}
+    return {**OPERATORS, **calls, **own, Op.TABLE: TABLE}
 
 
 def _literal(real: Real, value: Fraction) -> str:
@@ -282,8 +283,10 @@ def _write(draft: Draft) -> dict[str, str]:
         "uses_select": any(Op.SELECT in function.operations for function in draft.page.functions),
     }
     files, runs = {}, budgets(program, real)
-    for ending, printer in ((".cu", draft.printer), (".cl", _opencl(real))):
-        page = compose(program, printer, draft.page.command, draft.page.first, GPU.keywords)
+    named = {one: f"{draft.stem}_{name}_{real.name}" for one, name in draft.printer.tables.items()}
+    for ending, spelled in ((".cu", draft.printer), (".cl", _opencl(real))):
+        printer = replace(spelled, tables=named)
+        values["page"] = page = compose(program, printer, draft.page.command, draft.page.first, GPU.keywords)
         values["kernels"] = made = kernels(program, page.functions, runs, printer)
         values["many"] = any(kernel.again for kernel in made)
         values["divided"] = next((kernel for kernel in made if len(kernel.parts) > 1), None)

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import partial
 
-from symdyn.emit.code.spelling import OPERATORS, Printer, Spelling, call, digits
+from symdyn.emit.code.spelling import OPERATORS, TABLE, Printer, Spelling, call, digits
 from symdyn.emit.code.target import Draft, Target, alone
 from symdyn.emit.render import in_comment, render
 from symdyn.graph import Op
@@ -29,6 +29,7 @@ SPELLINGS: Mapping[Op, Spelling] = {
     Op.ATAN2: call("Math.atan2", 2),
     Op.POW: call("Math.pow", 2),
     Op.SELECT: call("_select", 3),
+    Op.TABLE: TABLE,
 }
 
 KEYWORDS = """arguments await break case catch class const continue debugger default delete do else enum eval export

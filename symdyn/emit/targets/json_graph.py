@@ -13,13 +13,14 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from fractions import Fraction
 from math import prod
 from typing import Any, NoReturn
 
 from symdyn.bounds import BOUNDS
 from symdyn.dynamics import Argument, Function
-from symdyn.emit.code.spelling import REALS
+from symdyn.emit.code.spelling import Printer, Real
 from symdyn.emit.code.target import Draft, Target, alone
 from symdyn.emit.targets.javascript import JS
 from symdyn.errors import SymdynError
@@ -101,6 +102,11 @@ def _lines(values: Iterable[Any]) -> str:
     return f"[\n{lines}\n]" if lines else "[]"
 
 
+def _printer(real: Real) -> Printer:
+    printer = JS.printer(real)
+    return replace(printer, spellings={op: one for op, one in printer.spellings.items() if op is not Op.TABLE})
+
+
 JSON = Target(
     name="json",
     title="JSON",
@@ -113,7 +119,7 @@ JSON = Target(
     lacks={},
     functions=None,
     tunes=False,
-    printer=lambda real: JS.printer(REALS["double"]),
+    printer=_printer,
     comment=lambda text: text,
     write=_write,
     beside=alone,
@@ -217,7 +223,7 @@ class _Reader:
 
     def _nodes(self, graph: Graph, listed: list[Any]) -> list[Expr]:
         """Return the nodes by number."""
-        operations = {op.name.lower(): op for op in Op}
+        operations = {op.name.lower(): op for op in Op if op is not Op.TABLE}
         nodes: list[Expr] = []
         for k, told in enumerate(listed):
             where = f"nodes[{k}]"

@@ -32,7 +32,7 @@ from math import prod
 from symdyn.dynamics import Argument, Function
 from symdyn.dynamics.mechanism import TIME
 from symdyn.emit.code.identifiers import function_names, names_of_c
-from symdyn.emit.code.spelling import OPERATORS, REALS, SINGLE, Printer, Real, Spelling, call, digits
+from symdyn.emit.code.spelling import OPERATORS, REALS, SINGLE, TABLE, Printer, Real, Spelling, call, digits
 from symdyn.emit.code.target import ArgumentText, Draft, FunctionText, Target, alone
 from symdyn.emit.render import in_docstring, render
 from symdyn.emit.targets.c.c_and_cpp import HEADER_ONLY, C
@@ -59,6 +59,7 @@ NUMPY_SPELLINGS: Mapping[Op, Spelling] = {
     **OPERATORS,
     **{op: call(name, op.arity) for op, (name, _, _) in FUNCTIONS.items()},
     Op.ABS: call("abs"),
+    Op.TABLE: TABLE,
 }
 
 BLOCK = 4096

@@ -28,7 +28,7 @@ from functools import cache, partial
 from math import prod
 from typing import Any
 
-from symdyn.emit.code.spelling import ATOM, OPERATORS, SIGN, SINGLE, Printer, Spelling, call, digits
+from symdyn.emit.code.spelling import ATOM, OPERATORS, SIGN, SINGLE, TABLE, Printer, Spelling, call, digits
 from symdyn.emit.code.target import BATCH, Draft, FunctionText, Page, Sources, Target
 from symdyn.emit.render import in_comment, render
 from symdyn.emit.targets.c.cuts import STACK, cuts, length_of, writer_of
@@ -176,6 +176,7 @@ SPELLINGS: Mapping[Op, Spelling] = {
     Op.SIN: call(ALONE[0]),
     Op.COS: call(ALONE[1]),
     **{op: call(name, op.arity) for op, name in OWN.items()},
+    Op.TABLE: TABLE,
 }
 
 PARTS = {
@@ -192,7 +193,7 @@ KEYWORDS = """Self abstract as async await become box break const continue crate
 for gen if impl in let loop macro match mod move mut override priv pub ref return self static struct super trait true
 try type typeof unsafe unsized use virtual where while yield
 abs_of atan2_of atan2_of_double cosine_of exp_of exp_of_double far fma fma_double is_large log_of log_of_double near
-product select_of sign_of sincos sine_of sqrt_by_digits sqrt_of sqrt_of_double tanh_of tanh_of_double turned"""
+product select_of sign_of sincos sine_of sqrt_by_digits sqrt_of sqrt_of_double table_of tanh_of tanh_of_double turned"""
 """Reserved words, and what the module itself calls by its name."""
 
 

@@ -74,7 +74,7 @@ TABLE: tuple[Part, ...] = (
         shape={"anyOf": [TEXT, {"type": "array", "items": {"type": "array"}}]},
         said=lambda rows: [["" if x is None else Quantity.number(x) for x in row] for row in rows],
     ),
-    one_of("method", [*METHODS], "between points, along x", "linear"),
+    one_of("method", [*METHODS], "between points", "linear"),
 )
 
 

@@ -20,12 +20,12 @@ Thomson, Introduction to Space Dynamics (1961), section 7.5, of jet damping.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from symdyn.errors import listed
-from symdyn.graph import Graph, Op
+from symdyn.graph import Graph
 from symdyn.scene.forces.attachments import AtBody, place_of, table_of
 from symdyn.scene.forces.force_kind import ForceKind, Push, Scope
 from symdyn.scene.values import folding
@@ -33,7 +33,7 @@ from symdyn.scene.values.entry import Entry, EntryReader, Faults, Number, Three,
 from symdyn.scene.values.joint import Load
 from symdyn.scene.values.key import TIMED, Key, Stand, one_of, optional
 from symdyn.scene.values.model import Scene
-from symdyn.scene.values.quantity import NULL, FormulaError, Quantity, Vector, spell
+from symdyn.scene.values.quantity import NULL, Quantity, Vector, spell
 from symdyn.scene.values.shape import NUMBER
 from symdyn.spatial import Mat, Vec, Wrench, add, cross, neg, scale, sub, zero_vector
 
@@ -70,36 +70,6 @@ ADVICE = '[states.m] with rate = "-c", and mass = "m"'
 def flows_of(body: str, scene: Scene) -> list[Flow]:
     """Return the flows of a body."""
     return [one for one in scene.loads if isinstance(one, Flow) and one.place.body == body]
-
-
-def rate_of(formula: Quantity, rates: Mapping[str, Quantity]) -> Quantity:
-    """Return the rate of a formula by those of its symbols, in sums, products, quotients and powers.
-
-    Raises:
-        FormulaError: it has another function of what changes.
-    """
-    if not rates.keys() & set(formula.symbols):
-        return Quantity.ZERO
-    if formula.op is Op.SYMBOL:
-        return rates[str(formula.value)]
-    moved = [rate_of(arg, rates) for arg in formula.args]
-    (a, da), (b, db) = (formula.args[0], moved[0]), (formula.args[-1], moved[-1])
-    match formula.op:
-        case Op.NEG:
-            return folding.neg(da)
-        case Op.ADD:
-            return folding.add(da, db)
-        case Op.SUB:
-            return folding.sub(da, db)
-        case Op.MUL:
-            return folding.add(folding.mul(da, b), folding.mul(a, db))
-        case Op.DIV:
-            return folding.div(folding.sub(da, folding.mul(formula, db)), b)
-    if formula.op is Op.POW and db == Quantity.ZERO:
-        return folding.mul(folding.mul(b, folding.power(a, folding.sub(b, Quantity.ONE))), da)
-    raise FormulaError(
-        "is more than sums, products, quotients and powers of what changes; make it a state, with a rate"
-    )
 
 
 def _thrust(flow: Flow, scene: Scene, graph: Graph) -> Wrench:
@@ -154,10 +124,9 @@ def with_flows(scene: Scene, places: Sequence[str], faults: Faults) -> Scene:
     for where, body in zip(places, scene.bodies, strict=True):
         flows = flows_of(body.name, scene)
         try:
-            mass, *spun = (rate_of(x, rates) for x in (body.mass, *body.inertia))
-        except FormulaError as fault:
-            faults.add(where, f"its mass or inertia {fault}")
-            continue
+            mass, *spun = (x.rate(rates) for x in (body.mass, *body.inertia))
+        except ZeroDivisionError:  # told where all formulas are looked at; here it stands for a rate
+            mass, spun = Quantity.ONE, [*NOTHING]
         if not flows and (states := rates.keys() & {name for x in (body.mass, *body.inertia) for name in x.symbols}):
             told = f"mass or inertia changes with {listed(sorted(states))}, and nothing tells what leaves or arrives"
             faults.add(where, f'{told}; write [flows.jet] with body = "{body.name}" and its velocity')

@@ -1,22 +1,23 @@
 """Tables of numbers as functions: exact knots, and what stands between them.
 
-With x_k ascending, h_k = x_(k+1) - x_k and u_k = max(x - x_k, 0), so that s_k = u_k - u_(k+1) runs from 0 to h_k inside
-the k-th interval and stays there behind it:
+With x_k ascending, values y_k and slopes d_k, between two knots stands a straight line, or Hermite's cubic of both
+values and slopes. Outside of the knots f goes on with the slope of the nearest one.
 
-    f(x) = y_0 + d_0 (x - x_0 - u_0) + Σ q_k(s_k) + d_n u_n        q_k(0) = 0, q_k(h_k) = y_(k+1) - y_k
-
-Outside of the knots f goes on with the slope of the nearest one. q_k is linear, or Hermite's cubic of slopes d_k:
-
-    linear    d_k is not asked for; f bends at every knot
+    linear    f bends at every knot
     akima     d_k = (|m_(k+1) - m_k| m_(k-1) + |m_(k-1) - m_(k-2)| m_k) / (sum of both weights), of slopes m of chords
     cubic     the spline with two continuous derivatives whose third one is continuous at the second and the last but
               one knot, "not-a-knot"; d_k is rounded to 20 digits
 
-A second argument goes over rows of values, linearly. All of it is max, sums and products, so that a table has
-derivatives, proofs and code wherever formulas have them, and the places where max turns over are its knots.
+Of two arguments the values z_j(x) of all rows y_j are such functions, and so are A_j and B_j, which are 1 in value or
+in slope at y_j and 0 in all else:
+
+    f(x, y) = Σ z_j(x) A_j(y) + Σ d_j(x) B_j(y)
+
+with d_j(x) between the slopes that the points of each column have along y, by the same method; a cubic one is the
+tensor product of splines. Straight lines need no slopes.
 
 References: Akima, A new method of interpolation and smooth curve fitting, Journal of the ACM 17 (1970); de Boor, A
-practical guide to splines (2001), chapter IV.
+practical guide to splines (2001), chapters IV and XVII.
 """
 
 from __future__ import annotations
@@ -25,9 +26,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 from fractions import Fraction
+from functools import cached_property
 from itertools import pairwise
 
-from symdyn.graph import Expr, Graph, Op
+from symdyn.graph import Expr, Graph, Piecewise
 
 Rows = tuple[tuple[Fraction | None, ...], ...]
 """Numbers of a table, None of an empty cell."""
@@ -40,6 +42,8 @@ MOST_KNOTS = 200
 MOST_VALUES = 1000
 
 DIGITS = 10**20
+
+_0, _1 = Fraction(0), Fraction(1)
 
 
 def _chords(x: Sequence[Fraction], y: Sequence[Fraction]) -> list[Fraction]:
@@ -97,7 +101,7 @@ class Curve:
     Attributes:
         name: of it in formulas.
         points: rows (x, y); of two arguments the first row is (None, x_1, x_2, ...), the others are (y, z_1, z_2, ...).
-        method: a key of `METHODS`, along x.
+        method: a key of `METHODS`.
     """
 
     name: str
@@ -147,40 +151,46 @@ class Curve:
 
     def body(self, graph: Graph, args: Sequence[Expr]) -> Expr:
         """Return the function of its arguments, nodes of a graph."""
+        found = [[graph.lookup(one, x) for one, x in zip(part, args, strict=True)] for part in self._parts]
+        return graph.total(graph.mul(*two) if len(two) > 1 else two[0] for two in found)
+
+    @cached_property
+    def _parts(self) -> tuple[tuple[Piecewise, ...], ...]:
+        """Products of functions of one argument each, whose sum it is."""
+        x, y, make = self._x, self._y, METHODS[self.method]
         if self.arguments == 1:
-            return self._along(args[0], self._x, [row[1] or Fraction(0) for row in self.points])
-        rows = [self._along(args[0], self._x, [z or Fraction(0) for z in row[1:]]) for row in self.points[1:]]
-        y = self._y
-        slopes = [(b - a) / (q - p) for (a, b), (p, q) in zip(pairwise(rows), pairwise(y), strict=True)]
-        return _summed(args[1], y, rows[0], slopes[0], slopes[-1], [(m,) for m in slopes])
-
-    def _along(self, x: Expr, knots: Sequence[Fraction], values: Sequence[Fraction]) -> Expr:
-        constant, make, m = x.graph.constant, METHODS[self.method], _chords(knots, values)
-        pieces: list[tuple[Expr, ...]]
+            return ((self._through("", x, [row[1] or _0 for row in self.points]),),)
+        rows, zero = [[z or _0 for z in row[1:]] for row in self.points[1:]], [_0] * len(y)
+        unit = [[_1 if k == j else _0 for k in range(len(y))] for j in range(len(y))]
         if make is None:
-            d, pieces = m, [(constant(chord),) for chord in m]
+            return tuple(
+                (self._through(f"_{j}", x, row), self._through(f"_y{j}", y, unit[j])) for j, row in enumerate(rows)
+            )
+        slopes = [*zip(*(make(y, column) for column in zip(*rows, strict=True)), strict=True)]
+        found = []
+        for j, (row, slope) in enumerate(zip(rows, slopes, strict=True)):
+            found.append((self._through(f"_{j}", x, row), self._through(f"_y{j}", y, unit[j], zero)))
+            found.append((self._through(f"_{j}y", x, slope), self._through(f"_yy{j}", y, zero, unit[j])))
+        return tuple(found)
+
+    def _through(
+        self, row: str, x: Sequence[Fraction], y: Sequence[Fraction], slopes: Sequence[Fraction] = ()
+    ) -> Piecewise:
+        """Return the function through points, of slopes that are given or of those of the method."""
+        make, m = METHODS[self.method], _chords(x, y)
+        inner: list[tuple[Fraction, ...]]
+        if make is None:
+            inner, before, behind = [*zip(y, m, strict=False)], m[0], m[-1]
         else:
-            d = make(knots, values)
-            pieces = [
-                (constant((a + b - 2 * chord) / h**2), constant((3 * chord - 2 * a - b) / h), constant(a))
-                for chord, (a, b), h in zip(m, pairwise(d), [q - p for p, q in pairwise(knots)], strict=True)
+            d = slopes or make(x, y)
+            before, behind = d[0], d[-1]
+            inner = [
+                (value, a, (3 * chord - 2 * a - b) / h, (a + b - 2 * chord) / h**2)
+                for value, chord, (a, b), h in zip(y, m, pairwise(d), [q - p for p, q in pairwise(x)], strict=False)
             ]
-        return _summed(x, knots, constant(values[0]), constant(d[0]), constant(d[-1]), pieces)
-
-
-def _summed(
-    x: Expr, knots: Sequence[Fraction], first: Expr, before: Expr, behind: Expr, pieces: Sequence[tuple[Expr, ...]]
-) -> Expr:
-    """Return the function of x that begins with a value: slopes before and behind, coefficients between, s's last."""
-    graph = x.graph
-    past = [graph.function(Op.SELECT, x - knot, x - knot, 0) for knot in knots]
-    total = first + before * (x - knots[0] - past[0])
-    for coefficients, (u, v) in zip(pieces, pairwise(past), strict=True):
-        s, piece = u - v, graph.zero
-        for one in coefficients:
-            piece = (piece + one) * s
-        total = total + piece
-    return total + behind * past[-1]
+        rest = (_0,) * (len(inner[0]) - 2)
+        ends = (y[0], before, *rest), (y[-1], behind, *rest)
+        return Piecewise(f"{self.name}{row}", tuple(x), (ends[0], *inner, ends[1]))
 
 
 def cells_of(text: str) -> Rows:

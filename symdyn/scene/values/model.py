@@ -207,12 +207,6 @@ class Scene(Shown):
         return tuple(one for one in self.elements if one.is_taut and one not in self.unilaterals)
 
     @cached_property
-    def strings(self) -> tuple[Element, ...]:
-        """What runs along a line: springs, dampers, and ropes, which may be slack."""
-        slack = (one for one in self.unilaterals if one.is_taut)
-        return (*self.struts, *self.lasting_ropes, *slack)
-
-    @cached_property
     def lasting_ropes(self) -> tuple[Row, ...]:
         """The ropes that keep their length, which are constraints."""
         return tuple(one for one in self.constraints if one.is_taut)

@@ -18,7 +18,7 @@ from numbers import Rational
 from typing import ClassVar
 
 from symdyn.errors import SceneError
-from symdyn.graph import Expr, Graph, Op, arithmetic, tangents
+from symdyn.graph import Expr, Graph, Op, Piecewise, arithmetic, tangents
 from symdyn.scene.values.curve import Curve
 
 Value = Fraction | float
@@ -64,7 +64,7 @@ class Quantity:
 
     op: Op
     args: tuple[Quantity, ...] = ()
-    value: Fraction | str | Curve | None = None
+    value: Fraction | str | Curve | Piecewise | None = None
     unit: str = field(default="", compare=False, repr=False)
 
     ZERO: ClassVar[Quantity]
@@ -126,6 +126,8 @@ class Quantity:
         if self.op is Op.PI:
             return graph.pi
         args = [arg.express(graph) for arg in self.args]
+        if isinstance(self.value, Piecewise):
+            return graph.lookup(self.value, args[0])
         if isinstance(self.value, Curve):
             return graph.table(self.value.name, self.value.body(graph, args), tuple(args))
         if self.value is not None:
@@ -140,12 +142,23 @@ class Quantity:
         Raises:
             ZeroDivisionError: the formula divides by a constant zero.
         """
+        return self.rate({name: Quantity.ONE})
+
+    def rate(self, rates: Mapping[str, Quantity]) -> Quantity:
+        """Return the rate of a formula by those of its symbols; symbols without one are held.
+
+        Raises:
+            ZeroDivisionError: the formula, or a rate, divides by a constant zero.
+        """
 
         def formula(node: Expr) -> Quantity:
             return Quantity(node.op, tuple(map(formula, node.args)), node.value)
 
-        graph = Graph()
-        (found,) = tangents([self.express(graph)], {graph.symbol(name): graph.one})
+        moving, graph = {name: rates[name] for name in self.symbols if name in rates}, Graph()
+        if not moving:
+            return Quantity.ZERO
+        value = self.express(graph)
+        (found,) = tangents([value], {graph.symbol(name): rate.express(graph) for name, rate in moving.items()})
         return formula(found)
 
     def at(self, values: Mapping[str, Value]) -> Value | None:
@@ -186,8 +199,9 @@ def _value(q: Quantity, values: Mapping[str, Value]) -> Value | None:
     args = [_value(arg, values) for arg in q.args]
     known = [arg for arg in args if arg is not None]
     if q.value is not None:
-        found = isinstance(q.value, Curve) and len(known) == len(args)
-        return _tame(q.value.at(known)) if found else None  # type: ignore[union-attr]
+        if isinstance(q.value, str) or len(known) < len(args):
+            return None
+        return _tame(q.value.at(Fraction(known[0])) if isinstance(q.value, Piecewise) else q.value.at(known))
     return _tame(_apply(q.op, known)) if len(known) == len(args) else None
 
 
@@ -275,7 +289,7 @@ def _spell(q: Quantity) -> tuple[str, int]:
     if q.op is Op.POW:
         return f"{_at_least(q.args[0], _ATOM)}**{_at_least(q.args[1], _ATOM)}", _POWER
     if q.value is not None:
-        name = q.value.name if isinstance(q.value, Curve) else q.value
+        name = q.value if isinstance(q.value, str) else q.value.name
         return f'table("{name}", {", ".join(map(spell, q.args))})', _ATOM
     if q.op is Op.SELECT:
         return _selection(*q.args), _ATOM

@@ -129,9 +129,10 @@ def refuses(system: StateEquations) -> str:
     if any(kind.limit is None and not kind.bends for kind in system.kinds):
         return "it looks for no events"
     found = sorted(node.op.name.lower() for node in reachable(system.program["rates"].function.entries))
-    bent = [op.name.lower() for op in (Op.ABS, Op.SELECT) if op.name.lower() in found]
+    bent = [op.name.lower() for op in (Op.ABS, Op.SELECT, Op.TABLE) if op.name.lower() in found]
     if bent:
-        return f"{bent[0]} bends where it is zero, which its steps may go past unseen"
+        where = "at its points" if bent[0] == Op.TABLE.name.lower() else "where it is zero"
+        return f"{bent[0]} bends {where}, which its steps may go past unseen"
     lacking = {Op.SIGN, *DD.lacks}
     named = [name for name in dict.fromkeys(found) if Op[name.upper()] in lacking]
     return f"there is no {', '.join(named)} of 31 digits in it" if named else ""

@@ -111,7 +111,7 @@ def jump_of(formula: Quantity) -> float | None:
     """Return a time, s, at which a formula in t alone jumps, None where no step was found."""
     graph = Graph()
     node = formula.express(graph)
-    guards = [one.args[0] for one in reachable([node]) if one.op.turns]
+    guards = [guard for one in reachable([node]) for guard in one.guards]
 
     def at(nodes: Sequence[Expr], times: Array) -> list[Array]:
         with np.errstate(all="ignore"):

@@ -14,7 +14,7 @@ from hashlib import blake2b
 from math import lcm
 
 from symdyn.algebra import FiniteField, ManyPoints, Needs, Redraw
-from symdyn.graph import Expr, Op, evaluate, reachable
+from symdyn.graph import Expr, Op, Piecewise, evaluate, reachable
 
 PRIMES = POINTS = 2
 MAX_DRAWS = 200
@@ -28,7 +28,8 @@ class Uninterpreted(FiniteField):
 
     def function(self, node: Expr, args: Sequence[int]) -> int:
         """Return a random value."""
-        key = repr((self.seed, int(node.op), *args)).encode()
+        table = (node.value.numbers,) if isinstance(node.value, Piecewise) else ()
+        key = repr((self.seed, int(node.op), *args, *table)).encode()
         return int.from_bytes(blake2b(key, digest_size=32).digest(), "big") % self.p
 
     def symbol(self, name: str) -> int:

@@ -8,14 +8,15 @@ given is searched before its own, and a function of MATLAB's path or of a privat
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from functools import partial
 from hashlib import sha256
 from pathlib import Path, PurePath
 
 from symdyn.algebra import Redraw
-from symdyn.graph import Expr, Graph, Op, Scalar, reachable
+from symdyn.graph import Expr, Graph, Op, Piecewise, Scalar, reachable
 from symdyn.program import Program, Routine, RowLoop, in_lines
 from symdyn.verdict import Verdict
 from symdyn.verify.written.field import Everywhere, Operation, everywhere
@@ -110,8 +111,10 @@ class Verbatim(Graph):
         return self.node(op, *map(self.lift, args))
 
 
-def verbatim(outputs: Sequence[Expr], replaced: Mapping[Expr, Expr], graph: Verbatim) -> list[Expr]:
-    """Return nodes of another graph with all their operations, leaves `replaced` or as they are."""
+def verbatim(
+    outputs: Sequence[Expr], replaced: Mapping[Expr, Expr], graph: Verbatim, number: Callable[[Fraction], Fraction]
+) -> list[Expr]:
+    """Return nodes of another graph with all their operations, leaves `replaced` or as they are, tables rounded."""
     found = dict(replaced)
     for node in reachable(outputs, found):
         if node in found:
@@ -120,6 +123,8 @@ def verbatim(outputs: Sequence[Expr], replaced: Mapping[Expr, Expr], graph: Verb
             found[node] = graph.symbol(str(node.value))
         elif node.op is Op.CONSTANT:
             found[node] = graph.lift(node.value)  # type: ignore[arg-type]  # a fraction
+        elif isinstance(node.value, Piecewise):
+            found[node] = graph.lookup(node.value.printed(number), found[node.args[0]])
         else:
             found[node] = graph.node(node.op, *(found[one] for one in node.args))
     return [found[node] for node in outputs]
@@ -156,19 +161,22 @@ class Printed:
         return tuple(found)
 
 
-def printed(program: Program, real: str, seed: int = 1, loops: bool = False) -> Printed:
+def printed(program: Program, real: str, seed: int = 1, loops: bool = False, tables: bool = False) -> Printed:
     """Return a program as it is printed with numbers of a type, `loops` as their tables, else all of it in lines.
+
+    `tables` of numbers are looked up there, else made of other operations.
 
     Raises:
         Redraw: no point was found at which every function is defined.
     """
     program = program if loops else in_lines(program)
+    program = program if tables else program.without_tables
     graph = Verbatim()
     rounded = {node: graph.constant(nearest(value, real)) for node, value in program.constants.items()}
     read = [
         [graph.constant(nearest(value, real)) for value in one.function.loop.table.in_order(program.scene)]
         if one.function.loop
-        else verbatim(one.function.entries, rounded, graph)
+        else verbatim(one.function.entries, rounded, graph, partial(nearest, real=real))
         for one in program.routines
     ]
     ways = [[some, *_in_rows(one, real, graph)] for some, one in zip(read, program.routines, strict=True)]
@@ -185,7 +193,7 @@ def _in_rows(routine: Routine, real: str, graph: Verbatim) -> list[list[Expr]]:
     if rows is None:
         return []
     rounded = {node: graph.constant(nearest(value, real)) for node, value in rows.program.constants.items()}
-    return [rows.composed(verbatim(rows.entries, rounded, graph))]
+    return [rows.composed(verbatim(rows.entries, rounded, graph, partial(nearest, real=real)))]
 
 
 @dataclass(frozen=True)

@@ -121,6 +121,17 @@ class Text:
         except OverflowError:
             raise Unread(line, f"{decimal} is too large for the type {self.real}") from None
 
+    def literal(self, decimal: str, line: int) -> Fraction:
+        """Return the number of the type that a literal with a sign or without is read as.
+
+        Raises:
+            Unread: as of `number`, or a zero has a sign.
+        """
+        value = self.number(decimal.removeprefix("-").removesuffix("f" if self.real == "float" else ""), line)
+        value = self.negative(value, line) if decimal.startswith("-") else value
+        assert isinstance(value.value, Fraction), "a literal is a constant"
+        return value.value
+
     def negative(self, value: Expr, line: int) -> Expr:
         """Return -value.
 

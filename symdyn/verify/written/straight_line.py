@@ -10,9 +10,10 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar, Union
 
-from symdyn.graph import Expr, Op
+from symdyn.graph import Expr, Op, Piecewise
 from symdyn.verify.written.memory import Fault, Index, MemoryInputs, Pointer, Result, Rows, Spelled, Work
 from symdyn.verify.written.reading import Cut, ExpectedFunction, Read, Text, Unread, kinds, line_of, text_of, unread
 
@@ -98,6 +99,12 @@ class Syntax:
         return inner[::2]
 
 
+TABLED = re.compile(
+    r"^[^\n]*?\b(\w*table_\d+_\w+)\b[^\n]*?[\[{(]([-+.\def]+(?:, [-+.\def]+)*)[\]})][^\n]*?\b(\d+), (\d+)", re.MULTILINE
+)
+"""A function that is given by points: its name, numbers, how many of them are knots, and how wide rows are."""
+
+
 @dataclass
 class File:
     """A file whose functions are read.
@@ -111,6 +118,20 @@ class File:
     text: Text
     functions: Mapping[str, Node]
     cuts: dict[str, Cut] = field(default_factory=dict)
+
+    @cached_property
+    def tables(self) -> dict[str, Piecewise]:
+        """Functions that are given by points, by name: each is said in one line."""
+        found, text = {}, self.text
+        for match in TABLED.finditer(text.source.decode("utf-8", "replace")):
+            name, listed, knots, width = match.groups()
+            line, n, w = text.source.count(b"\n", 0, match.start()) + 1, int(knots), int(width)
+            values = [text.literal(one, line) for one in listed.split(", ")]
+            if len(values) != n + (n + 1) * w or name in found:
+                raise Unread(line, f"{name} is no table of {n} knots, or one of several")
+            rows = tuple(tuple(values[k : k + w]) for k in range(n, len(values), w))
+            found[name] = Piecewise("", tuple(values[:n]), rows)
+        return found
 
     def cut(self, name: str, first: Node, last: Node | None = None, about: str = "") -> None:
         """Say that what stands from one node to another has been read, the function `name`, or `about` it."""
@@ -330,6 +351,9 @@ class Reader:
     def called(self, node: Node) -> Value:
         """Return the value of a call."""
         callee, given = self.call(node)
+        name = text_of(callee).removeprefix("own::")
+        if name in self.file.tables and name not in self.names and len(given) == 1:
+            return self.file.text.graph.lookup(self.file.tables[name], self.real(given[0]))
         op = self.function(callee)
         if op is None:
             raise unread(node, "is no function that is read here")

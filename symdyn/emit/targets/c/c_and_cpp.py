@@ -37,7 +37,7 @@ from fractions import Fraction
 from typing import Any
 
 from symdyn.emit.code.identifiers import checked, lone_header, names_of_c, stem
-from symdyn.emit.code.spelling import OPERATORS, REALS, Printer, Real, Spelling, call, digits, find_real
+from symdyn.emit.code.spelling import OPERATORS, REALS, TABLE, Printer, Real, Spelling, call, digits, find_real
 from symdyn.emit.code.target import BATCH, Draft, FunctionText, Sources, Target
 from symdyn.emit.code.worked_example import example_text
 from symdyn.emit.render import in_comment, render
@@ -64,6 +64,7 @@ def _spellings(real: Real) -> Mapping[Op, Spelling]:
         Op.ATAN2: call(f"atan2{real.suffix}", 2),
         Op.POW: call(f"pow{real.suffix}", 2),
         Op.SELECT: call(SELECT_HELPER, 3),
+        Op.TABLE: TABLE,
     }
 
 
@@ -207,6 +208,7 @@ CPP_SPELLINGS: Mapping[Op, Spelling] = {
     Op.EXP: call("own::exp_of"),
     Op.SIGN: call("own::sign_of"),
     Op.SELECT: call("own::select_of", 3),
+    Op.TABLE: Spelling(f"own::{TABLE.pattern}", TABLE.binds, TABLE.wants),
 }
 
 PACK = 32
