@@ -68,7 +68,8 @@ const Answers = (() => {
   function judgedAs(key, formulas, named) {
     const moving = settled(key, formulas, named.some(name => name.startsWith("tau")));
     const drawnValues = formulas.map(one => points.map(one.of));
-    const told = drawnValues.every(mine => mine.every(Number.isFinite)) ? compared(key, drawnValues) : said(false, "answer.undefined");
+    const lettered = has(QUESTIONS.named, key) && QUESTIONS.named[key].every(name => formulas.some(one => Terms.used(one.of, points[0]).has(name)));
+    const told = drawnValues.every(mine => mine.every(Number.isFinite)) ? compared(key, drawnValues, lettered) : said(false, "answer.undefined");
     if (moving && (moving.row || moving.another)) return forgot([moving.row ? "row" : "other", "", ""]);
     if (moving && !moving.right && !told.right) return apart(key, formulas, told);
     if (!moving || moving.right === told.right) return told;
@@ -93,8 +94,8 @@ const Answers = (() => {
     if (!QUESTIONS.named[key].every(name => used.has(name)) || !Number.isFinite(ratio) || ratio === 0) return false;
     return !near.some(a => near.some(b => near.some(c => Math.abs(kg ** a * m ** b * s ** c / ratio - 1) < 1e-9)));
   }
-  function compared(key, formulas) {
-    const told = has(balances, key) ? balanced(key, formulas) : formulas.map(mine => valued(key, mine));
+  function compared(key, formulas, lettered) {
+    const told = has(balances, key) ? balanced(key, formulas, lettered) : formulas.map(mine => valued(key, mine));
     if (!has(balances, key) && motions && has(motions.asked[key] || {}, "equation") && told.some(one => !one.right)) return said(false, "answer.wrong");
     return told.find(one => !one.right) || told.find(one => one.text !== words["answer.right"]) || told[0];
   }
@@ -189,7 +190,7 @@ const Answers = (() => {
   }
 
   // An equation, in any order of terms and times any factor that is free of rates; solved for an acceleration or not
-  function balanced(key, formulas) {
+  function balanced(key, formulas, lettered) {
     const {zero, drive, alone, beside} = balances[key];
     const sides = formulas.length > 1 ? formulas.slice(1).map(mine => mine.map((x, i) => formulas[0][i] - x))
       : [formulas[0].map((x, i) => x - (drive ? points[i][drive] : 0))];
@@ -197,22 +198,22 @@ const Answers = (() => {
       const mine = formulas[0], right = values[key];
       const size = Math.max(...right.map(Math.abs), 1e-12);
       if (mine.every((x, i) => Math.abs(x - right[i]) <= TOLERANCE * size)) return [said(true, "answer.right")];
-      if (beside) return [equation(key, mine.map((x, i) => x - right[i] + zero[i]), zero)];  // what stands there, not the drive alone
+      if (beside) return [equation(key, mine.map((x, i) => x - right[i] + zero[i]), zero, lettered)];  // what stands there, not the drive alone
       if (proportional(mine, zero, 0)) return [said(true, "answer.right")];
       if (alone) sides.push(mine.map((x, i) => points[i][alone] - x));
     }
-    return sides.map(mine => equation(key, mine, zero)).sort((a, b) => formulas.length === 1 ? b.right - a.right || !!b.rule - !!a.rule : 0).slice(0, formulas.length === 1 ? 1 : sides.length);
+    return sides.map(mine => equation(key, mine, zero, lettered)).sort((a, b) => formulas.length === 1 ? b.right - a.right || !!b.rule - !!a.rule : 0).slice(0, formulas.length === 1 ? 1 : sides.length);
   }
   const PAIRS = [[0, 0], [1, 1], [2, 2]];
   const proportional = (mine, zero, first) => (first ? [[0, 2], [1, 3]].map(([a, b]) => [first + a, first + b]) : PAIRS.map(([a, b]) => [a, drawn + twins + b]))
     .every(([a, b]) => Math.abs(mine[a] * zero[b] - mine[b] * zero[a]) <= 1e-8 * Math.abs(mine[a] * zero[b]) && mine[a] * zero[b] !== 0);
-  function equation(key, mine, zero) {
+  function equation(key, mine, zero, lettered) {  // what is wrong in letters is not excused by numbers
     if (mine.every(x => Math.abs(x) <= 1e-12)) return said(false, "answer.always");
     const {drive} = balances[key];
     if (proportional(mine, zero, 0)) return said(true, "answer.right");
     if (points.length > bound && proportional(mine, zero, bound)) return said(true, "answer.numbers");
     const held = (one, k) => [k, k + 2].every(j => mine[pairs[j - 3]] * one[j] !== 0 && close(mine[pairs[j - 3]] * one[j + 1], mine[pairs[j - 2]] * one[j]));
-    const row = (mistakes[key] || []).find(one => [3, 7].some(k => one.length > k + 3 && held(one, k)));
+    const row = (mistakes[key] || []).find(one => (lettered ? [3] : [3, 7]).some(k => one.length > k + 3 && held(one, k)));
     const alone = drive && mine.every((x, i) => Math.abs(x) === Math.abs(points[i][drive]));
     return row ? forgot(row) : alone ? forgot(["nothing", "", ""]) : said(false, "answer.wrong");
   }

@@ -53,7 +53,7 @@ const Terms = (() => {
     if (singles.length) return single(columns, singles, tied);
     const some = fine.length ? fine : [...columns.keys()];
     const others = some.flatMap(k => replaced(columns[k], e).map(([cost, rules]) => ({cost: 2 + cost, rules, columns: [k]})));
-    for (const j of fine) for (const k of fine) if (j < k) {  // the same in both
+    for (const j of some) for (const k of some) if (j < k) {  // the same in both
       const both = columns[j][2].map((x, n) => x + columns[k][2][n]);
       others.push(...replaced([columns[k][0], columns[k][1], both, columns[k][3]], e).map(([cost, rules]) => ({cost: 2.5 + cost, rules, columns: [j, k]})));
     }
@@ -65,7 +65,7 @@ const Terms = (() => {
     }
     const known = [...fine.map(k => columns[k]), ...(deep ? [] : beside)];
     if (!free) others.push(...extra(known, beside, e, size));
-    if (!others.length && !tied && deep) for (const j of fine) for (const c of [-1, -2]) {
+    if (!others.length && !tied && deep) for (const j of fine) for (const c of apart.both) {
       const rest = e.map((x, k) => x - c * columns[j][2][k]), rules = states(columns[j], c);
       for (const k of fine) if (k !== j) for (const [cost, told] of replaced(columns[k], rest)) others.push({cost: 3.5 + cost, rules: [...rules, ...told], columns: [j, k]});
       if (!free) for (const one of extra(known, beside, rest, size)) others.push({cost: 1.5 + one.cost, rules: [...rules, ...one.rules], columns: [j]});
@@ -107,14 +107,16 @@ const Terms = (() => {
   }
   // What stands for something else in a term, t n a/b in place of t, or t n a b, or t n/(a b), with a price
   const replaced = (column, e) => times(column, column[2].map((x, k) => x + e[k]));
-  function times([kind, , t, squared], mine) {
+  function times([kind, form, t, squared], mine) {
     if (t.some((x, k) => x === 0 || Math.abs(mine[k]) <= 1e-9 * Math.abs(x))) return [];
     const ratio = mine.map((y, k) => y / t[k]), found = [];
     for (const [a, b, both] of pairs()) {
       const [top, bottom] = [a[3], b[3]], n = ratio[0] * over(top[0], bottom[0], both);
       if (!ratio.every((r, k) => Math.abs(r * over(top[k], bottom[k], both) - n) <= 1e-7 * Math.abs(n))) continue;
       const beside = [...(n < 0 ? [apart.states[kind][1] || "termsign"] : []), ...(Math.abs(Math.abs(n) - 1) > 1e-6 ? ["termfactor"] : [])];
-      found.push([0.1 * !!(a[1] && b[1]) + 0.2 * beside.length + 0.15 * !!both, [...exchanged(a, b, both, squared), ...beside]]);
+      const cost = 0.1 * !!(a[1] && b[1]) + 0.2 * beside.length + 0.15 * !!both, rules = exchanged(a, b, both, squared);
+      const tied = !form && rules.join() === "index";  // the ratio of a condition, of several terms
+      found.push([cost, tied ? ["termfactor", ...beside.slice(0, +(n < 0))] : [...rules, ...beside]]);
     }
     return found;
   }
@@ -130,7 +132,7 @@ const Terms = (() => {
   }
   function exchanged([f, a, unit], [g, b, below], both, squared) {
     const units = [unit, below].some(x => !["1", "rad", "rad^2"].includes(x)), alone = f || g;
-    if (both || !(a && b)) return alone && !both ? [squared.includes(alone) ? "power" : "trig"] : units ? ["power", "dimension"] : ["power"];
+    if (both || !(a && b)) return alone && !both ? [squared.includes(alone) || alone.endsWith("^2") ? "power" : "trig"] : units ? ["power", "dimension"] : ["power"];
     if (f && f === g) return ["absolute"];
     if (f || g) return [(f && g) || !units ? "trig" : "dimension"];
     return [unit === below ? "index" : "dimension"];

@@ -26,7 +26,7 @@ from symdyn.teach.student.evidence import ALL_OF_IT, PLAIN, STATES, SUITS, Colum
 from symdyn.teach.student.grammar import CALLED, PAGE, Names
 from symdyn.teach.student.mistakes import FREE, VAGUE, Mistake
 from symdyn.teach.student.motions import rows_of
-from symdyn.teach.student.parts import SCALED as SCALED_PRICE, UNTIED, WHOLE
+from symdyn.teach.student.parts import BOTH, SCALED as SCALED_PRICE, UNTIED, WHOLE
 from symdyn.teach.student.statements import SPEEDS
 
 FEW, BUDGET, SMALL = 300, 1000, 2
@@ -207,6 +207,7 @@ def _apart(diagnosis: Diagnosis) -> dict[str, Any] | None:
         "plain": PLAIN,
         "whole": ALL_OF_IT,
         "times": WHOLE,
+        "both": BOTH,
         "prices": (SCALED_PRICE, UNTIED),
     }
 

@@ -23,11 +23,11 @@ from symdyn.graph import Expr, Graph, Op, evaluate, reachable, substitute
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import Unit, UnitError, acceleration_name
 from symdyn.teach.student.course import Course
-from symdyn.teach.student.evidence import ALL_OF_IT, SUITS, Atoms, Evidence, atoms_of, evidence_of
+from symdyn.teach.student.evidence import ALL_OF_IT, SUITS, Atoms, Evidence, evidence_of
 from symdyn.teach.student.grammar import Names
 from symdyn.teach.student.mistakes import FREE, MOST, VAGUE, Mistake, mistakes
 from symdyn.teach.student.motions import Motions, motions_of, numbers
-from symdyn.teach.student.parts import explained
+from symdyn.teach.student.parts import atoms_of, explained
 from symdyn.unlocked import cached_property
 
 DRAWN, TWINS, MOVERS = 6, 4, 3
@@ -246,8 +246,9 @@ class Diagnosis:
         drive = self.drive(i)
         nodes = [form.express(self._graph), *(one.node - drive for one in known)]
         mine, *rows = (list(row) for row in zip(*self.points.values(nodes, self.points.pairs), strict=True))
+        lettered = self.named(i) <= set(form.symbols)  # what is wrong in letters is not excused by numbers
         for one, row in zip(known, rows, strict=True):
-            for first in (0, 4):
+            for first in (0,) if lettered else (0, 4):
                 held = [
                     mine[j] * row[j] != 0 and _close(mine[j] * row[j + 1], mine[j + 1] * row[j])
                     for j in (first, first + 2)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, islice, permutations
-from math import cos, isfinite, sin
+from math import isfinite
 from typing import Union
 
 import numpy as np
@@ -23,7 +23,7 @@ from symdyn.teach.lesson import masses
 from symdyn.teach.student.course import Course
 from symdyn.teach.student.differences import split_terms
 from symdyn.teach.student.motions import Floating, Motions, Point, numbers
-from symdyn.teach.student.wrong_energies import from_ground
+from symdyn.teach.student.wrong_energies import from_ground, from_slope
 from symdyn.unlocked import cached_property
 
 MOST = 24
@@ -46,6 +46,7 @@ STATES: Mapping[str, tuple[str, str, str]] = {
     "steiner": ("steiner", "", ""),
     "body": ("body", "", ""),
     "carried": ("carried", "", ""),
+    "hung": ("carried", "gravity", "termfactor"),
     "coupling": ("coupling", "termsign", "termfactor"),
     "cross": ("cross", "cross", "termfactor"),
     "inertia": ("term", "termsign", "termfactor"),
@@ -58,7 +59,7 @@ STATES: Mapping[str, tuple[str, str, str]] = {
 """Rules that a column of a kind tells where it is lost, turned, or has another factor; "" for none."""
 PLAIN = ("term", "termsign", "termfactor")
 """What a term tells whose kind has no rule for it."""
-OF_BODIES = ("prescribed", "body", "spin", "steiner", "weight", "carried", "cross")
+OF_BODIES = ("prescribed", "body", "spin", "steiner", "weight", "carried", "hung", "cross")
 """Kinds that say more of a term than its own, if that is one of `OWN`."""
 OWN = ("inertia", "gravity")
 SUITS: Mapping[str, tuple[str, ...]] = {
@@ -94,7 +95,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Atom:
-    """What a factor of a term may be: function ("", "sin", "cos"), of what, unit, and values."""
+    """What a factor of a term may be: function ("", "sin", "cos", "sin^2", "cos^2"), of what, unit, and values."""
 
     function: str
     of: str
@@ -275,8 +276,9 @@ def _pieces(course: Course, motions: Motions, key: str, i: int | None, ways: Seq
         sign = -1 if key == "L:" else 1
         yield from _terms(course, [("gravity", sign * gravity, None), ("spring", sign * elastic, None)])
         yield from (("weight", None, [(sign * node, None)]) for node in (*weights, gravity))
+        yield from (("hung", None, [(sign * course.weight(part, arm=0), None)]) for part in course.parts)
         yield ("static", None, [(sign * (gravity + elastic), None)])
-        for angles in from_ground(course):
+        for angles in (*from_ground(course), *from_slope(course)):
             yield ("absolute", None, [(sign * (gravity - substitute([gravity], angles)[0]), None)])
     if key in ("K:", "L:"):
         yield from _terms(course, [("inertia", kinetic, None)])
@@ -320,7 +322,7 @@ def _equations(course: Course, weights: Sequence[Expr], joints: Sequence[int]) -
     yield from (("weight" if kind == "gravity" else kind, None, nodes) for kind, nodes in shares.items())
     yield ("static", None, [*shares["gravity"], *shares["spring"]])
     for part, weight in zip(course.parts, weights, strict=True):
-        for kind, node in (("weight", weight), ("carried", course.weight(part, arm=0))):
+        for kind, node in (("weight", weight), ("hung", course.weight(part, arm=0))):
             yield (kind, None, [(course.slope(node, state.q[j]), j) for j in joints])
 
     children = {name: joint.child for joint in course.scene.joints for name in joint.coordinates}
@@ -334,6 +336,9 @@ def _equations(course: Course, weights: Sequence[Expr], joints: Sequence[int]) -
     for angles in from_ground(course):
         off = gravity - substitute([gravity], angles)[0]
         yield ("absolute", None, [(course.slope(off, state.q[j]), j) for j in joints])
+    for angles in from_slope(course):
+        every = [(course.balance(j, kinetic, graph.total([gravity, e.P["E"]]), e.Q), j) for j in joints]
+        yield ("absolute", None, [(node - substitute([node], angles)[0], j) for node, j in every])
     still = [zero] * state.n
     yield from _bodies(course, lambda K: [(course.steps(j, K, zero)[0], j) for j in joints])
     yield from _bodies(course, lambda K: [(course.balance(j, K, zero, still), j) for j in joints], turning=True)
@@ -417,28 +422,3 @@ def linear(rows: Sequence[Sequence[float]]) -> tuple[float, ...]:
     size = max(abs(x) for row in rows for x in row)
     straight = all(abs(c - b - s) <= CLOSE * size for (_, b, c), s in zip(rows, slopes, strict=True))
     return tuple(slopes) if isfinite(size) and straight and all(abs(s) > CLOSE * size for s in slopes) else ()
-
-
-def atoms_of(course: Course, motions: Motions) -> Atoms:
-    """Return what factors of terms may be: parameters, rates, coordinates, their squares, sines and cosines.
-
-    Where rows tie motions together a rate may be a multiple of another one, and a coordinate of a sine: none is known.
-    """
-    scene, units = course.scene, SceneUnits(course.scene)
-    named = [(p.name, p.unit or "") for p in scene.parameters]
-    moving = [
-        *zip(scene.velocities, units.velocities, strict=True),
-        *zip(scene.coordinates, units.coordinates, strict=True),
-    ]
-    angles = [name for name, unit in (*named, *zip(scene.coordinates, units.coordinates, strict=True)) if unit == "rad"]
-    sums = [{x: 1} for x in angles] + [{x: 2} for x in angles]
-    sums += [{a: 1, b: sign} for a, b in combinations(angles, 2) for sign in (1, -1)]
-    found = [Atom("", "", "1", (1.0,) * len(motions.along))]
-    for name, unit in named if scene.is_constrained else (*named, *moving):
-        row = tuple(point[name] for point in motions.along)
-        found += [Atom("", name, unit, row), Atom("", name, f"{unit}^2", tuple(x * x for x in row))]
-    for function, of in (("sin", sin), ("cos", cos)):
-        for angle in sums:
-            row = tuple(of(sum(n * point[x] for x, n in angle.items())) for point in motions.along)
-            found.append(Atom(function, " ".join(f"{x}{n}" for x, n in angle.items()), "1", row))
-    return Atoms(tuple(found))

@@ -13,17 +13,21 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-from math import isfinite
+from math import cos, isfinite, sin
 
 import numpy as np
 
+from symdyn.scene import SceneUnits
+from symdyn.teach.student.course import Course
 from symdyn.teach.student.evidence import CLOSE, PLAIN, STATES, Atom, Atoms, Column, Evidence, linear, moved
-from symdyn.teach.student.motions import Point
+from symdyn.teach.student.motions import Motions, Point
 
 FACTOR = 1.5
 """The price of a wrong factor."""
 SCALED, UNTIED = 0.05, 0.02
 """What an equation costs that is the scene's times a factor, or has multipliers or their absence."""
+BOTH = (-1.0, -2.0, 1.0, -0.5)
+"""How a term is changed beside one in which something else stands: lost, turned, doubled, halved."""
 WHOLE = ((-1.0, "turned"), (0.5, "factor"), (2.0, "factor"))
 """What all of a quantity is taken times where nothing else tells, and what it was then."""
 
@@ -91,7 +95,7 @@ def _search(evidence: Evidence, atoms: Atoms, mine: Sequence[float], deep: bool)
     fine = [k for k, one in enumerate(columns) if one.form is not None]
     some = fine or range(len(columns))
     found = [Found(2 + p, (k,), rules) for k in some for p, rules in _replaced(columns[k], e, atoms)]
-    for j, k in combinations(fine, 2):  # the same in both
+    for j, k in combinations(some, 2):  # the same in both
         both = replace(columns[k], values=tuple(a + b for a, b in zip(values[j], values[k], strict=True)))
         found += [Found(2.5 + p, (j, k), rules) for p, rules in _replaced(both, e, atoms)]
     for j, k in combinations(range(len(columns)), 2):
@@ -104,7 +108,7 @@ def _search(evidence: Evidence, atoms: Atoms, mine: Sequence[float], deep: bool)
     if not evidence.free:
         found += _extra(evidence, fine, e, size, atoms, deep)
     for j in () if found or evidence.tied or not deep else fine:
-        for c in (-1.0, -2.0):
+        for c in BOTH:
             rest = [x - c * t for x, t in zip(e, values[j], strict=True)]
             rules = _states(columns[j], c)
             for k in fine:
@@ -203,7 +207,10 @@ def _times(column: Column, mine: Sequence[float], atoms: Atoms) -> list[tuple[fl
         by = float(n[k, 0])
         beside = [rule for rule, told in ((turned, by < 0), ("termfactor", abs(abs(by) - 1) > 1e-6)) if told]
         price = 0.1 * bool(a.of and b.of) + 0.2 * len(beside) + 0.15 * bool(both)
-        found.append((price, (*_exchanged(a, b, both, column.squared), *beside)))
+        rules = _exchanged(a, b, both, column.squared)
+        if column.form is None and rules == ("index",):  # the ratio of a condition, of several terms
+            rules, beside = ("termfactor",), beside[: by < 0]
+        found.append((price, (*rules, *beside)))
     return found
 
 
@@ -213,10 +220,38 @@ def _exchanged(a: Atom, b: Atom, both: int, squared: Sequence[str]) -> tuple[str
     if both or not (a.of and b.of):
         alone = a.function or b.function
         if alone and not both:
-            return ("power",) if alone in squared else ("trig",)
+            return ("power",) if alone in squared or alone.endswith("^2") else ("trig",)
         return ("power", "dimension") if units else ("power",)
     if a.function == b.function != "":
         return ("absolute",)
     if a.function or b.function:
         return ("trig",) if (a.function and b.function) or not units else ("dimension",)
     return ("index",) if a.unit == b.unit else ("dimension",)
+
+
+def atoms_of(course: Course, motions: Motions) -> Atoms:
+    """Return what factors of terms may be: parameters, rates, coordinates, their squares, sines and cosines.
+
+    Where rows tie motions together a rate may be a multiple of another one, and a coordinate of a sine: none is known.
+    """
+    scene, units = course.scene, SceneUnits(course.scene)
+    named = [(p.name, p.unit or "") for p in scene.parameters]
+    moving = [
+        *zip(scene.velocities, units.velocities, strict=True),
+        *zip(scene.coordinates, units.coordinates, strict=True),
+    ]
+    angles = [name for name, unit in (*named, *zip(scene.coordinates, units.coordinates, strict=True)) if unit == "rad"]
+    sums = [{x: 1} for x in angles] + [{x: 2} for x in angles]
+    sums += [{a: 1, b: sign} for a, b in combinations(angles, 2) for sign in (1, -1)]
+    found = [Atom("", "", "1", (1.0,) * len(motions.along))]
+    for name, unit in named if scene.is_constrained else (*named, *moving):
+        row = tuple(point[name] for point in motions.along)
+        found += [Atom("", name, unit, row), Atom("", name, f"{unit}^2", tuple(x * x for x in row))]
+    for function, of in (("sin", sin), ("cos", cos)):
+        for angle in sums:
+            row = tuple(of(sum(n * point[x] for x, n in angle.items())) for point in motions.along)
+            name = " ".join(f"{x}{n}" for x, n in angle.items())
+            found.append(Atom(function, name, "1", row))
+            if list(angle.values()) == [1]:
+                found.append(Atom(f"{function}^2", name, "1", tuple(x * x for x in row)))
+    return Atoms(tuple(found))

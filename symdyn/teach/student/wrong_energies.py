@@ -199,6 +199,15 @@ def from_ground(course: Course, sign: int = -1) -> Iterator[dict[Expr, Expr]]:
             yield {q: q + sign * total, u: u + sign * rates}
 
 
+def from_slope(course: Course) -> Iterator[dict[Expr, Expr]]:
+    """Yield angles counted from what is inclined by an angle that is a parameter, on either side."""
+    units = SceneUnits(course.scene).coordinates
+    angles = [q for q, unit in zip(course.state.q, units, strict=True) if unit == "rad"]
+    for p in course.scene.parameters:
+        by = course.graph.symbol(p.name)
+        yield from ({q: q + x} for q in angles if p.unit == "rad" for x in (by, -by))
+
+
 Wrong = tuple[str, Expr]
 """A rule and what it gives when it is forgotten."""
 
