@@ -233,7 +233,8 @@ class _Zero:
         points = [T.point(vector(particle.at, self.graph)) for particle in body.particles]
         points += [T.point(vector(body.com, self.graph))] if body.com is not None else []
         points += [self._frame(one).p for one in carried]
-        slides = [self._axis(one) for one in carried if one.moves and JOINTS[one.type].slides(one)]
+        straight = (one for one in carried if one.moves and JOINTS[one.type].axis(one) is not None)
+        slides = [self._axis(one) for one in straight if JOINTS[one.type].slides(one)]
         for way in (*(sub(point, origin) for point in reversed(points)), *slides):
             found = self._unit(sub(way, scale(dot(way, n), n)))
             if found is not None:

@@ -231,11 +231,12 @@ def _joint(lesson: Lesson, k: int) -> str:
 
 
 def _none(lesson: Lesson) -> Step:
-    """Return why no coordinate is cyclic: whether it is gravity or springs alone that know one, or K too."""
+    """Return why no coordinate is cyclic: whether P alone depends on one, or K too."""
     state, led = lesson.state, led_by(lesson)
     slopes = [(k, gradient(lesson.energy.K, [q])[0]) for k, q in enumerate(state.q) if k not in led]
     alone: list[Form] = [named(state.q[k]) for k, slope in slopes if zero(lesson, slope)]
-    blocks: tuple[Block, ...] = (lesson.say("momentum.potential", names=together(alone)),) if alone else ()
+    key = "momentum.potential.one" if len(alone) == 1 else "momentum.potential"
+    blocks: tuple[Block, ...] = (lesson.say(key, names=together(alone)),) if alone else ()
     return Step("cyclic", lesson.say("momentum.none"), blocks, lesson.say("momentum.noether"), show=("momenta",))
 
 

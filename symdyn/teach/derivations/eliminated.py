@@ -16,10 +16,10 @@ from symdyn.graph import Expr, evaluate, gradient, reachable, substitute, tangen
 from symdyn.teach.derivations.constrained import Constrained
 from symdyn.teach.derivations.multiplier_steps import meaning, multiplier, valued
 from symdyn.teach.derivations.precession import NO_FORM, shortened
-from symdyn.teach.derivations.solved import LONGEST, NO_SHORT_FORM, accelerations, motions_put_in
+from symdyn.teach.derivations.solved import LONGEST, NO_SHORT_FORM, accelerations, motions_put_in, signs_told
 from symdyn.teach.derivations.solved_ties import closed_positions
 from symdyn.teach.derivations.velocities import length
-from symdyn.teach.document import Block, Formula, Section, Step
+from symdyn.teach.document import Block, Formula, Section, Step, Words
 from symdyn.teach.lesson import named, together
 from symdyn.teach.shown_state import Chosen
 
@@ -194,7 +194,10 @@ def _solved(lesson: Constrained, put: PutIn, chosen: Chosen) -> list[Step]:
             same = next((x for x, one in zip(free, forms, strict=True) if one == form), None)
             blocks.append(Formula("", named(state.qdd[j]), right=form if same is None else named(state.qdd[same])))
     claim = lesson.say("eliminated.led" if led else "eliminated.solved", led=together([named(state.q[k]) for k in led]))
-    steps = [Step("eliminated:solved", claim, tuple(blocks), lesson.say("explicit.signs"))]
+    held = {named(x).name for k in lesson.partition.dependent for x in (state.q[k], state.qd[k])}
+    alone = held.isdisjoint(forms[0].symbols)
+    reason = Words(signs_told(lesson, free, forms, chosen)) if alone else lesson.say("explicit.signs")
+    steps = [Step("eliminated:solved", claim, tuple(blocks), reason)]
     exerted = list[Block]()
     for k in led:
         if (own := lesson.scene.drives[k]) and (form := written(put.equation(k))) is not None:

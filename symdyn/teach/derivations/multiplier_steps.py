@@ -10,11 +10,12 @@ from collections.abc import Sequence
 
 from symdyn.algebra import Form, Number, Polynomial, Power, Symbol
 from symdyn.emit.print import Printable, latex_symbols, text_of
-from symdyn.graph import Expr, reachable, substitute
+from symdyn.graph import Expr, substitute
 from symdyn.scene import Scene, SceneUnits
 from symdyn.teach.derivations.constrained import Condition, Constrained
-from symdyn.teach.derivations.solved import LONGEST, force_row
-from symdyn.teach.derivations.velocities import PAGE, folded, length
+from symdyn.teach.derivations.solved import LONGEST
+from symdyn.teach.derivations.solved_ties import integral
+from symdyn.teach.derivations.velocities import PAGE, folded, force_row, length
 from symdyn.teach.document import Block, Formula, Letter, Matrix, Name, Step, Words
 from symdyn.teach.lesson import named, together
 
@@ -65,7 +66,7 @@ def condition_steps(lesson: Constrained) -> list[Step]:
     steps += [_owner(lesson, [tie for tie in lesson.ties if tie.owner == owner]) for owner in owners]
     if len(held) < m:
         slips = together([Symbol(tie.rate) for tie in lesson.ties if tie.residual is None])
-        whole = [(tie, _integral(lesson, tie)) for tie in lesson.ties if tie.residual is None]
+        whole = [(tie, integral(lesson, tie)) for tie in lesson.ties if tie.residual is None]
         kind = "integrable" if lesson.integrable else "slip"
         if known := [(tie, form) for tie, form in whole if form is not None]:
             said = [lesson.say("ties.integral", rate=Symbol(tie.rate), form=form) for tie, form in known]
@@ -78,14 +79,6 @@ def condition_steps(lesson: Constrained) -> list[Step]:
     if n <= MOST_SLOPES:
         steps.append(_matrix(lesson))
     return steps
-
-
-def _integral(lesson: Constrained, tie: Condition) -> Form | None:
-    """Return Σ A_ki q_i of a condition whose coefficients are constant: what it keeps constant; None of another."""
-    state = lesson.state
-    if len(state.q) != state.n or {*state.q, *state.qd}.intersection(reachable(tie.slopes)) or not tie.bias.is_zero:
-        return None
-    return Form.sum(slope(lesson, tie, i).signed_product(named(q)) for i, q in enumerate(state.q))
 
 
 def _owner(lesson: Constrained, ties: list[Condition]) -> Step:

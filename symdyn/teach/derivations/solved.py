@@ -9,6 +9,7 @@ Each solution is compared in numbers with the one that the equations have at the
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping, Sequence
 from fractions import Fraction
 
@@ -20,8 +21,8 @@ from symdyn.dynamics.mechanism import TIME, State, prescribed
 from symdyn.errors import DerivationError, NoValueError
 from symdyn.graph import Expr, evaluate, gradient, substitute
 from symdyn.scene import Scene
-from symdyn.teach.derivations.velocities import folded, length
-from symdyn.teach.document import Block, Formula, Letter, Matrix, Step, Words
+from symdyn.teach.derivations.velocities import accelerations_system, folded, force_row, length
+from symdyn.teach.document import Block, Formula, Step, Words
 from symdyn.teach.lesson import SMALL_SCENE, Lesson, named, together
 from symdyn.teach.shown_state import Chosen
 
@@ -247,12 +248,14 @@ def solved_steps(lesson: Lesson, chosen: Chosen) -> list[Step]:
             reason = lesson.say("explicit.cramer" if len(free) > 1 else "explicit.divided")
             if any(name.startswith("k_z:") for form in forms for name in form.symbols):
                 blocks = [lesson.say("explicit.entries"), *blocks]
-            said = Words((*reason.parts, " ", *_signs(lesson, free, forms, chosen)))
+            said = Words((*reason.parts, " ", *signs_told(lesson, free, forms, chosen)))
             steps.append(Step("explicit", claim, tuple(blocks), said))
         elif len(free) <= MOST and not led.place:
             _, h = _linear(lesson, told, free)
             claim = lesson.say("explicit.linear")
-            steps.append(Step("explicit", claim, tuple(_system(lesson, free, h)), lesson.say("explicit.system")))
+            steps.append(
+                Step("explicit", claim, tuple(accelerations_system(lesson, free, h)), lesson.say("explicit.system"))
+            )
     if led.place and (step := _drives(lesson, led.place, put)):
         steps.append(step)
     return steps
@@ -377,7 +380,7 @@ def _compare(
     assert not np.any(left > SMALL * size), "accelerations that are no solution"
 
 
-def _signs(lesson: Lesson, free: Sequence[int], forms: Sequence[Form], chosen: Chosen) -> tuple[str | Form, ...]:
+def signs_told(lesson: Lesson, free: Sequence[int], forms: Sequence[Form], chosen: Chosen) -> tuple[str | Form, ...]:
     """Return what the sign says: of one coordinate whose acceleration vanishes at zero, of rest next to there."""
     state, graph, plain = lesson.state, lesson.graph, lesson.say("explicit.signs").parts
     if len(free) != 1 or lesson.scene.drives[free[0]] or TIME in forms[0].symbols:
@@ -394,39 +397,28 @@ def _signs(lesson: Lesson, free: Sequence[int], forms: Sequence[Form], chosen: C
         return plain
     linear = shown.signed_product(named(q)) if len(shown.terms) == 1 else Form.product((shown, named(q)))
     (value,) = chosen.of(slope)
+    if not value:
+        return plain
     key = "explicit.back" if value < 0 else "explicit.away"
-    return lesson.say(key, q=named(q), acceleration=named(state.qdd[free[0]]), linear=linear).parts if value else plain
+    told = lesson.say(key, q=named(q), acceleration=named(state.qdd[free[0]]), linear=linear).parts
+    return (*told, *_threshold(lesson, slope, chosen))
 
 
-def _system(lesson: Lesson, free: Sequence[int], h: Sequence[Expr]) -> list[Block]:
-    """Return M q̈ = h, M by the names of its entries."""
-    if not all(f"k_z:{i + 1},{j + 1}" in lesson.names for i in free for j in free):
-        return []
-    M, right = lesson.name("M:", "M", node=None), lesson.name("h:", "h", node=None)
-    faster = lesson.called("accelerations:", Letter("q", dots=2))
-    cells = []
-    for i in free:
-        for j in free:
-            key = f"k_z:{i + 1},{j + 1}"
-            cells.append((Symbol(key) if lesson.forms.M[i][j] else Number.ZERO, key))
-    forms, names = zip(*cells, strict=True)
-    entries, keys = [], []
-    for k, i in enumerate(free):
-        keys.append(lesson.name(f"h:{i + 1}", "h", str(i + 1), node=h[k]).name)
-        entries.append(lesson.page.right[i] if h[k].is_zero else force_row(lesson, i))
-    order = together([named(lesson.state.qdd[k]) for k in free])
-    said = lesson.say("explicit.matrix", left=Form.product((M, faster)), right=right, columns=order)
-    return [said, Matrix(M.name, forms, names, width=len(free)), Matrix(right.name, tuple(entries), tuple(keys))]
-
-
-def force_row(lesson: Lesson, i: int) -> Form:
-    """Return a row of h: the right-hand side less the terms without accelerations, coefficients by name."""
-    terms = [*lesson.page.right[i].terms]
-    for c in lesson.page.rows[i]:
-        if c.of != "qdd" and not c.vanishes:
-            key = f"{c.kind}:{','.join(map(str, c.indices))}"
-            terms.append(Form.product((Number.MINUS_ONE, Symbol(key), c.rate)))
-    return Form.sum(terms)
+def _threshold(lesson: Lesson, slope: Expr, chosen: Chosen) -> tuple[str | Form, ...]:
+    """Return the rate among the parameters at whose square a slope is zero; nothing where there is none."""
+    for p in lesson.scene.parameters:
+        letter = lesson.graph.symbol(p.name)
+        (gain,) = gradient(slope, [letter])
+        (rest,) = substitute([slope], {letter: lesson.graph.zero})
+        if p.unit != "rad/s" or gain.is_zero or Ratios.form_of(gain * letter - 2 * (slope - rest)) != Number.ZERO:
+            continue
+        write = Quotients(lesson, [least := Ratios.form_of(-2 * letter * rest / gain).express(lesson.graph)])
+        if (square := chosen.of(least)[0]) > 0:
+            value = f"{lesson.written(math.sqrt(square))} rad/s"
+            form, letters = quotient(*write.parts(write.known[least])), named(letter)
+            said = lesson.say("explicit.threshold", square=letters.power(2), least=form, p=letters, value=value)
+            return (" ", *said.parts)
+    return ()
 
 
 def _drives(lesson: Lesson, led: Collection[int], put: Mapping[Expr, Expr]) -> Step | None:

@@ -7,21 +7,28 @@ that has the sign of the assembled position. Of a condition in factors that fact
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
+from itertools import permutations
+from math import atan2, factorial, sin
 
 from symdyn.algebra import Floats, Form, Function, Number, Power, Ratios, Symbol
+from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute
-from symdyn.teach.derivations.constrained import Constrained
+from symdyn.teach.derivations.constrained import Condition, Constrained
 from symdyn.teach.derivations.precession import NO_FORM, shortened
-from symdyn.teach.derivations.solved import LONGEST, in_sines
+from symdyn.teach.derivations.solved import LONGEST, in_sines, quotient, short_form
 from symdyn.teach.derivations.velocities import length
-from symdyn.teach.document import Formula, Step
+from symdyn.teach.document import Block, Formula, Step
 from symdyn.teach.lesson import named
 
 CLOSED = 1e-6
 """rad or m: what a condition is at an assembled position, at most."""
 
 OTHER = {Op.SIN: Op.COS, Op.COS: Op.SIN}
+
+HIGHEST = 6
+"""Powers of a coordinate in a condition that is integrated."""
 
 Solutions = Mapping[Form, Form]
 """Coordinates and waves of them, by the others."""
@@ -31,14 +38,57 @@ def solved_ties_steps(lesson: Constrained) -> list[Step]:
     """Return the dependent coordinates in closed form, none where a condition cannot be solved for one."""
     if len(lesson.state.q) != lesson.state.n:
         return []
-    found = solutions(lesson, [named(lesson.state.q[k]) for k in lesson.partition.dependent])
+    unknown = [named(lesson.state.q[k]) for k in lesson.partition.dependent]
+    squared = _squared(lesson, {x.name for x in unknown})
+    found = squared.found if squared else solutions(lesson, unknown)
     shown = {x: form for x, form in found.items() if length(form) <= LONGEST and not _told(x, found)}
-    blocks = [Formula("", x, right=form) for x, form in shown.items()]
-    if not blocks:
+    if not shown:
         return []
-    rooted = any(isinstance(part, Function) and part.op is Op.SQRT for block in blocks for part in _walk(block))
+    blocks: list[Block] = list(squared.way) if squared else []
+    blocks += [Formula("", x, right=form) for x, form in shown.items()]
+    rooted = any(isinstance(part, Function) and part.op is Op.SQRT for form in shown.values() for part in form.walk())
     reason = lesson.say("ties.solved.root" if rooted else "ties.solved.reason")
     return [Step("ties.solved", lesson.say("ties.solved"), tuple(blocks), reason, show=("angles",))]
+
+
+def integral(lesson: Constrained, tie: Condition) -> Form | None:
+    """Return what a condition of velocities keeps constant, where it is the derivative of that; None of another."""
+    q, graph = lesson.state.q, lesson.graph
+    if len(q) != lesson.state.n or tie.residual is not None:
+        return None
+    total = graph.zero
+    try:
+        for x, slope in zip(q, tie.slopes, strict=True):
+            total = total + _over(lesson, slope - gradient(total, [x])[0], x)
+        off = [a - b for a, b in zip(tie.slopes, gradient(total, q), strict=True)]
+        rates = graph.total(b * u for b, u in zip(gradient(total, q), lesson.state.qd, strict=True))
+        pushed = graph.total(b * u for b, u in zip(gradient(rates, q), lesson.state.qd, strict=True))
+        exact = all(map(lesson.vanishes, (*off, tie.bias - pushed)))
+        return shortened(lesson, total) if exact else None
+    except NO_FORM:
+        return None
+
+
+def _over(lesson: Constrained, node: Expr, x: Expr) -> Expr:
+    """Return an integral over a coordinate of what is a polynomial in it, or has its sine or cosine.
+
+    By parts: ∫f = f x - f' x²/2 + f'' x³/6 - …, of a polynomial a finite sum; ∫f = -f' where f'' = -f.
+
+    Raises:
+        DerivationError: of anything else.
+    """
+    graph, total = lesson.graph, lesson.graph.zero
+    for term in Form.of(node).terms:
+        f, k, sign = term.express(graph), 1, 1
+        if lesson.vanishes(f + gradient(gradient(f, [x])[0], [x])[0]):
+            total = total - gradient(f, [x])[0]
+            continue
+        while not lesson.vanishes(f):
+            if k > HIGHEST:
+                raise DerivationError("a condition of velocities has no integral that is told")
+            total = total + graph.constant(Fraction(sign, factorial(k))) * f * x**k
+            f, k, sign = gradient(f, [x])[0], k + 1, -sign
+    return total
 
 
 def solutions(lesson: Constrained, unknown: Sequence[Symbol]) -> dict[Form, Form]:
@@ -58,6 +108,61 @@ def solutions(lesson: Constrained, unknown: Sequence[Symbol]) -> dict[Form, Form
         found[atom] = value
         if isinstance(atom, Function):
             found |= _others(lesson, atom, value, at, forms)
+
+
+@dataclass(frozen=True)
+class Squared:
+    """An angle by the sum of the squares of two conditions: how it is found, and it by the others."""
+
+    way: tuple[Block, ...]
+    found: Solutions
+
+
+def _squared(lesson: Constrained, unknown: set[str]) -> Squared | None:
+    """Return an angle of a loop of four bars by s cos u + f = s' sin u + g = 0, and cos u and sin u; None of others."""
+    left = [lesson.tie_form(tie.nodes[-1]) for tie in lesson.ties if tie.residual is not None]
+    for first, second in permutations(left, 2) if len(unknown) == len(left) == 2 else ():
+        atoms = {x for form in (first, second) for x in _atoms(form, unknown) if isinstance(x, Function)}
+        u, *others = sorted({x.args[0] for x in atoms}, key=lambda one: -len(one.symbols)) or [Number.ZERO]
+        if len(atoms) != 4 or len(others) != 1 or not isinstance(others[0], Symbol):
+            continue
+        if (found := _other_angle(lesson, first, second, u, others[0])) is not None:
+            return found
+    return None
+
+
+def _other_angle(lesson: Constrained, first: Form, second: Form, u: Form, x: Symbol) -> Squared | None:
+    """Return x by A cos x + B sin x = C, the sum of the squares of two conditions without u; None where it is none."""
+    graph, zero = lesson.graph, lesson.graph.zero
+    waves = [Function(op, (one,)) for one in (u, x) for op in (Op.COS, Op.SIN)]
+    letters = [graph.symbol(f"solved:{k}") for k in range(4)]
+    put = {wave: Symbol(str(letter.value)) for wave, letter in zip(waves, letters, strict=True)}
+    f, g = (_put_in(form, put).express(graph) for form in (first, second))
+    (s, other), (none, same) = (gradient(node, letters[:2]) for node in (f, g))
+    if not (other.is_zero and none.is_zero) or set(letters).intersection(reachable([s, same])):
+        return None
+    f, g = substitute([f, g], dict.fromkeys(letters[:2], zero))
+    whole = f**2 + g**2 - s**2
+    (cc, cs), (_, ss) = (gradient(node, letters[2:]) for node in gradient(whole, letters[2:]))
+    if not all(map(lesson.vanishes, (s**2 - same**2, cc - ss, cs))):
+        return None
+    A, B, rest = substitute([*gradient(whole, letters[2:]), whole], dict.fromkeys(letters[2:], zero))
+    nodes = {"A": A, "B": B, "C": -rest - cc / 2}
+    a, b, c = (lesson.name(f"loop:{letter}", letter, node=node) for letter, node in nodes.items())
+    v, w, turn = (float(y) for y in evaluate([A, B, x.express(graph)], Floats(), lesson.assembled(0)))
+    sign = Number(Fraction(1 if sin(turn - atan2(w, v)) > 0 else -1))  # of two positions the assembled one
+    root = Function(Op.SQRT, (Form.sum((a.power(2), b.power(2), Form.product((Number.MINUS_ONE, c.power(2))))),))
+    found: dict[Form, Form] = {
+        x: Form.sum((Function(Op.ATAN2, (b, a)), Form.product((sign, Function(Op.ATAN2, (root, c))))))
+    }
+    ends = {letter: wave.express(graph) for letter, wave in zip(letters[2:], waves[2:], strict=True)}
+    for wave, node, slope in zip(waves[:2], substitute([f, g], ends), (s, same), strict=True):
+        turned, under = Form.of(slope).split_sign()
+        found[wave] = quotient([short_form(lesson, -turned * node)], [under])
+    equation = Form.sum(Form.product((y, wave)) for y, wave in zip((a, b), waves[2:], strict=True))
+    said = lesson.say("ties.squared", other=u, q=x)
+    forms = [Formula(y.name, shortened(lesson, node)) for y, node in zip((a, b, c), nodes.values(), strict=True)]
+    return Squared((said, Formula("", equation, right=c), *forms), found)
 
 
 def closed_positions(lesson: Constrained, unknown: Sequence[int]) -> dict[Expr, Expr]:
@@ -147,8 +252,3 @@ def _root(lesson: Constrained, square: Form) -> Form:
     whole = in_sines(lesson, above.express(lesson.graph)) or above
     roots = [y.base.power(y.exponent // 2) for y in inside if isinstance(y, Power)]
     return Form.product((Function(Op.SQRT, (whole,)), *([Form.product(roots).power(-1)] if roots else [])))
-
-
-def _walk(block: Formula) -> Iterator[Form]:
-    assert block.right is not None, "a solution has two sides"
-    yield from block.right.walk()

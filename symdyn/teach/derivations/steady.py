@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Set
 from fractions import Fraction
+from itertools import permutations
 
 from symdyn.algebra import Form, Function, Number, Power, Ratios, Symbol
 from symdyn.errors import DerivationError
@@ -65,7 +66,7 @@ def steady_step(lesson: Lesson, left: Reduced) -> Step | None:
 
 
 def level_places(factored: Form, r: Symbol, rates: Set[str]) -> Iterator[tuple[str, dict[str, Form]]]:
-    """Yield what each factor says: sin r = 0, cos r is a quotient, or, of rates that are free, r is any."""
+    """Yield what each factor says: r or sin r = 0, cos r is a quotient, or, of rates, r is any."""
     for factor in factored.factors:
         inner = factor.base if isinstance(factor, Power) else factor
         if isinstance(factor, Power) and factor.exponent < 0:
@@ -74,6 +75,10 @@ def level_places(factored: Form, r: Symbol, rates: Set[str]) -> Iterator[tuple[s
         if r.name not in names and names & rates:
             yield "steady.any", {"rates": inner, "q": r}
             continue
+        if inner == r:
+            yield "steady.zero", {"wave": r}
+        elif r.name not in names and (flat := _flat(inner)):
+            yield "steady.flat", {"square": flat[0], "least": flat[1], "q": r}
         waves = {one for one in inner.walk() if isinstance(one, Function) and r in one.args}
         if not waves or any(one == r for one in _without(inner, r).walk()):
             continue
@@ -93,6 +98,15 @@ def level_places(factored: Form, r: Symbol, rates: Set[str]) -> Iterator[tuple[s
             above, below = above.negative, below.negative
         value = Form.product((above, _taken_out(below).power(-1)))
         yield "steady.wave", {"wave": wave, "value": value}
+
+
+def _flat(factor: Form) -> tuple[Form, Form] | None:
+    """Return the square of a parameter and what it is where a difference is zero; None of what is none."""
+    terms = [term.split_sign() for term in factor.terms]
+    for (sign, term), (other, rest) in permutations(terms, 2) if len(terms) == 2 else ():
+        if sign * other < 0 and isinstance(term, Power) and term.exponent == 2 and isinstance(term.base, Symbol):
+            return term, Form.product((Number(Fraction(abs(other))), rest))
+    return None
 
 
 def waves_first(lesson: Lesson, form: Form) -> Form:

@@ -18,8 +18,8 @@ from symdyn.scene.forces import elastic
 from symdyn.scene.values import Joint
 from symdyn.spatial import Vec, cross, dot
 from symdyn.teach.derivations.rotations import angular_velocity, expanded_squares, is_rate, rate_of, read_from
-from symdyn.teach.document import Block, Fold, Formula, Step, Words
-from symdyn.teach.lesson import AXES, SMALL_SCENE, Lesson, Mass, Prose, named
+from symdyn.teach.document import Block, Fold, Formula, Letter, Matrix, Step, Words
+from symdyn.teach.lesson import AXES, SMALL_SCENE, Lesson, Mass, Prose, named, together
 
 MOST_TERMS = 20
 """Terms of one formula from which it is shown folded."""
@@ -385,3 +385,34 @@ def defined_lengths(lesson: Prose, defined: Sequence[tuple[str, Form]]) -> list[
         return []
     blocks = [folded(lesson, Formula(name, form)) for name, form in defined]
     return [Step("lengths", lesson.say("lengths"), tuple(blocks), lesson.say("lengths.reason"))]
+
+
+def force_row(lesson: Lesson, i: int) -> Form:
+    """Return a row of h: the right-hand side less the terms without accelerations, coefficients by name."""
+    terms = [*lesson.page.right[i].terms]
+    for c in lesson.page.rows[i]:
+        if c.of != "qdd" and not c.vanishes:
+            key = f"{c.kind}:{','.join(map(str, c.indices))}"
+            terms.append(Form.product((Number.MINUS_ONE, Symbol(key), c.rate)))
+    return Form.sum(terms)
+
+
+def accelerations_system(lesson: Lesson, free: Sequence[int], h: Sequence[Expr]) -> list[Block]:
+    """Return M q̈ = h, M by the names of its entries."""
+    if not all(f"k_z:{i + 1},{j + 1}" in lesson.names for i in free for j in free):
+        return []
+    M, right = lesson.name("M:", "M", node=None), lesson.name("h:", "h", node=None)
+    faster = lesson.called("accelerations:", Letter("q", dots=2))
+    cells = []
+    for i in free:
+        for j in free:
+            key = f"k_z:{i + 1},{j + 1}"
+            cells.append((Symbol(key) if lesson.forms.M[i][j] else Number.ZERO, key))
+    forms, names = zip(*cells, strict=True)
+    entries, keys = [], []
+    for k, i in enumerate(free):
+        keys.append(lesson.name(f"h:{i + 1}", "h", str(i + 1), node=h[k]).name)
+        entries.append(lesson.page.right[i] if h[k].is_zero else force_row(lesson, i))
+    order = together([named(lesson.state.qdd[k]) for k in free])
+    said = lesson.say("explicit.matrix", left=Form.product((M, faster)), right=right, columns=order)
+    return [said, Matrix(M.name, forms, names, width=len(free)), Matrix(right.name, tuple(entries), tuple(keys))]
