@@ -21,7 +21,13 @@ from symdyn.dynamics.mechanism import TIME, State, prescribed
 from symdyn.errors import DerivationError, NoValueError
 from symdyn.graph import Expr, evaluate, gradient, substitute
 from symdyn.scene import Scene
-from symdyn.teach.derivations.velocities import accelerations_system, folded, force_row, length
+from symdyn.teach.derivations.velocities import (
+    accelerations_system,
+    folded,
+    force_row,
+    length,
+    waves_cancelled,
+)
 from symdyn.teach.document import Block, Formula, Step, Words
 from symdyn.teach.lesson import SMALL_SCENE, Lesson, named, together
 from symdyn.teach.shown_state import Chosen
@@ -67,6 +73,7 @@ class Quotients:
         above, under = (
             [self.short(x) if any(_scale(y) != 1 for y in x.walk()) else x for x in some] for some in (above, under)
         )
+        above, under = waves_cancelled(above, under)
         return _in_decimals(self.lesson, sorted(above, key=self._place), sorted(under, key=self._place))
 
     def _place(self, form: Form) -> tuple[int, int]:

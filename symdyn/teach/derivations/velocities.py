@@ -416,3 +416,30 @@ def accelerations_system(lesson: Lesson, free: Sequence[int], h: Sequence[Expr])
     order = together([named(lesson.state.qdd[k]) for k in free])
     said = lesson.say("explicit.matrix", left=Form.product((M, faster)), right=right, columns=order)
     return [said, Matrix(M.name, forms, names, width=len(free)), Matrix(right.name, tuple(entries), tuple(keys))]
+
+
+def waves_cancelled(above: Sequence[Form], under: Sequence[Form]) -> tuple[list[Form], list[Form]]:
+    """Return factors above and below a line without sines and cosines below it that all terms of a sum above have.
+
+    A field of sines in which sin² is 1 - cos² does not see them.
+    """
+    over, below = list(above), list(under)
+    for wave in [x for x in under if isinstance(x, Function)]:
+        for k, x in enumerate(over):
+            rest = [_less(term, wave) for term in x.terms] if isinstance(x, Sum) else [None]
+            left = [one for one in rest if one is not None]
+            if len(left) == len(rest):
+                over[k] = Form.sum(left)
+                below.remove(wave)
+                break
+    return over, below
+
+
+def _less(term: Form, wave: Form) -> Form | None:
+    """Return a term divided by a wave that is one of its factors, squared or not; None of another."""
+    factors = list(term.factors)
+    for k, x in enumerate(factors):
+        if wave in (x, x.base if isinstance(x, Power) and x.exponent > 1 else None):
+            left = x.base.power(x.exponent - 1) if isinstance(x, Power) and x != wave else Number.ONE
+            return Form.product((*factors[:k], left, *factors[k + 1 :]))
+    return None
