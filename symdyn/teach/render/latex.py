@@ -45,6 +45,7 @@ THIN = r" \, "  # between factors
 BRACKETS = 24.0  # of a matrix, with the sign before it
 GAP = 16.0  # between columns of a table
 ROWS, TALL_ROWS = 40, 10  # of one table, and of one whose cells have several lines
+HALF = 0.48  # of the line, for one of two pictures
 BAR = 150.0  # pt of a share of one
 
 SECONDS = 120  # of pdflatex
@@ -118,9 +119,11 @@ class _Page:
     def body(self, blocks: Sequence[Block], room: float, framed: slice = slice(0, 0)) -> str:
         """Return blocks one after the other; formulas in a row share a display, that of a result in a frame."""
         text = ""
-        for alike, pairs in groupby(enumerate(blocks), lambda pair: isinstance(pair[1], (Formula, Braced))):
+        for alike, pairs in groupby(enumerate(blocks), lambda pair: _kind(pair[1])):
             places, group = zip(*pairs, strict=True)
-            if alike:
+            if alike is Picture:
+                text += "".join(f"\n\n{one}" for one in self._pictures(group, room))
+            elif alike is Formula:
                 result = places[0] == framed.start and framed.stop
                 shown = self._display(group, room - INSET * bool(result))
                 framing = result and shown.count(NEXT_LINE) < TALLEST
@@ -165,9 +168,6 @@ class _Page:
             yield f"{text}{WITH_NEXT}" if text.endswith(":") else text
         elif isinstance(block, Matrix):
             yield self._matrix(block, room)
-        elif isinstance(block, Picture):
-            caption = rf"\small {self.words(block.caption)}"
-            yield f"\\begin{{center}}\n{tex_picture(block.svg)}\n\n\\nopagebreak {caption}\n\\end{{center}}"
         elif isinstance(block, Table):
             yield self._table(block, min(room, Line.room))  # small print has no wider lines
         elif isinstance(block, Shares):
@@ -186,6 +186,21 @@ class _Page:
             yield from map(self.words, (block.ask, *block.listed))
         elif isinstance(block, Room):
             yield rf"\room{{{block.lines}}}"
+
+    def _pictures(self, group: Sequence[Picture], room: float) -> Iterator[str]:
+        """Yield pictures with their captions, two beside each other where both are narrow."""
+        shown = [(tex_picture(one.svg), rf"\nopagebreak \small {self.words(one.caption)}") for one in group]
+        sizes = [float(found[1]) for drawn, _ in shown if (found := re.search(r"\\begin\{picture\}\(([\d.]+),", drawn))]
+        k = 0
+        while k < len(shown):
+            row = shown[k : k + (2 if max(sizes[k : k + 2]) < HALF * room else 1)]
+            boxes = [f"{drawn}\n\n{caption}" for drawn, caption in row]
+            if len(row) == 2:
+                boxes = [
+                    f"\\begin{{minipage}}[b]{{{HALF}\\linewidth}}\\centering\n{one}\n\\end{{minipage}}" for one in boxes
+                ]
+            yield "\\begin{center}\n" + "\\hfill\n".join(boxes) + "\n\\end{center}"
+            k += len(row)
 
     def _table(self, table: Table[Words], room: float) -> str:
         """Return a table whose wide columns share what the narrow ones leave."""
@@ -210,6 +225,11 @@ class _Page:
 
     def _value(self, value: float) -> str:
         return Latex.scientific(self.spell.written(value).replace("−", "-").replace(",", "{,}").replace(" · 10^", "e"))
+
+
+def _kind(block: Block) -> type | None:
+    """Return what blocks are together that follow each other: formulas in one display, pictures in one row."""
+    return Formula if isinstance(block, (Formula, Braced)) else Picture if isinstance(block, Picture) else None
 
 
 def _pdf_text(text: str) -> str:
