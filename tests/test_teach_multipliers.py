@@ -11,11 +11,13 @@ import pytest
 import sympy as sp
 from lessons import lesson_of
 
+from symdyn.algebra import Form
 from symdyn.algebra.numeric import Floats
 from symdyn.cli import main
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, evaluate, reachable
 from symdyn.scene import Scene, read, read_text
+from symdyn.simulation import simulate
 from symdyn.table import Table
 from symdyn.teach import Document, walkthrough
 from symdyn.teach.document import Braced, Formula, Matrix
@@ -208,6 +210,26 @@ def test_rolling_of_a_disc_is_non_holonomic_and_that_of_a_wheel_on_a_cart_is_not
     cart = walkthrough(scene("cart_with_wheel"), formulation="multipliers", until="conditions")
     assert "Frobenius' condition fails" not in said(cart)
     assert "it fixes a position too" in said(cart)
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.long
+def test_a_disc_that_rolls_has_the_accelerations_of_its_simulation() -> None:
+    of = scene("disc")
+    steps = {step.key: step for section in lesson("disc").sections for step in section.steps}
+    run = simulate(of, until=0.1, start={"b": 0.3}, start_rates={"a_dot": 0.4, "b_dot": 0.1, "c_dot": 5.0})
+    at = {p.name: float(p.value.known_at({})) for p in of.parameters if p.value is not None}
+    at |= {name: float(run[name][-1]) for name in run.names}
+
+    def number(form: Form) -> float:
+        node = form.to_sympy()
+        return float(node.subs({x: at[str(x)] for x in node.free_symbols}))
+
+    found = [x for key in ("eliminated", "eliminated:solved") for x in steps[key].blocks if isinstance(x, Formula)]
+    assert len(found) == 9
+    for block in found:
+        assert block.right is not None
+        assert number(block.form) == pytest.approx(number(block.right), abs=1e-6)
 
 
 @pytest.mark.long

@@ -18,9 +18,11 @@ from symdyn.graph import Expr, Graph, Op, evaluate, gradient, reachable, substit
 from symdyn.scene import read, read_text
 from symdyn.table import Table
 from symdyn.teach import Document, rendered, walkthrough
+from symdyn.teach.derivations.dalembert.laws import ERRORS
 from symdyn.teach.derivations.lagrange import ANY
 from symdyn.teach.document import Box, Formula, Matrix, Picture, Step, Words
 from symdyn.teach.mathematics import Spelling
+from symdyn.teach.notation import READS
 from symdyn.teach.shown_state import choose_state, picture_letters
 
 ROOT = Path(__file__).parent.parent
@@ -154,6 +156,9 @@ def test_errata_stand_in_an_appendix_with_one_mark_at_each_place() -> None:
     assert [f"errata:{key}" for key in marked] == [s.key for s in last.steps]
     boxes = [[block.title.parts[0] for block in s.blocks if isinstance(block, Box)] for s in last.steps]
     assert [", ".join(str(title).split(".")[0] for title in titles) for titles in boxes] == list(marked.values())
+    table = (ROOT / "docs" / "theory.md").read_text(encoding="utf-8").rpartition("\n## ")[2]
+    numbers = [one.number for one in READS] + [x for some in ERRORS.values() for x in some] + ["5.16"]
+    assert all(f"({x})" in table for one in numbers for x in one.split(", "))
     assert all("erratum" not in words for s in lesson("cart_pole").sections for words in [s.key, s.title])
 
 

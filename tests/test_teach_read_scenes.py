@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 
 from symdyn.emit.print import text_of
-from symdyn.scene import Scene, read
+from symdyn.scene import Scene, read, read_text
 from symdyn.teach import walkthrough
 from symdyn.teach.derivations.reduced import smaller_by, vanishing
 from symdyn.teach.derivations.solved import solved_steps
@@ -23,7 +23,11 @@ SCENES = Path(__file__).parent / "data" / "read_scenes"
 
 @cache
 def page(name: str, language: str = "en") -> str:
-    (text,) = (x for key, x in markdown(walkthrough(scene(name), language, "full")).items() if key.endswith(".md"))
+    return written(scene(name), language)
+
+
+def written(of: Scene, language: str = "en") -> str:
+    (text,) = (x for key, x in markdown(walkthrough(of, language, "full")).items() if key.endswith(".md"))
     return str(text)
 
 
@@ -67,6 +71,29 @@ def test_a_bead_on_a_turning_parabola_has_its_equation_with_the_rate_put_in() ->
     assert r"T = 2 m \Omega \dot r r" in text
     assert "with prescribed motions kept: oscillates, λ ≈ ± 3.774 i 1/s" in text  # √(2 a g - Ω²)
     assert "so that no rate is held" not in text
+
+
+def test_a_bead_on_a_turning_parabola_has_its_threshold_and_its_condition_integrated() -> None:
+    text = page("parabola")
+    assert "changes its sign at $\\Omega^2$ = $2 a g$, for the values of the lesson at $\\Omega$ = 6.264 rad/s" in text
+    assert "$c_1$ = d/dt ($-a r^2 + z$)" in text
+
+
+def test_a_bead_on_a_wire_given_by_formulas_rests_everywhere_at_the_threshold() -> None:
+    given = (SCENES / "parabola.toml").read_text(encoding="utf-8")
+    wire = """[joints.out]
+type = "custom"
+parent = "wire"
+child = "bead"
+steps = [["Tx", "r"], ["Tz", "a*r**2"]]
+coordinate = "r"
+units = ["m"]
+drive = false
+"""
+    first, _, _ = given.partition("[joints.out]")
+    begin, _, end = first.partition("[bodies.slider]")
+    text = written(read_text(begin + "[bodies.bead]" + end.partition("[bodies.bead]")[2] + wire, "wire.toml"))
+    assert "or $\\Omega^2$ = $2 a g$, the critical speed: then it rests at every $r$." in text
 
 
 def test_a_ratio_that_acts_twice_is_a_square() -> None:

@@ -53,6 +53,22 @@ def test_the_arms_of_a_governor_are_alike_and_the_sleeve_follows() -> None:
     assert number(way, l=0.15, alpha=0.6) == pytest.approx(-0.3 * cos(0.6))
 
 
+def test_the_rocker_of_a_four_bar_follows_by_the_squares_of_both_conditions() -> None:
+    blocks = [x for x in step_of("four_bar", "ties.solved").blocks if isinstance(x, Formula)]
+    named = {x.left: x.form.to_sympy() for x in blocks if x.left and x.right is None}
+    phi, closed = 0.9, {str(x): sympy.sympify(y) for x, y in solved("four_bar")}
+    lengths = {p.name: float(p.value.known_at({})) for p in read(EXAMPLES / "four_bar.toml").parameters if p.value}
+    at = {**lengths, "phi": phi}
+    numbers = {name: number(form, **at) for name, form in named.items()}
+    at["chi"] = number(closed["chi"], **at, **numbers)
+    cosine, sine = (number(closed[f"{wave}(phi + psi)"], **at) for wave in ("cos", "sin"))
+    a, b, c, d = (lengths[x] for x in "abcd")
+    assert cosine**2 + sine**2 == pytest.approx(1)
+    assert a * cos(phi) + b * cosine == pytest.approx(d + c * cos(at["chi"]))
+    assert a * sin(phi) + b * sine == pytest.approx(c * sin(at["chi"]))
+    assert sine > 0  # as it is assembled, not crossed
+
+
 def test_a_governor_hangs_at_rest() -> None:
     (table,) = (block for block in step_of("governor", "equilibria.one").blocks if isinstance(block, Table))
     first = ["".join(str(part) for part in cell.parts) for cell in table.rows[0]]

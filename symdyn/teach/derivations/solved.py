@@ -416,8 +416,8 @@ def _threshold(lesson: Lesson, slope: Expr, chosen: Chosen) -> tuple[str | Form,
     for p in lesson.scene.parameters:
         letter = lesson.graph.symbol(p.name)
         (gain,) = gradient(slope, [letter])
-        (rest,) = substitute([slope], {letter: lesson.graph.zero})
-        if p.unit != "rad/s" or gain.is_zero or Ratios.form_of(gain * letter - 2 * (slope - rest)) != Number.ZERO:
+        rest = slope - gain * letter / 2  # of a p² + b, which is what has a threshold
+        if p.unit != "rad/s" or gain.is_zero or Ratios.form_of(gradient(rest, [letter])[0]) != Number.ZERO:
             continue
         write = Quotients(lesson, [least := Ratios.form_of(-2 * letter * rest / gain).express(lesson.graph)])
         if (square := chosen.of(least)[0]) > 0:
