@@ -206,6 +206,8 @@ def _times(column: Column, mine: Sequence[float], atoms: Atoms) -> list[tuple[fl
         a, b, both = atoms.pairs[k]
         by = float(n[k, 0])
         beside = [rule for rule, told in ((turned, by < 0), ("termfactor", abs(abs(by) - 1) > 1e-6)) if told]
+        if len(beside) == 2:  # a chance
+            continue
         price = 0.1 * bool(a.of and b.of) + 0.2 * len(beside) + 0.15 * bool(both)
         rules = _exchanged(a, b, both, column.squared)
         if column.form is None and rules == ("index",):  # the ratio of a condition, of several terms
