@@ -16,10 +16,10 @@ import numpy as np
 
 from symdyn.algebra import Array, Batches, Form, Number, Symbol
 from symdyn.draw import Text
-from symdyn.dynamics.mechanism import TIME, generalized_forces
+from symdyn.dynamics.mechanism import TIME, generalized_forces, prescribed
 from symdyn.emit.print import Printable, latex_symbols
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, evaluate, gradient, reachable, repeated
+from symdyn.graph import Expr, evaluate, gradient, reachable, repeated, substitute
 from symdyn.scene import Quantity, SceneUnits
 from symdyn.teach.derivations.charts import (
     DASHED,
@@ -244,21 +244,19 @@ def _energy(lesson: Lesson, chosen: Chosen) -> Step:
     """Return whether K + P stays, what takes or gives it, or what stays in its place where a motion is prescribed."""
     graph, scene = lesson.graph, lesson.scene
     show = ("energies", "plots")
-    left, led = reduced(lesson, chosen), led_by(lesson)
     total = Form.sum((Symbol("K:"), Symbol("P:")))
-    if led:
-        if left is None:
-            return Step("energy", lesson.say("energy.led", total=total), (), show=show)
-        r, qd = left.q, lesson.state.qd[left.r]
-        (p,) = gradient(lesson.energy.K, [qd])
-        (m,) = gradient(p, [qd])
-        node = m * qd * qd / 2 + left.static
+    if led := led_by(lesson):
+        told = Step("energy", lesson.say("energy.led", total=total), (), show=show)
+        if (node := _jacobi(lesson)) is None:
+            return told
         h = lesson.name("h:", "H", node=node)
         try:
             block = folded(lesson, Formula(h.name, lesson.short(node)))
         except (DerivationError, KeyError):
-            return Step("energy", lesson.say("energy.led", total=total), (), show=show)
-        claim = lesson.say("energy.jacobi", total=total, h=h, q=named(r))
+            return told
+        free = [k for k in range(lesson.state.n) if k not in led]
+        moving, rates = (together([named(x[k]) for k in free]) for x in (lesson.state.q, lesson.state.qd))
+        claim = lesson.say("energy.jacobi", total=total, h=h, q=moving, rates=rates)
         return Step("energy", claim, (block,), lesson.say("energy.jacobi.reason", h=h), show=show)
     acting = generalized_forces(scene, graph)
     timed = {graph.symbol(TIME), *lesson.state.clock}.intersection(reachable([lesson.L, *acting]))
@@ -270,6 +268,20 @@ def _energy(lesson: Lesson, chosen: Chosen) -> Step:
     return Step(
         "energy", lesson.say("energy.kept", total=total), (), lesson.say("energy.reason", total=total), show=show
     )
+
+
+def _jacobi(lesson: Lesson) -> Expr | None:
+    """Return Σ q̇ ∂L/∂q̇ - L of what is free, at prescribed constant rates; None where L depends on time."""
+    state, graph, led = lesson.state, lesson.graph, led_by(lesson)
+    free = [k for k in range(state.n) if k not in led]
+    if not free or len(state.q) != state.n or not all(zero(lesson, lesson.slopes[k]) for k in led):
+        return None
+    rates = prescribed(lesson.scene, graph).velocity
+    put = dict(zip((state.qd[k] for k in led), rates, strict=True)) | {state.q[k]: graph.zero for k in led}
+    (L,) = substitute([lesson.L], put)
+    if graph.symbol(TIME) in reachable([L, *rates]):
+        return None
+    return graph.total([*(gradient(L, [state.qd[k]])[0] * state.qd[k] for k in free), -L])
 
 
 MOST = 3
