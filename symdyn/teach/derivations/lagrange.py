@@ -227,16 +227,18 @@ def task_step(lesson: Lesson, *more: Block, tied: Collection[int] = ()) -> Step:
     """Return what is known and what is wanted, `more` at the end; `tied` velocities follow from others."""
     scene = lesson.scene
     given = together([Symbol(p.name) for p in scene.parameters])
-    driven = [Symbol(drive) for drive in scene.drives if drive]
     ways = lesson.state.q if len(lesson.state.q) == lesson.state.n else lesson.state.qd  # a quaternion has no drives
     passive = [k for k, drive in enumerate(scene.drives) if drive is None and k not in tied]
-    led = together([named(q) for q, drive in zip(ways, scene.drives, strict=True) if drive])
     known = lesson.say("task.known", parameters=given) if scene.parameters else lesson.say("task.known.numbers")
     if not all(x.is_zero for x in vector(scene.gravity, lesson.graph)):
         known = Words((*known.parts, " ", *lesson.say("task.gravity").parts))
     blocks: list[Block] = [known]
-    if driven:
-        blocks.append(lesson.say("task.wanted", drives=together(driven), coordinates=led))
+    driven = [k for k, drive in enumerate(scene.drives) if drive]
+    led = [k for k in driven if k in scene.prescribed_velocities]
+    for key, some in (("task.wanted", [k for k in driven if k not in led]), ("task.led", led)):
+        if some:
+            drives = together([Symbol(str(scene.drives[k])) for k in some])
+            blocks.append(lesson.say(key, drives=drives, coordinates=together([named(ways[k]) for k in some])))
     if passive:
         free, faster = (together([named(some[k]) for k in passive]) for some in (ways, lesson.state.qdd))
         blocks.append(lesson.say("task.passive", coordinates=free, accelerations=faster))
