@@ -16,7 +16,7 @@ from symdyn.algebra import AngleGroup, Compactor, Form, Polynomial, Symbol, Trig
 from symdyn.arguments import argument
 from symdyn.dynamics import ClosedForm, Energies, Workspace, angle_groups, closed_form
 from symdyn.dynamics.mechanism import State, body_placements, strut_way, vector
-from symdyn.emit.print import Letters, Printable, latex_symbols
+from symdyn.emit.print import Letters, Printable
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate, gradient, tangents
 from symdyn.scene import Scene
@@ -34,8 +34,7 @@ AXES = "xyz"
 
 def called(scene: Scene) -> str:
     """Return what a scene is called: its description, else its name without what puts identifiers together."""
-    text = scene.text or scene.name.replace("_", " ")
-    return text[:1].upper() + text[1:] if scene.text else text
+    return scene.text or scene.name.replace("_", " ")
 
 
 def described(scene: Scene) -> dict[str, dict[str, str]]:
@@ -158,11 +157,6 @@ class Prose:
     def letters(self) -> Letters:
         """Letters that are none of the scene's."""
         return Letters(self.scene)
-
-    @cached_property
-    def mass_letter(self) -> str:
-        """Letter of mass matrices: M, in bold type beside a mass M."""
-        return r"\mathbf{M}" if "M" in latex_symbols(self.scene).values() else "M"
 
     def name(self, key: str, letter: str, *index: str, node: Expr | None, dots: int = 0, power: int = 1) -> Symbol:
         """Name a quantity and return its symbol."""

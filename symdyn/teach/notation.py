@@ -188,10 +188,8 @@ def _part(lesson: Prose, joint: Joint, k: int) -> Words:
 
 def _way(lesson: Prose, places: _Zero, joint: Joint) -> Words:
     """Return which way a joint's coordinate grows."""
-    n = places.axis(joint)
-    if JOINTS[joint.type].slides(joint):
-        return lesson.say("way.slide", way=_named(lesson, places, n))
-    return lesson.say("way.turn", way=_named(lesson, places, n))
+    key = "way.slide" if JOINTS[joint.type].slides(joint) else "way.turn"
+    return lesson.say(key, way=_named(lesson, places, places.axis(joint)))
 
 
 def _named(lesson: Prose, places: _Zero, way: Sequence[float]) -> str:

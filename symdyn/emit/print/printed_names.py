@@ -274,6 +274,11 @@ class Letters:
         """Return a coefficient in LaTeX with the letter of this page; see `coefficient_index`."""
         return f"{self.latex('k')}_{{{coefficient_index(kind, indices)}}}"
 
+    @cached_property
+    def mass_matrix(self) -> str:
+        """Letter of mass matrices: M, in bold type beside a mass M."""
+        return r"\mathbf{M}" if "M" in latex_symbols(self.scene).values() else "M"
+
     @staticmethod
     def body_number(j: int) -> int:
         """Return the number of body j of a scene, from 1, as its mass has; the ground is 0, in the textbook 1."""

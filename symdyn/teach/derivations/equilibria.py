@@ -348,7 +348,7 @@ def _formulas(lesson: Lesson, rests: Rests, place: Equilibrium, modes: Modes, ch
     if max(length(x) for forms in shown for x in forms) > LONGEST:
         return []
     blocks: list[Block] = [lesson.say("near.drop")]
-    for letter, matrix, forms in zip((lesson.mass_letter, "K"), matrices, shown, strict=True):
+    for letter, matrix, forms in zip((lesson.letters.mass_matrix, "K"), matrices, shown, strict=True):
         keys = [f"near:{tag}:{letter}:{i},{j}" for i in names for j in names]
         entries = [x for row in matrix for x in row]
         for key, node in zip(keys, entries, strict=True):

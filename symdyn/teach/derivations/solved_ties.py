@@ -136,7 +136,7 @@ def _other_angle(lesson: Constrained, first: Form, second: Form, u: Form, x: Sym
     graph, zero = lesson.graph, lesson.graph.zero
     waves = [Function(op, (one,)) for one in (u, x) for op in (Op.COS, Op.SIN)]
     letters = [graph.symbol(f"solved:{k}") for k in range(4)]
-    put = {wave: Symbol(str(letter.value)) for wave, letter in zip(waves, letters, strict=True)}
+    put: dict[Form, Form] = {wave: Symbol(str(letter.value)) for wave, letter in zip(waves, letters, strict=True)}
     f, g = (_put_in(form, put).express(graph) for form in (first, second))
     (s, other), (none, same) = (gradient(node, letters[:2]) for node in (f, g))
     if not (other.is_zero and none.is_zero) or set(letters).intersection(reachable([s, same])):

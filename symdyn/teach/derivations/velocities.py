@@ -401,7 +401,7 @@ def accelerations_system(lesson: Lesson, free: Sequence[int], h: Sequence[Expr])
     """Return M q̈ = h, M by the names of its entries."""
     if not all(f"k_z:{i + 1},{j + 1}" in lesson.names for i in free for j in free):
         return []
-    M, right = lesson.name("M:", lesson.mass_letter, node=None), lesson.name("h:", "h", node=None)
+    M, right = lesson.name("M:", lesson.letters.mass_matrix, node=None), lesson.name("h:", "h", node=None)
     faster = lesson.called("accelerations:", Letter("q", dots=2))
     cells = []
     for i in free:
