@@ -261,7 +261,7 @@ def test_decimals_of_a_scene_are_decimals_of_its_lesson() -> None:
 
 def test_what_is_wanted_is_not_given() -> None:
     text = page("hoop")
-    assert r"For a given motion of $\phi$, find the forces and torques of the drives: $T$." in text
+    assert r"The motion of $\phi$ is prescribed: find what keeps it, $T$." in text
     assert r"No drive acts on $\theta$: wanted is how the mechanism moves there by itself, $\ddot{\theta}$." in text
 
 
