@@ -378,12 +378,13 @@ class Printable:
 
 def other_rates(scene: Scene) -> list[tuple[str, Form]]:
     """Return the rates of coordinates that are no velocities, those of quaternions, and of states, by name."""
-    graph = Graph()
-    state = State.of(scene, graph)
+    own = Graph()  # symbols in the order in which the formulas name them
+    states = [(acceleration_name(one.name), Form.of(one.rate.express(own))) for one in scene.states]
+    state = State.of(scene, Graph())
     others = [(q, rate) for q, rate in zip(scene.coordinates, state.rates, strict=True) if rate not in state.qd]
     write = in_sines([rate for _, rate in others], state, ())
     turned = [(velocity_name(q), write(rate)) for q, rate in others]
-    return turned + [(acceleration_name(one.name), Form.of(one.rate.express(graph))) for one in scene.states]
+    return turned + states
 
 
 def _rate(scene: Scene, rates: Sequence[tuple[str, int]]) -> Form:

@@ -239,7 +239,8 @@ class Key(Part, Generic[T]):
         """Return what a table says; a key that must be given and is not is a fault."""
         if self.example and self.name not in table:
             table.fault(f"{self.name} is missing; write {self.example}")
-            return Quantity.ONE if self.above_zero else self.default  # type: ignore[return-value]  # what is no fault
+            if self.above_zero:
+                return Quantity.ONE  # type: ignore[return-value]  # what is no second fault
         return self.read(table, self.name, self.default)
 
     def fields(self, table: EntryReader, scope: object) -> dict[str, Any]:
