@@ -314,7 +314,6 @@ def test_what_does_not_know_states_says_so(motor: Scene) -> None:
     told = "knows no states of one's own, and there is i; take them out"
     for error, what, ask in (
         (SimulateError, "inverse dynamics over time", lambda: symdyn.inverse(motor, "theta=0.1*t", until=1)),
-        (SimulateError, "collocation", lambda: symdyn.collocation(motor, until=1)),
         (DerivationError, "state_matrices", lambda: symdyn.dynamics.derive(motor, ["state_matrices"])),
     ):
         with pytest.raises(error, match=f"^motor: {what} {told}$"):

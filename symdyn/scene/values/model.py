@@ -343,16 +343,17 @@ class Scene(Shown):
         formula = self.derived_formulas.get(name)
         return f"{name} is derived, {name} = {spell(formula)}; give {listed(formula.symbols)}" if formula else ""
 
-    def held(self) -> Scene:
-        """Return the scene without outputs, its inputs being replaced by their values.
+    def held(self, but: Collection[str] = ()) -> Scene:
+        """Return the scene without outputs, its inputs, `but` for some, being replaced by their values.
 
         Raises:
             FormulaError: a formula has no value there.
         """
-        if not self.inputs:
+        values = {one.name: one.value for one in self.inputs if one.name not in but}
+        if not values:
             return replace(self, outputs=()) if self.outputs else self
-        values = {one.name: one.value for one in self.inputs}
-        return replace(self, inputs=(), outputs=()).substituted(values)
+        kept = tuple(one for one in self.inputs if one.name in but)
+        return replace(self, inputs=kept, outputs=()).substituted(values)
 
     def formula_names(self, specified: Iterable[str] = ()) -> tuple[str, ...]:
         """Return the names that formulas may use, parameters aside; of `specified`, multipliers are known later."""
