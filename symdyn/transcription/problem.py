@@ -334,8 +334,8 @@ def collocation(
         )
     if rated := [one.name for one in declared.inputs if one.name in free and (one.rates or one.of)]:
         raise SimulateError(
-            f"free: {listed(rated)}: an input with rates follows from its rates; declare it as a state with its rate as an "
-            'input, such as [states.x] rate = "v", and let v be free'
+            f"free: {listed(rated)}: an input with rates follows from its rates; declare it as a state with its rate "
+            'as an input, such as [states.x] rate = "v", and let v be free'
         )
     try:
         problem = replace(problem, scene=declared.held(free))

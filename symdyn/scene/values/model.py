@@ -289,6 +289,11 @@ class Scene(Shown):
         more = tuple(Parameter(x.name, shown[x], False, x.unit, x.latex, x.text, x.texts, of=x.of) for x in self.given)
         return replace(self, parameters=(*self.parameters, *more), inputs=(), outputs=(), states=(), signals=())
 
+    def without_mechanism(self) -> Scene:
+        """Return the scene's states alone: coordinates and velocities are further inputs, and nothing moves."""
+        inputs = (*self.inputs, *map(Input, (*self.coordinates, *self.velocities)))
+        return replace(self, bodies=(), joints=(), points=(), loops=(), elements=(), outputs=(), inputs=inputs)
+
     @cached_property
     def derived_formulas(self) -> dict[str, Quantity]:
         """The formulas of derived parameters in plain ones, by name; they stand in place of the names."""
