@@ -252,12 +252,9 @@ class Scene(Shown):
     def in_si(self) -> Scene:
         """Return an equal scene that is written in SI, whatever units its writer chose; for what is generated."""
         plain = map_quantities(self, lambda one: replace(one, unit=""))
-        return replace(
-            plain,
-            parameters=tuple(replace(one, written="") for one in plain.parameters),
-            derived=tuple(replace(one, written="") for one in plain.derived),
-            inputs=tuple(replace(one, written="") for one in plain.inputs),
-        )
+        lists = ("parameters", "derived", "inputs")
+        every: dict[str, Any] = {n: tuple(replace(one, written="") for one in getattr(plain, n)) for n in lists}
+        return replace(plain, **every)
 
     def in_language(self, code: str) -> Scene:
         """Return the scene with every description in a language, such as "sk", where it has it."""
@@ -355,8 +352,6 @@ class Scene(Shown):
             FormulaError: a formula has no value there.
         """
         values = {one.name: one.value for one in self.inputs if one.name not in but}
-        if not values:
-            return replace(self, outputs=()) if self.outputs else self
         kept = tuple(one for one in self.inputs if one.name in but)
         return replace(self, inputs=kept, outputs=()).substituted(values)
 
