@@ -15,8 +15,8 @@ from scipy.integrate import solve_ivp
 
 import symdyn
 from symdyn.cli import main
-from symdyn.errors import IdentifyError
-from symdyn.identification import identified
+from symdyn.errors import IdentifyError, SimulateError
+from symdyn.identification import identified, output_error
 from symdyn.scene import read_text
 
 pytestmark = pytest.mark.runs("cc")
@@ -147,6 +147,39 @@ def test_a_shell_finds_them_too(
     assert re.search(r"(?m)^ L +0\.007 +0\.01 ", said)
     assert re.search(r"(?m)^ rate of i +H A/s ", said)
     assert symdyn.simulate(symdyn.read("found.toml"), until=0.1).complete
+
+
+SLOW = PLAIN.replace("value = 7, ", "value = 150, ").replace("value = 0.25", "value = 0.3").replace("0.6", "0.5")
+"""With a coil that runs follow by few steps, and the pendulum of the log."""
+
+
+def test_a_current_that_nobody_measured_is_fitted_too() -> None:
+    """Of SciPy's angle alone: what the coil and its start were, by output error."""
+    t = np.linspace(0, 1, 51)
+    voltage = 6 * np.sin(5 * t)
+
+    def rate(t: float, x: Any) -> list[Any]:
+        torque = 0.08 * x[2] - 0.002 * x[1] - 0.15 * 9.81 * np.sin(x[0])
+        return [x[1], torque / 0.045, (6 * np.sin(5 * t) - 1.2 * x[2] - 0.08 * x[1]) / 0.1]
+
+    theta, _, i = solve_ivp(rate, (0, 1), [0, 0, 0.3], method="DOP853", t_eval=t, rtol=1e-11, atol=1e-12).y
+    scene, log = read_text(SLOW.replace("value = 0.001", "value = 0.002")), {"t": t, "theta": theta, "u": voltage}
+    found = output_error(scene, log, ["R", "L", "k"], start={"i": 0.2})
+    both = output_error(scene, {**log, "i": i}, ["R", "L", "k"])
+
+    assert found.names[-3:] == ("start theta", "start theta_dot", "start i")
+    for one in (found, both):
+        assert [one[name] for name in "RLk"] == pytest.approx([1.2, 0.1, 0.08], rel=2e-3)
+        assert one["start i"] == pytest.approx(0.3, abs=2e-3)
+    assert both.measured == ("theta", "i")
+
+
+def test_output_error_refuses_jumps_and_names_what_is_measured(log: dict[str, Any]) -> None:
+    told = "motor: output error knows no states that jump, and there is i; take the resets out"
+    with pytest.raises(SimulateError, match=f"^{told}$"):
+        output_error(read_text(JUMPS), log)
+    with pytest.raises(SimulateError, match=r"^measured: j is no coordinate, velocity or state; known are theta, "):
+        output_error(read_text(MOTOR), log, measured="j")
 
 
 JUMPS = MOTOR.replace("[bodies.bob]", '[states.i.reset]\nwhen = "theta"\nto = "0"\n[bodies.bob]')
