@@ -251,9 +251,8 @@ class Scene(Shown):
 
     def in_si(self) -> Scene:
         """Return an equal scene that is written in SI, whatever units its writer chose; for what is generated."""
-        plain = map_quantities(self, lambda one: replace(one, unit=""))
-        lists = ("parameters", "derived", "inputs")
-        every: dict[str, Any] = {n: tuple(replace(one, written="") for one in getattr(plain, n)) for n in lists}
+        plain, lists = map_quantities(self, lambda one: replace(one, unit="")), ("parameters", "derived", "inputs")
+        every: Any = {n: tuple(replace(one, written="") for one in getattr(plain, n)) for n in lists}
         return replace(plain, **every)
 
     def in_language(self, code: str) -> Scene:
@@ -346,14 +345,9 @@ class Scene(Shown):
         return f"{name} is derived, {name} = {spell(formula)}; give {listed(formula.symbols)}" if formula else ""
 
     def held(self, but: Collection[str] = ()) -> Scene:
-        """Return the scene without outputs, its inputs, `but` for some, being replaced by their values.
-
-        Raises:
-            FormulaError: a formula has no value there.
-        """
+        """Return the scene without outputs, inputs `but` some being their values; FormulaError where one has none."""
         values = {one.name: one.value for one in self.inputs if one.name not in but}
-        kept = tuple(one for one in self.inputs if one.name in but)
-        return replace(self, inputs=kept, outputs=()).substituted(values)
+        return replace(self, inputs=tuple(x for x in self.inputs if x.name in but), outputs=()).substituted(values)
 
     def formula_names(self, specified: Iterable[str] = ()) -> tuple[str, ...]:
         """Return the names that formulas may use, parameters aside; of `specified`, multipliers are known later."""
