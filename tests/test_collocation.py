@@ -29,10 +29,45 @@ EXAMPLES = Path(__file__).parent.parent / "examples"
 CART = symdyn.read(EXAMPLES / "cart_pole.toml")
 
 
+MOTOR = """
+name = "motor"
+gravity = [0, -9.81, 0]
+[parameters]
+m = 0.5
+l = 0.3
+k = 0.08
+b = 0.002
+[inputs.V]
+[signals]
+drop = "0.4*i + k*theta_dot"
+[states.i]
+rate = "(V - drop)/0.1"
+start = 0.1
+[bodies.bob]
+mass = "m"
+com = [0, "-l", 0]
+[joints.hinge]
+type = "revolute"
+parent = "ground"
+child = "bob"
+axis = [0, 0, 1]
+coordinate = "theta"
+drive = false
+force = "k*i - b*theta_dot"
+"""
+
+WARM = MOTOR.replace(
+    "[states.i]", '[states.warmth]\nrate = "t*i**2 - warmth*l/(1 + t**2)"\nstart = 0.3\n[states.i]'
+).replace('"k*i - ', '"k*i/(1 + warmth)*V - ')
+"""Whose torque falls, and whose rates change by the time, a parameter and other states."""
+
+
 def example(name: str) -> Scene:
     if name == "led_cart":
         text = (EXAMPLES / "cart_pole.toml").read_text().replace('drive = "F"', 'motion = "0.2*sin(5*t)"')
         return read_text(text)
+    if name in ("motor", "warm"):
+        return read_text(MOTOR if name == "motor" else WARM, f"{name}.toml")
     if name == "every_kind":
         return bind(symdyn.read(Path(__file__).parent / "data" / "every_kind.toml"), {"F": 1})
     return symdyn.read(EXAMPLES / f"{name}.toml")
@@ -73,6 +108,7 @@ WHAT = {  # a tree, loops, rolling, quaternions, a prescribed motion, parameters
     "rolling_disc": {},
     "free_body": {"final_cost": "t**2"},
     "led_cart": {"cost": "t*theta_dot**2"},
+    "warm": {"free": ("l", "V"), "cost": "V**2*i + 2*t*warmth**2", "final_cost": "t*i*theta"},
 }
 
 
@@ -191,6 +227,7 @@ MOVES = {  # a scene, the time of the end, a start
     "free_body": (0.5, {}, {}),
     "governor": (0.2, {}, {}),
     "led_cart": (0.6, {"theta": "2"}, {"theta": "1"}),
+    "motor": (0.6, {"theta": "2", "i": "3"}, {"theta": "1"}),
 }
 
 
@@ -218,15 +255,15 @@ def test_errors_fall_with_the_order_of_the_method(name, method):
         z[problem.place["force"]] = 0.0
         last = problem.residual(z)[problem.row["defects"]][:, -1]
         residuals.append(np.sqrt(np.mean(last**2)) * intervals)
-        end = [problem.place[kind][-1] for kind in ("q", "u")]
+        end = [problem.place[kind][-1] for kind in ("q", "s", "u")]
         found = solved(problem, z)
-        errors.append(max(np.abs(found[place] - z[place]).max() for place in end))
+        errors.append(max(np.abs(found[place] - z[place]).max(initial=0.0) for place in end))
 
     assert np.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.35)
     assert np.log2(residuals[0] / residuals[1]) == pytest.approx(order, abs=0.5)
 
 
-@pytest.mark.parametrize("name", ["cart_pole", "four_bar", "free_body", "led_cart"])
+@pytest.mark.parametrize("name", ["cart_pole", "four_bar", "free_body", "led_cart", "warm"])
 @pytest.mark.parametrize("method", METHODS)
 def test_a_time_that_is_given_has_the_slopes_of_one_that_is_found(name, method):
     scene = example(name)

@@ -11,6 +11,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import symdyn
+from symdyn.scene import read_text
 
 Rates = Callable[[float, Any], list[float]]
 
@@ -152,3 +153,57 @@ def test_an_actuator_follows_as_that_of_mujoco_does() -> None:
     run = symdyn.simulate(symdyn.example("actuator"), until=0.5, method="dop853")
     np.testing.assert_allclose(run["q"][-1], data.qpos[0], atol=1e-9)
     np.testing.assert_allclose(run["act"][-1], data.act[0], atol=1e-9)
+
+
+STORED = {  # MuJoCo's actuators with a state of their own, and the same as a scene says it
+    "dcmotor": (
+        '<dcmotor joint="hinge" motorconst="0.08" resistance="1.2" inductance="0.01"/>',
+        "(u - 1.2*s - 0.08*q_dot)/0.01",
+        "0.08*s",
+    ),
+    "muscle": (
+        '<general joint="hinge" dyntype="muscle" dynprm="0.01 0.04 0" gainprm="12"/>',
+        "if(u > s, (u - s)/(0.01*(0.5 + 1.5*s)), (u - s)*(0.5 + 1.5*s)/0.04)",
+        "12*s",
+    ),
+}
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.parametrize("name", STORED)
+def test_rates_of_actuators_are_those_of_mujoco(name: str) -> None:
+    """At random states: a motor's current acts there as it is at the end of a step, which is short."""
+    mujoco = pytest.importorskip("mujoco")
+    actuator, rate, force = STORED[name]
+    model = mujoco.MjModel.from_xml_string(f"""
+    <mujoco><compiler angle="radian"/><option timestep="1e-13" gravity="0 0 -9.81"/>
+      <worldbody><body><joint name="hinge" type="hinge" axis="0 1 0" damping="0.1"/>
+        <inertial pos="0 0 -0.4" mass="2" diaginertia="0.03 0.03 0.001"/></body></worldbody>
+      <actuator>{actuator}</actuator></mujoco>""")
+    scene = read_text(f"""
+name = "arm"
+units = "none"
+gravity = [0, 0, -9.81]
+[inputs.u]
+[states.s]
+rate = "{rate}"
+[bodies.arm]
+mass = 2
+com = [0, 0, -0.4]
+inertia = [0.03, 0.03, 0.001]
+inertia_about = "com"
+[joints.hinge]
+type = "revolute"
+parent = "ground"
+child = "arm"
+axis = [0, 1, 0]
+coordinate = "q"
+drive = false
+force = "{force}"
+damping = 0.1
+""")
+    rates, data = symdyn.load(scene, ["state_rates"]).state_rates, mujoco.MjData(model)
+    for q, qd, s, u in np.random.default_rng(5).uniform(0, 1, (20, 4)):
+        data.qpos[0], data.qvel[0], data.act[0], data.ctrl[0] = q, qd, s, u
+        mujoco.mj_forward(model, data)
+        np.testing.assert_allclose(rates([q], [qd], [0], [u], [s]), [qd, data.qacc[0], data.act_dot[0]], rtol=1e-9)

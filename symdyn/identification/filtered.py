@@ -57,7 +57,7 @@ class Motion:
     Attributes:
         source: of the log.
         t: times, s, shape (N,).
-        q: coordinates, shape (N, nq).
+        q: coordinates, shape (N, nq); behind them, where there are inputs or states, what `rate_rows` says.
         qd: velocities, shape (N, nv).
         qdd: accelerations, shape (N, nv).
         tau: driving forces as measured, shape (N, nv).
@@ -145,18 +145,26 @@ def _motion(log: Log, part: Indices, step: float, band: float) -> tuple[Motion, 
 
     t, q, tau = log.t[part], log.q[part], log.tau[part]
     qd, qdd = (None if x is None else x[part] for x in (log.qd, log.qdd))
+    given = np.hstack([log.inputs[part], log.states[part]]) if log.inputs.size + log.states.size else None
     notes = []
     off = float(np.abs(np.diff(t) - step).max())
     if off > UNEVEN * step:
         even = np.linspace(t[0], t[-1], round(float((t[-1] - t[0]) / step)) + 1)
         q, tau = make_interp_spline(t, q, k=3)(even), make_interp_spline(t, tau, k=1)(even)
-        qd, qdd = (None if x is None else make_interp_spline(t, x, k=3)(even) for x in (qd, qdd))
+        qd, qdd, given = (None if x is None else make_interp_spline(t, x, k=3)(even) for x in (qd, qdd, given))
         t, step = even, float(even[1] - even[0])
         if off > TOLD * step:
             notes.append(f"{log.source}: steps differ by up to {off:.3g} s; interpolated to one of {step:.6g} s")
     noise = np.zeros((3, tau.shape[1]))
+
+    def beside(q: Array, given: Array | None) -> Array:
+        if given is None:
+            return q
+        own = given[:, log.inputs.shape[1] :]
+        return np.hstack([q, t[:, None], given, make_interp_spline(t, own, k=5)(t, 1)])
+
     if qdd is not None and qd is not None:
-        return Motion(log.source, t, q, qd, qdd, tau, noise, band), notes
+        return Motion(log.source, t, beside(q, given), qd, qdd, tau, noise, band), notes
     cut = 2 * band * step
     sections = butter(ORDER, cut, output="sos") if cut < 1 else None
 
@@ -175,6 +183,7 @@ def _motion(log: Log, part: Indices, step: float, band: float) -> tuple[Motion, 
         level, fit = share * floor(qd, step), make_interp_spline(t, smooth(qd), k=5)
         q, qd, qdd = smooth(q), fit(t), fit(t, 1)
         noise = np.sqrt(np.stack([0 * level, level, level * w**2 / 3]))
+    q = beside(q, None if given is None else smooth(given))
     edge = min(int(np.ceil(EDGE / (band * step))), len(t) // 10)
     keep = slice(edge, len(t) - edge)
     return Motion(log.source, t[keep], q[keep], qd[keep], qdd[keep], tau[keep], noise, band), notes

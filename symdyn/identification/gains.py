@@ -301,7 +301,7 @@ def fitted(
         IdentifyError: too few rows, or gains that do not settle.
     """
     parts = evidence.parts
-    names = (*model.names, *carried.names, *(f"gain {drive_names(model.scene)[j]}" for j in shown))
+    names = (*model.names, *carried.names, *(f"gain {model.drives[j]}" for j in shown))
     start = np.append(np.nan_to_num(model.prior), np.zeros(len(carried.names)))
     usual = expected(
         shown,
@@ -332,7 +332,7 @@ def fitted(
             break
         out = [one | more for one, more in zip(out, new, strict=True)]
         used = [one & ~more for one, more in zip(used, new, strict=True)]
-    drives = drive_names(model.scene)
+    drives = model.drives
     outliers = [
         one
         for part, mask, left in zip(parts, out, residuals, strict=True)
@@ -391,7 +391,7 @@ def _told_of(outliers: list[Outlier], out: list[Flags]) -> list[str]:
 def _standing(model: LinearModel, moved: Sequence[Motion]) -> list[str]:
     """Return a note on samples of joints that were left out as `moving` says."""
     left = 1 - np.concatenate([moving(model, one) for one in moved]).mean(axis=0)
-    names = drive_names(model.scene)
+    names = model.drives
     parts = [f"{100 * left[j]:.2g} % of {names[j]}" for j in model.rows if left[j] > 0]
     return [f"left out where a joint stands, where dry friction jumps: {', '.join(parts)}"] if parts else []
 
@@ -403,7 +403,6 @@ def _fits(model: LinearModel, evidence: Evidence, gains: Gains, own: Rows, used:
         held: sum(p.stop - p.start for one in evidence.parts for p, h in one.blocks if h is held)
         for held in (False, True)
     }
-    units, names = SceneUnits(model.scene).velocities, drive_names(model.scene)
     count = len(model.prior)
     before = np.append(model.prior, gains.factors[count:])
     known = bool(np.isfinite(before).all())
@@ -417,8 +416,8 @@ def _fits(model: LinearModel, evidence: Evidence, gains: Gains, own: Rows, used:
 
         found.append(
             Fit(
-                names[j],
-                model.scene.shown_unit(force_unit(units[j])),
+                model.drives[j],
+                model.units[j],
                 off(own, 0 * gains.factors),
                 off(own, gains.factors),
                 off(own, before) if known else float("nan"),

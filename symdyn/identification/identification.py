@@ -24,7 +24,6 @@ from symdyn.identification.payload import Carried, Fit
 from symdyn.identification.regression import Outlier, Regression, echelon
 from symdyn.scene import INERTIAL, Scene
 from symdyn.shown import Shown
-from symdyn.simulation.prescribed import drive_names
 from symdyn.table import Table
 
 if TYPE_CHECKING:
@@ -103,7 +102,7 @@ def not_identifiable(
         if np.linalg.norm(generic @ along) < STRUCTURE * np.linalg.norm(size * along):
             why, helps = NEVER, "leave a term out, or know one of them"
             if part[0] >= first_gain:
-                drive = drive_names(model.scene)[list(shown)[part[0] - first_gain]]
+                drive = model.drives[list(shown)[part[0] - first_gain]]
                 why, helps = UNFELT, f"{WEIGH}, as in {argument('units', {drive: '0.12*A'})}"
             found.append(NotIdentifiable(formula, why, helps, names))
             continue
@@ -145,8 +144,8 @@ def _generic(
     columns = []
     for place in loads.values():
         both = np.nan_to_num(np.concatenate([model.regressor(*state), carried.columns(model, place, *state)], axis=2))
-        joint = np.tile(np.arange(nv), len(both))
-        columns.append(gains.columns(both.reshape(len(joint), -1), joint).reshape(len(both), nv, -1))
+        joint = np.tile(np.arange(both.shape[1]), len(both))
+        columns.append(gains.columns(both.reshape(len(joint), -1), joint).reshape(*both.shape[:2], -1))
     return np.concatenate(columns)
 
 

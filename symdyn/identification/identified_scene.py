@@ -96,9 +96,10 @@ def fit_names(
     """
     from scipy.optimize import least_squares
 
-    told = BaseColumns.of(Workspace(without_values(scene, unbound))).named()
+    w = Workspace(without_values(scene, unbound))
+    told, graph = BaseColumns.of(w).named(), w.graph
+    told += tuple((name, graph.symbol(name)) for name in base if name not in dict(told))  # of rates of states alone
     beta = [told[k][1] for k in places_of(base, [name for name, _ in told])]
-    graph = beta[0].graph
     places = {name for one in Quantity.inside(_geometry(scene)) for name in one.symbols}
     met = {str(node.value) for node in reachable(beta)}
     unknown = [p for p in scene.parameters if p.name in met and p.name not in places]
@@ -156,7 +157,7 @@ def _geometry(scene: Scene) -> Scene:
         replace(joint, armature=Quantity.ZERO, damping=Quantity.ZERO, friction=Quantity.ZERO, dry=None, forces=())
         for joint in scene.joints
     )
-    return replace(scene, bodies=(), elements=(), joints=joints, parameters=(), outputs=())
+    return replace(scene, bodies=(), elements=(), joints=joints, parameters=(), outputs=(), states=(), signals=())
 
 
 DIGITS = 10
@@ -214,12 +215,11 @@ def identified(
     """
     check_arguments(identified, locals(), IdentifyError)
     total_mass, spread = native(float, total_mass, spread)
-    told = identifiable_combinations(identification)
-    scene = identification.model.scene
+    model, scene = identification.model, identification.model.scene
     declared = {parameter.name for parameter in identification.scene.parameters}
     added = [parameter.name for parameter in scene.parameters if parameter.name not in declared]
     if inertial_names(scene):
-        named = fit_names(scene, identification.model.names, *told, added)
+        named = fit_names(scene, model.names, *identifiable_combinations(identification), added)
         values = {name: float(x) for name, x in zip(named.names, named.values, strict=True)}
         notes = [*_named_notes(scene, named), *_gain_notes(identification)]
         if total_mass is not None or inside:
@@ -232,11 +232,13 @@ def identified(
             )
         return Identified(with_parameters(scene, values), values, None, named, tuple(notes))
     known = unknowns(scene, added)
-    combinations, estimate, covariance = told
-    rows = known.map[places_of(identification.model.names, known.base)]
+    combinations, estimate, covariance = identifiable_combinations(identification, model.base)
+    rows = known.map[places_of(model.names[: model.base], known.base)]
     physical = nearest_physical(known, combinations @ rows, estimate, covariance, total_mass, inside, spread)
     changed = [k for k, name in enumerate(known.bodies) if name not in physical.kept]
     values = {known.names[k]: float(physical.values[k]) for k in _places(changed, len(known.bodies), len(known.names))}
+    rated = zip(model.names, identification.after.tolist(), strict=False)
+    values |= dict(list(rated)[model.base : len(model.names)])
     return Identified(
         with_parameters(scene, values),
         values,
@@ -246,14 +248,15 @@ def identified(
     )
 
 
-def identifiable_combinations(identification: Identification) -> tuple[Array, Array, Array]:
+def identifiable_combinations(identification: Identification, first: int | None = None) -> tuple[Array, Array, Array]:
     """Return C, e, Sigma: identifiable combinations of base parameters, shape (k, b), estimates, covariance.
 
-    The base parameters are those of `found.model.names`, in their order.
+    The base parameters are the `first` of `found.model.names`, None for all, in their order.
     """
     regression = identification.regression
     count = len(identification.model.names)
     assert regression.names[:count] == identification.model.names, "gains and payloads stand behind base parameters"
+    count = count if first is None else first
     estimate, covariance = regression.estimate[:count], regression.covariance[:count, :count]
     if not len(regression.null_space):
         return np.eye(count), estimate, covariance

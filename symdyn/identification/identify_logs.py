@@ -287,9 +287,9 @@ def identify(
 
     Args:
         scene: the mechanism; parameters that are not identifiable keep its values.
-        data: path of a CSV file with the columns t, coordinates and driving forces, as `simulate` writes them; arrays
-            by name, a data frame or a run; or a list of such, a log each. Velocities and accelerations may be among
-            them, else they are differentiated.
+        data: path of a CSV file with the columns t, coordinates, driving forces, inputs and states, as `simulate`
+            writes them; arrays by name, a data frame or a run; or a list of such, a log each. Velocities and
+            accelerations may be among them, else they are differentiated.
         band: highest frequency that is used, Hz; None takes that where noise begins.
         friction: terms that joints with a drive have beside what the scene declares: "viscous", "coulomb", "offset",
             "armature".
@@ -327,7 +327,7 @@ def identify(
     _check_gains(model, shown, payloads, logs)
     band = choose_band(logs) if band is None else band
     parts = [motions(log, band) for log in logs]
-    moved = [(place, one) for place, (some, _) in enumerate(parts) for one in some]
+    moved = [(place, model.beside(one)) for place, (some, _) in enumerate(parts) for one in some]
     if not moved:
         raise IdentifyError([note for _, told in parts for note in told])
     load = carried(model, payloads, logs)
@@ -339,8 +339,8 @@ def identify(
         unit = said[j].unit if j in said else "force"
         return fitted(model, held, load, {**shown, j: unit}, band, outliers)
 
-    forces = [j for j in model.rows if scene.drives[j] and j not in shown and j not in said]
-    alone = not payloads and all(j in shown or j in said for j in model.rows if scene.drives[j]) and len(said) == 1
+    forces = [j for j in model.driven if j not in shown and j not in said]
+    alone = not payloads and all(j in shown or j in said for j in model.driven) and len(said) == 1
     doubted = doubts(model, said, forces, shown, found, freed, alone)
     gains = estimated_gains(scene, shown, found.regression, found.gains)
     notes = [note for log, (_, told) in zip(logs, parts, strict=True) for note in (*log.notes, *told)]
@@ -362,7 +362,7 @@ def _check_gains(
     model: LinearModel, shown: Mapping[int, str], payloads: Sequence[Payload], logs: Sequence[Log]
 ) -> None:
     """Raise IdentifyError where no drive is known as a force and nothing of known size acts in some logs alone."""
-    driven = [j for j in model.rows if model.scene.drives[j]]
+    driven = model.driven
     if not shown or any(j not in shown for j in driven):
         return
     names = [drive_names(model.scene)[j] for j in driven]
@@ -408,7 +408,7 @@ def _expected(
     shown: Mapping[int, str],
 ) -> list[str]:
     """Return notes on driving forces that are far from what the scene expects of the motion."""
-    driven = [j for j in model.rows if model.scene.drives[j] and j not in shown]
+    driven = [j for j in model.driven if j not in shown]
     if not np.isfinite(model.prior).all() or not driven:
         return []
     tau = np.concatenate([one.tau for _, one in moved])

@@ -27,12 +27,15 @@ from symdyn.arguments import argument
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.outputs import BaseColumns, Linear
 from symdyn.errors import DerivationError, IdentifyError, SceneError, choice
-from symdyn.graph import Expr, evaluate, gradient, reachable, substitute
+from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute
+from symdyn.identification.filtered import Motion
+from symdyn.identification.rate_rows import apart, rate_rows, width
 from symdyn.runtime import load
-from symdyn.scene import INERTIAL, Quantity, Scene, bind
+from symdyn.scene import INERTIAL, Quantity, Scene, SceneUnits, bind
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Joint, Parameter, force_unit, velocity_name
+from symdyn.simulation.prescribed import drive_names
 
 TEN = len(INERTIAL)
 
@@ -172,22 +175,35 @@ class LinearModel:
 
     Attributes:
         scene: with a parameter for each term of friction that it did not have.
-        names: of the base parameters, shape (p,).
+        names: of the base parameters, and then of those that rates of states alone know, shape (p,).
+        base: how many of them are base parameters.
         prior: their values in the scene, shape (p,); NaN where it has no number.
-        rows: indices of the velocities whose equation depends on them, shape (m,).
+        drives, units: of the rows: driving forces, and behind them rates of states, shape (r,).
+        rows: indices of those whose equation depends on parameters, shape (m,).
         jumps: indices of the velocities at whose standstill a force jumps.
-        regressor: (q, qd, qdd) of shapes (N, nq), (N, nv), (N, nv) to Y, shape (N, nv, p).
-        ten: the same arguments to the columns of the ten parameters of every body, shape (N, nv, 10 bodies); compiled
+        regressor: (q, qd, qdd) of shapes (N, nq), (N, nv), (N, nv) to Y, shape (N, r, p); behind q is what `rate_rows`
+            says.
+        ten: the same arguments to the columns of the ten parameters of every body, shape (N, r, 10 bodies); compiled
             when it is called.
+        beside: the motion of a log with what stands for driving forces in rows of states.
     """
 
     scene: Scene
     names: tuple[str, ...]
+    base: int
     prior: Array
+    drives: tuple[str, ...]
+    units: tuple[str, ...]
     rows: tuple[int, ...]
     jumps: tuple[int, ...]
     regressor: Callable[[Array, Array, Array], Array]
     ten: Callable[[Array, Array, Array], Array]
+    beside: Callable[[Motion], Motion]
+
+    @property
+    def driven(self) -> tuple[int, ...]:
+        """Indices of the rows that are those of a drive."""
+        return tuple(j for j in self.rows if j < len(self.scene.drives) and self.scene.drives[j])
 
 
 @dataclass(frozen=True)
@@ -278,8 +294,8 @@ def linear_model(scene: Scene, terms: Sequence[str] = ()) -> LinearModel:
         terms: of `TERMS`, those that joints lack are added.
 
     Raises:
-        IdentifyError: a parameter of the geometry has no value, the scene has no drives, inputs over time, or parts of
-            its forces that no parameter stands for.
+        IdentifyError: a parameter of the geometry has no value, the scene has neither drives nor states, inputs with
+            rates, states that jump, or parts of its forces that no parameter stands for.
         DerivationError: the scene has no driving forces.
     """
     _check(scene)
@@ -310,13 +326,26 @@ def linear_model(scene: Scene, terms: Sequence[str] = ()) -> LinearModel:
             f"{scene.name}: {', '.join(lacking)} {'has' if len(lacking) == 1 else 'have'} no value, and it is geometry "
             f"or gravity, which is not identified; give it, as in {argument('values', dict.fromkeys(lacking, 1))}"
         )
+    own = rate_rows(w, *_seen(w, told, entries))
+    more = [(name, value) for name, value in zip(own.names, own.values, strict=True) if name not in dict(told)]
     known = {p.name: float(p.value.at({}) or 0) for p in augmented.parameters if p.value is not None}
-    prior = np.array([_number(value, known) for _, value in told])
+    prior = np.array([np.nan if value is None else _number(value, known) for _, value in (*told, *more)])
+    names = [name for name, _ in (*told, *more)]
     bound = bind(scene, dict.fromkeys(free, 1)) if free else scene
     call = load(bound, ["base_regressor"]).base_regressor
+    places, n, extra = [names.index(name) for name in own.names], len(scene.velocities), len(scene.states)
+
+    def forces(of: Callable[..., Array], q: Array, qd: Array, qdd: Array, columns: int) -> Array:
+        at = apart(scene, q) | {"qd": qd, "qdd": qdd}
+        found = np.zeros((len(q), n + extra, columns))
+        told = np.asarray(of(*(at[one.name] for one in of.operands)), dtype=np.float64)  # type: ignore[attr-defined]
+        found[:, :n] = np.pad(told, ((0, 0), (0, 0), (0, max(0, columns - told.shape[2]))))[..., :columns]
+        return found
 
     def regressor(q: Array, qd: Array, qdd: Array) -> Array:
-        found: Array = np.asarray(call(q, qd, qdd), dtype=np.float64)
+        found = forces(call, q, qd, qdd, len(names))
+        if extra:
+            found[:, n:, places] = own.slopes(apart(scene, q) | {"qd": qd})
         return found
 
     @cache
@@ -325,14 +354,39 @@ def linear_model(scene: Scene, terms: Sequence[str] = ()) -> LinearModel:
         return found
 
     def ten(q: Array, qd: Array, qdd: Array) -> Array:
-        found: Array = np.asarray(every()(q, qd, qdd), dtype=np.float64)[:, :, : TEN * len(bound.bodies)]
-        return found
+        return forces(every(), q, qd, qdd, TEN * len(bound.bodies))
+
+    def beside(motion: Motion) -> Motion:
+        if not extra:
+            return motion
+        return replace(motion, tau=np.hstack([motion.tau, own.known(apart(scene, motion.q) | {"qd": motion.qd})]))
 
     rng = np.random.default_rng(1)
-    q, qd, qdd = (rng.uniform(-1, 1, (8, n)) for n in (len(scene.coordinates), *[len(scene.velocities)] * 2))
+    q, qd, qdd = (rng.uniform(-1, 1, (8, count)) for count in (width(scene), n, n))
     said = np.abs(np.nan_to_num(regressor(q, qd, qdd))).max(axis=(0, 2))
     rows = tuple(int(k) for k in np.flatnonzero(said > 0))
-    return LinearModel(augmented, tuple(name for name, _ in told), prior, rows, _jumps(scene), regressor, ten)
+    drives = (*drive_names(scene), *(f"rate of {one.name}" for one in scene.states))
+    units = (*(scene.shown_unit(force_unit(unit)) for unit in SceneUnits(scene).velocities), *own.units)
+    return LinearModel(
+        augmented, tuple(names), len(told), prior, drives, units, rows, _jumps(scene), regressor, ten, beside
+    )
+
+
+def _seen(w: Workspace, told: Sequence[tuple[str, Expr]], entries: Sequence[Expr]) -> tuple[list[str], list[str]]:
+    """Return parameters that are columns of driving forces, and those that these know of otherwise.
+
+    Raises:
+        IdentifyError: one that rates know too is a column together with others.
+    """
+    columns = [name for name, _ in told]
+    together = {part: name for name in columns for part in name.split(" + ") if part != name}
+    rated = {str(node.value) for node in reachable(w.state_rates) if node.op is Op.SYMBOL}
+    if mixed := [name for name in together if name in rated]:
+        raise IdentifyError(
+            f"{w.scene.name}: {', '.join(mixed)}: forces know it in {together[mixed[0]]} alone, and the rate of a "
+            "state by itself; make it a number, or leave the others out"
+        )
+    return columns, [str(node.value) for node in reachable(list(entries)) if node.op is Op.SYMBOL]
 
 
 def _number(value: object, known: dict[str, float]) -> float:
@@ -352,15 +406,18 @@ def _jumps(scene: Scene) -> tuple[int, ...]:
 
 
 def _check(scene: Scene) -> None:
-    if not any(scene.drives):
+    if not (any(scene.drives) or scene.states):
         raise IdentifyError(
             f'{scene.name}: no joint has a drive, so no force is measured; name one, as in drive = "tau1", or fit '
             f"motions alone, by output error: {argument('by', 'output-error', 'symdyn.identification.output_error')}"
         )
-    if scene.inputs:
-        names = ", ".join(one.name for one in scene.inputs)
-        raise IdentifyError(f"{scene.name}: {names}: inputs over time are not identified with; bind numbers in place")
-    scene.refuse_states("identification", IdentifyError)
+    if rated := [one.name for one in scene.inputs if one.rates]:
+        told = "inputs with rates are not identified with; bind numbers in place"
+        raise IdentifyError(f"{scene.name}: {', '.join(rated)}: {told}")
+    if jumping := [one.name for one in scene.states if one.reset is not None]:
+        told = "states that jump are not identified with; take the resets out, and give logs between jumps"
+        raise IdentifyError(f"{scene.name}: {', '.join(jumping)}: {told}")
+    scene.refuse_contacts("identification", IdentifyError)
 
 
 def places_of(requested: Sequence[str], there: Sequence[str]) -> list[int]:

@@ -5,6 +5,7 @@
     q1_dot, ...             velocities, where they were measured; else they are differentiated
     q1_ddot, ...            accelerations, likewise
     tau1, F, ...            driving forces, as `drive_names` calls them: N m or N, what `simulate` writes
+    u, i, ...               inputs, and states of one's own
 
 Other columns are ignored. All faults of all logs are reported together.
 
@@ -16,7 +17,7 @@ the scene expects.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from math import isfinite, pi
 from typing import Any
@@ -79,12 +80,13 @@ def in_si(
     factors = dict[str, float]()
     for pattern, said in units.items():
         found = [name for name in (TIME, *table.values) if fnmatchcase(name, pattern)]
-        other = [name for name in found if name not in drives]
         try:
             count, unit = _factor(said)
         except UnitError as error:
             faults.add("units", f"{pattern}: {said} is no unit of a column: {error}")
             continue
+        fitting = {name for name in found if unit.dimension == Unit.read(kinds.get(name) or "1").dimension}
+        other = [name for name in found if name not in drives and name not in fitting]
         if not found:
             faults.add(
                 "units", f"{pattern}: {table.source} has no such column; {choice(pattern, (TIME, *table.values))}"
@@ -95,7 +97,7 @@ def in_si(
                 f"{pattern}: {unit.text} is what a drive shows, and {other[0]} is none; "
                 f"{choice(other[0], tuple(drives))}",
             )
-        elif unit.text in GAINED:
+        elif unit.text in GAINED and not fitting:
             factors |= dict.fromkeys(found, count * _size(unit))
         else:
             for name in found:
@@ -292,6 +294,7 @@ class Log:
         qdd: accelerations, shape (N, nv), None likewise.
         tau: driving forces, shape (N, nv), zero where a joint is passive; N m or N, or what a drive shows instead.
         notes: what is doubtful, one line each.
+        inputs, states: shapes (N, inputs) and (N, states).
     """
 
     source: str
@@ -301,6 +304,8 @@ class Log:
     qdd: Array | None
     tau: Array
     notes: tuple[str, ...] = ()
+    inputs: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    states: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
 
 def read_logs(scene: Scene, data: Any, units: Mapping[str, str] | None = None) -> tuple[Log, ...]:
@@ -338,13 +343,14 @@ def read_logs(scene: Scene, data: Any, units: Mapping[str, str] | None = None) -
 
 def expected(scene: Scene) -> tuple[str, ...]:
     """Return the columns beside t that a log of a scene must have."""
-    return (*scene.coordinates, *(drive for drive in scene.drives if drive))
+    return (*scene.coordinates, *(drive for drive in scene.drives if drive), *(one.name for one in scene.given))
 
 
 def known(scene: Scene) -> tuple[str, ...]:
     """Return all columns beside t that a log of a scene may have and that are read."""
     rates = scene.velocities
-    return (*scene.coordinates, *rates, *(acceleration_name(name) for name in rates), *drive_names(scene))
+    told = (*scene.coordinates, *rates, *(acceleration_name(name) for name in rates), *drive_names(scene))
+    return (*told, *(one.name for one in scene.given))
 
 
 def _log(scene: Scene, table: Columns, faults: Faults) -> Log | None:
@@ -384,7 +390,9 @@ def _log(scene: Scene, table: Columns, faults: Faults) -> Log | None:
     idle = [drive for k, drive in enumerate(scene.drives) if drive and not tau[:, k].any()]
     if idle:
         notes.append(f"{source}: {', '.join(idle)} is zero all the time")
-    return Log(source, table.t, q, qd, qdd, tau, tuple(notes))
+    letters = (scene.inputs, scene.states)
+    given = [np.array([table.values[one.name] for one in some]).reshape(-1, len(still)).T for some in letters]
+    return Log(source, table.t, q, qd, qdd, tau, tuple(notes), *given)
 
 
 def _some(values: Mapping[str, Array], names: Sequence[str], source: str, notes: list[str]) -> Array | None:

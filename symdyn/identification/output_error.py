@@ -152,15 +152,15 @@ def output_error(
 
     Args:
         scene: the mechanism, its parameters bound: the search begins at their values; or a `Problem`.
-        data: a .csv file, arrays by name, a table or a run, of columns t, coordinates, velocities and driving forces;
-            or a list of such, one a log, each with a start of its own.
+        data: a .csv file, arrays by name, a table or a run, of columns t, coordinates, velocities, states and driving
+            forces; or a list of such, one a log, each with a start of its own.
         parameters: names of those to estimate; None takes all identifiable ones but gravity's. Which they are
             not is reported.
-        measured: which columns are fitted; None for all coordinates and velocities that the logs have.
+        measured: which columns are fitted; None for all coordinates, velocities and states that the logs have.
         pieces: into how many pieces every log is cut, each with a start of its own: for motions that forget theirs.
         **fields: of `Problem`.
         forces: driving forces that the logs have no columns of, as `simulate` takes them.
-        start: guesses of coordinates at the start that were not measured, by name.
+        start: guesses of coordinates and states at the start that were not measured, by name.
         start_rates: likewise of velocities.
 
     Raises:
@@ -216,7 +216,7 @@ def _begin(
     starts = len(pieces[0].unknowns)
     sizes = np.array([abs(known[name]) or 1.0 for name in parameters])
     before = np.concatenate([[known[name] for name in parameters] / sizes, np.zeros(starts * len(pieces))])
-    columns = [[*scene.coordinates, *scene.velocities].index(name) for name in names]
+    columns = [[*scene.coordinates, *scene.first_order].index(name) for name in names]
     scatter = np.concatenate([one.x for one in logs]).std(axis=0)
     scatter = np.where(scatter > 0, scatter, 1.0)
     found = Search(pieces, logs, columns, parameters, sizes, before, starts, scatter, ROUNDING * scatter)
@@ -280,7 +280,7 @@ def _found(scene: Scene, search: Search, unknowns: Array, names: tuple[str, ...]
     scale = np.concatenate([search.sizes, np.ones(len(unknowns) - n)])
     inverse = (ways.T / sizes) / length[:, None] * scale[:, None]
     bases = [piece.start for piece in search.pieces]
-    state = [*scene.coordinates, *scene.velocities]
+    state = [*scene.coordinates, *scene.first_order]
     places = [state.index(one) if one in state else -1 for one in search.pieces[0].unknowns]  # a turn starts from zero
     first = np.concatenate([np.zeros(n), *([0.0 if k < 0 else float(base[k]) for k in places] for base in bases)])
     return OutputFit(
@@ -294,6 +294,7 @@ def _units(scene: Scene, search: Search) -> tuple[str, ...]:
     units = SceneUnits(scene).inferred
     states = {name: f"{unit}/s" for name, unit in zip(scene.velocities, SceneUnits(scene).velocities, strict=True)}
     states |= dict(zip(scene.coordinates, SceneUnits(scene).coordinates, strict=True))
+    states |= {one.name: one.unit for one in scene.states}
     starts = (scene.shown_unit(states.get(one, "rad")) for piece in search.pieces for one in piece.unknowns)
     return (*(units[name] for name in search.parameters), *starts)
 

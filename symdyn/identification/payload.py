@@ -27,6 +27,7 @@ from symdyn.errors import IdentifyError, choice, listed
 from symdyn.identification.filtered import Flags, Motion, projected
 from symdyn.identification.linear_model import TEN, LinearModel
 from symdyn.identification.log import Log
+from symdyn.identification.rate_rows import width
 from symdyn.identification.regression import Rows
 from symdyn.rounding import in_digits
 from symdyn.scene import INERTIAL
@@ -99,7 +100,7 @@ class Carried:
         """Return columns of what is not known, and last the force of what is, of a log: shape (N, nv, u + 1)."""
         both = np.column_stack([self.unknown[place], self.known[place]])
         if not both.any():
-            return np.zeros((len(q), qd.shape[1], both.shape[1]))
+            return np.zeros((len(q), len(model.drives), both.shape[1]))
         found: Array = model.ten(q, qd, qdd) @ both
         return found
 
@@ -170,7 +171,7 @@ def carried(model: LinearModel, payloads: Sequence[Payload], logs: Sequence[Log]
 def _random(model: LinearModel) -> Array:
     """Return the columns of the ten of every body in random motions, shape (rows, 10 bodies)."""
     rng = np.random.default_rng(2)
-    nq, nv = len(model.scene.coordinates), len(model.scene.velocities)
+    nq, nv = width(model.scene), len(model.scene.velocities)
     found = model.ten(*(rng.uniform(-1, 1, (100, n)) for n in (nq, nv, nv)))
     return np.nan_to_num(found.reshape(-1, found.shape[2]))
 
@@ -344,7 +345,7 @@ def _part(model: LinearModel, motion: Motion, carried: Carried, place: int, hold
             "centre; leave such samples out"
         )
     drawn = None
-    if motion.noise.any() and motion.q.shape == motion.qd.shape:
+    if motion.noise.any() and len(model.scene.coordinates) == motion.qd.shape[1]:
         drawn = columns(*_shaken(motion)) - both
     return DataPart(motion, both, drawn, tuple(blocks(len(motion.t), hold_back)))
 
@@ -354,13 +355,13 @@ def _shaken(motion: Motion) -> tuple[Array, Array, Array]:
     rng = np.random.default_rng(0)
     step = float(motion.t[1] - motion.t[0])
     frequency = np.fft.rfftfreq(len(motion.t), step)
-    shape = (len(frequency), motion.q.shape[1])
+    shape = (len(frequency), n := motion.qd.shape[1])
     white = (rng.normal(size=shape) + 1j * rng.normal(size=shape)) * (frequency <= motion.band)[:, None]
     turn = 2j * np.pi * frequency[:, None]
     parts = [np.fft.irfft(white * turn**k, len(motion.t), axis=0) for k in range(3)]
     level = motion.noise[1] / np.maximum(np.std(parts[1], axis=0), 1e-300)
-    q, qd, qdd = (x + p * level for x, p in zip((motion.q, motion.qd, motion.qdd), parts, strict=True))
-    return q, qd, qdd
+    q, qd, qdd = (x + p * level for x, p in zip((motion.q[:, :n], motion.qd, motion.qdd), parts, strict=True))
+    return np.hstack([q, motion.q[:, n:]]), qd, qdd
 
 
 def held_in(part: DataPart) -> Flags:

@@ -96,6 +96,9 @@ def cleared(rows: Array, columns: Array) -> Array:
     return found
 
 
+BALANCED = 1e-6
+"""Part of its terms to which an equation without a driving force holds: noise is never taken as less."""
+
 ROUNDS = 8
 """Of weights and parameters in turn."""
 
@@ -233,6 +236,8 @@ def solve(names: Sequence[str], rows: Rows, prior: Array, band: float, joints: i
         beta, leverage, *_ = _solved(Y, tau, weights, kept, rows.buried)
         residuals = tau - Y @ beta
         before, variance = variance, _variance(residuals, leverage, joint, rows.frequency / band, joints)
+        for of in (joint == j for j in np.unique(joint) if not tau[joint == j].any()):  # what is nothing in all
+            variance[of] = np.maximum(variance[of], (BALANCED * np.sqrt(np.mean((Y[of] @ np.diag(beta)) ** 2))) ** 2)
         if np.abs(np.log(variance / before)).max() < 1e-3:
             break
     weights = 1 / np.sqrt(variance)

@@ -37,7 +37,6 @@ from symdyn.identification.report_sections import (
     parameter_table,
 )
 from symdyn.scene import Written, write_text
-from symdyn.simulation.prescribed import drive_names
 from symdyn.table import Table
 from symdyn.unlocked import cached_property
 
@@ -161,7 +160,7 @@ def _outliers(identification: Identification) -> Section:
 
 
 def _plots(identification: Identification) -> Iterator[Section]:
-    names = drive_names(identification.model.scene)
+    names = identification.model.drives
     units = {one.drive: one.unit for one in identification.fits}
     time = _axis("t", identification.model.scene.shown_unit("s"))
     for motion, predicted, used, held in zip(
@@ -197,7 +196,7 @@ def _ranges(t: Array, mask: NDArray[Any]) -> list[tuple[float, float]]:
 
 
 def _residuals(identification: Identification) -> Iterator[Section]:
-    regression, names = identification.regression, drive_names(identification.model.scene)
+    regression, names = identification.regression, identification.model.drives
     pictures = []
     x = np.linspace(-5, 5, 101)
     normal = Curve("c1", x, np.exp(-(x**2) / 2) / np.sqrt(2 * pi))

@@ -4,8 +4,8 @@
 
 Steps stand on the samples, where tables of forces have their corners. What is differentiated is the map that was
 computed, its steps as they are: a search sees one function and its own derivative. A closed mechanism is brought back
-to its loops at every sample. Columns of a log may be times, some coordinates and velocities, and forces; weighted
-residuals of all its pieces, and their Jacobian, go to Levenberg and Marquardt's method.
+to its loops at every sample. Columns of a log may be times, some coordinates, velocities and states, and forces;
+weighted residuals of all its pieces, and their Jacobian, go to Levenberg and Marquardt's method.
 
 Reference: Bock, Numerical treatment of inverse problems in chemical reaction kinetics (1981).
 """
@@ -240,8 +240,11 @@ def read_measured(
         SimulateError: with every fault, one line each.
     """
     scene, forces, faults = problem.scene, problem.forces, Faults("")
-    scene.refuse_states("output error", SimulateError)
-    known = (*scene.coordinates, *scene.velocities)
+    scene.refuse_contacts("output error", SimulateError)
+    if jumping := [one.name for one in scene.states if one.reset is not None]:
+        told = f"output error knows no states that jump, and there is {listed(jumping)}; take the resets out"
+        raise SimulateError(f"{scene.name}: {told}")
+    known = (*scene.coordinates, *scene.first_order)
     if isinstance(forces, Forces):
         raise SimulateError("forces: logs give some of them; give the others as text or by name, not read")
     logs = [data] if not isinstance(data, (list, tuple)) else data
@@ -256,7 +259,8 @@ def read_measured(
     faults.close(SimulateError)
     for name in measured or ():
         if name not in known:
-            faults.add("measured", f"{name} is no coordinate or velocity; {suggestion(name, known)}")
+            what = "coordinate, velocity or state" if scene.states else "coordinate or velocity"
+            faults.add("measured", f"{name} is no {what}; {suggestion(name, known)}")
     here = [name for name in known if all(name in one.values for one in tables)]
     names = tuple(here if measured is None else dict.fromkeys(measured))
     for one in tables:
@@ -305,7 +309,7 @@ def first_state(
     start, rates = dict[str, Any](), dict[str, Any]()
     for name, x in zip(names, piece.x[:count].T, strict=True):
         parts = np.polynomial.polynomial.polyfit(s / s[-1], x, min(2, count - 1))
-        if name in scene.coordinates:
+        if name not in scene.velocities:
             start[name] = float(parts[0])
             rate = velocity_name(name)
             if rate in scene.velocities and rate not in names:
@@ -313,7 +317,7 @@ def first_state(
         else:
             rates[name] = float(parts[0])
     found = Problem(scene, (), start | guess[0], rates | guess[1]).initial
-    return np.concatenate([found.q, found.u]), found.notes
+    return np.concatenate([found.q, found.moving]), found.notes
 
 
 PARTS = (0.125, 0.25, 0.5, 1.0)

@@ -91,7 +91,7 @@ def force_slopes(
 def _exact(run: Trajectory, motion: SceneMotion, names: Sequence[str]) -> Array | None:
     """Return ∂τ/∂p, shape (N, nv, k), by its own output; None where there is none along this motion."""
     scene = run.scene
-    if scene.prescribed_velocities:
+    if scene.prescribed_velocities or scene.states:  # states move with parameters, too
         return None
     given = tuple(name for name in scene.coordinates if name in motion.laws) if scene.is_constrained else ()
     choices = LoopChoices(independent=given)

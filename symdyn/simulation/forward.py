@@ -311,7 +311,7 @@ def check_start(system: StateEquations, x: Array) -> None:
     """Raise SimulateError where the accelerations at the start do not exist."""
     with np.errstate(all="ignore"):
         rates = system.rates(0.0, x)
-    why = "" if system.closed else singular(system, x)
+    why = "" if system.closed or not system.nv else singular(system, x)
     if not np.all(np.isfinite(rates)):
         part = valueless(system.scene, system.forces, 0.0, *system.parts(x)[:2])
         why = f"start: {part}; give another start" if part else why

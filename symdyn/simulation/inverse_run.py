@@ -2,7 +2,11 @@
 
 In a closed mechanism laws are needed for as many coordinates as it has freedoms; the others follow (following.py).
 Where points and frames have paths, coordinates follow these too (along_path.py). Velocities of a quaternion are found
-from q̇ = H u, their rates from q̈ = H u̇ + Ḣ u. Functions of positions, velocities and accelerations are compiled.
+from q̇ = H u, their rates from q̈ = H u̇ + Ḣ u.
+
+States of one's own are integrated beside the motion, ṡ = f(t, q(t), u(t), s), from their start at t = 0: a run of a
+scene in which nothing moves, whose inputs are coordinates and velocities. An input that would make a state pull as the
+motion takes it is not looked for: it acts on a rate of that force, and takes derivatives of the motion.
 """
 
 from __future__ import annotations
@@ -10,6 +14,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from numbers import Real
 from pathlib import Path
 from typing import Any
@@ -19,32 +24,22 @@ import numpy.typing as npt
 
 from symdyn.algebra import Array
 from symdyn.arguments import suggesting
-from symdyn.dynamics import Function, Workspace, derive_one
-from symdyn.dynamics.mechanism import TIME, State, quaternions
+from symdyn.dynamics.mechanism import quaternions
 from symdyn.errors import SimulateError, quoted
-from symdyn.graph import Graph, tangents
-from symdyn.program import identifier
 from symdyn.scene import Scene, SceneLike
 from symdyn.scene.values import Faults, spell, velocity_name
 from symdyn.simulation.along_path import along
 from symdyn.simulation.columns import apart, axes_of
-from symdyn.simulation.equations.compiled_routines import (
-    Calls,
-    Compiled,
-    Opened,
-    compiled,
-    compiled_once,
-    function_of,
-    opened,
-    points,
-)
-from symdyn.simulation.equations.monitors import SLACK, limits_of
-from symdyn.simulation.equations.written import written_decisions
+from symdyn.simulation.equations.compiled_routines import opened
+from symdyn.simulation.equations.monitors import SLACK
 from symdyn.simulation.following import Followed, Tied, followed
 from symdyn.simulation.force_columns import input_columns, output_columns, reaction_columns
+from symdyn.simulation.forward import simulate
 from symdyn.simulation.initial import Start, Values, no_equations
 from symdyn.simulation.integrate.integration import END
 from symdyn.simulation.integrate.valueless import valueless
+from symdyn.simulation.inverse_functions import InverseFunctions
+from symdyn.simulation.prescribed.courses import ForceTable
 from symdyn.simulation.prescribed.entries import Entries
 from symdyn.simulation.prescribed.forces import Forces, SceneMotion, drive_names, motion_times, places_of, read_motion
 from symdyn.simulation.prescribed.formulas_in_time import bound, parameter_values
@@ -54,119 +49,8 @@ from symdyn.simulation.problem import Problem
 from symdyn.simulation.trajectory import Trajectory
 from symdyn.simulation.trajectory_builder import passages, passed, passive_forces, tensions_in
 
-
-class InverseFunctions:
-    """Compiled functions of positions, velocities and accelerations.
-
-    Attributes:
-        follows: whether there are rows or paths that coordinates follow; loops whose rows are all redundant have none.
-        limits: of joints, in the order of the entries of "limits".
-        lifts: what is said where a rope lifts off a wheel, in the order of the entries of "lifts".
-        holding: of the rows of loops and contacts, whether each holds a position.
-        holds: whether rows or paths do.
-    """
-
-    def __init__(self, scene: Scene, path: ScenePath) -> None:
-        found, names = opened(scene), tuple(one.name for one in path.points)
-        key = (found.scene, written_decisions(scene), names)
-        self._open, self._names, self._key = found, names, key
-        self._made = compiled_once(("inverse", *key), lambda: _compiled(found, names))
-        self._calls = self._made.at(found.values)
-        functions = {routine.function.name: routine.function for routine in self._made.program.routines}
-        closed = "constraint_jacobian" in functions
-        residuals = functions["constraint_residual"].entries if closed else ()
-        self.limits = limits_of(found.scene, graph := Graph(), State.of(found.scene, graph).tau)
-        self.lifts = [told for _, told in Workspace(found.scene, found.closing).loops.lifts] if scene.ropes else []
-        self.holding = np.array([not x.is_zero for x in residuals], dtype=bool)
-        self.follows, self.holds = closed or bool(names), bool(self.holding.any()) or bool(names)
-        self._lacking = (
-            {}
-            if closed
-            else {"constraint_residual": (0,), "constraint_bias": (0,)}
-            | {"constraint_jacobian": (0, len(scene.velocities))}
-        )
-
-    def __call__(
-        self,
-        name: str,
-        t: Any,
-        q: Array,
-        u: Array,
-        a: Array | None = None,
-        tau: Array | None = None,
-        inputs: Array | None = None,
-    ) -> Array:
-        """Return a function's values, one a row."""
-        if name in self._lacking:
-            return np.zeros((*q.shape[:-1], *self._lacking[name]))
-        return _called(self._made, self._calls, name, t, q, u, a, tau, inputs)
-
-    def off_wheels(self, t: Array, q: Array, u: Array) -> npt.NDArray[np.bool_]:
-        """Tell of every row which ropes are off a wheel that they pass, in the order of `lifts`."""
-        found: npt.NDArray[np.bool_] = (self("lifts", t, q, u) if self.lifts else np.ones((len(q), 0))) <= 0
-        return found
-
-    def rates(self, q: Array, u: Array) -> dict[str, Array]:
-        """Return the rates of kinematics, rows and Jacobians by name."""
-        made = compiled_once(("rates", *self._key), lambda: _compiled_rates(self._open, self._names))
-        calls = made.at(self._open.values)
-        known = {routine.function.name for routine in made.program.routines}
-        n = len(self._open.scene.velocities)
-        names = ("kinematics", "constraint_jacobian", *(f"jacobian:{name}" for name in self._names))
-        found = {name: _called(made, calls, name, 0.0, q, u) for name in names if identifier(name) in known}
-        return {"constraint_jacobian": np.zeros((0, n))} | found
-
-
-def _called(
-    made: Compiled,
-    calls: Calls,
-    name: str,
-    t: Any,
-    q: Array,
-    u: Array,
-    a: Array | None = None,
-    tau: Array | None = None,
-    inputs: Array | None = None,
-) -> Array:
-    name, known = identifier(name), {"q": q, "qd": u, "qdd": a, "tau": tau, TIME: t, "inputs": inputs}
-    with np.errstate(all="ignore"):  # where there is no force, the rows end, and words say so
-        found = np.asarray(calls[name](*(known[one] for one in made.takes(name))), dtype=np.float64)
-    return np.broadcast_to(found, (*q.shape[:-1], *made.program[name].function.shape))
-
-
-def _compiled(scene: Opened, points_on_paths: Sequence[str]) -> Compiled:
-    w = Workspace(scene.scene, scene.closing)
-    names = ["inverse_dynamics"]
-    if w.scene.is_constrained:
-        names += ["constraint_residual", "constraint_jacobian", "constraint_bias"]
-    names += [f"{kind}:{name}" for name in points_on_paths for kind in ("pose", "jacobian", "jdot_qdot")]
-    functions = [derive_one(w, name) for name in names]
-    turned = tangents(w.state.rates, w.state.velocity)  # Ḣ u
-    limits = [one.beyond for one in limits_of(w.scene, w.graph, w.state.tau)]
-    functions += [points(w), _kinematics(w), function_of(w, "turning", turned, ("q", "qd"))]
-    functions += [function_of(w, "limits", limits, ("q", "qd", "tau"))] if limits else []
-    lifts = [formula for formula, _ in w.loops.lifts]
-    functions += [function_of(w, "lifts", lifts, ("q",))] if lifts else []
-    return compiled(w.scene, w.graph, functions)
-
-
-def _kinematics(w: Workspace) -> Function:
-    columns = [tangents(w.state.rates, {u: w.graph.one}) for u in w.state.qd]
-    H = [column[k] for k in range(len(w.state.q)) for column in columns]
-    return replace(function_of(w, "kinematics", H, ("q", "qd")), shape=(len(w.state.q), w.state.n))
-
-
-def _compiled_rates(scene: Opened, points_on_paths: Sequence[str]) -> Compiled:
-    w = Workspace(scene.scene, scene.closing)
-    names = ["constraint_jacobian"] if w.scene.is_constrained else []
-    names += [f"jacobian:{name}" for name in points_on_paths]
-    functions = [_kinematics(w), *(derive_one(w, name) for name in names)]
-    moved = [
-        replace(function_of(w, one.name, tangents(one.entries, w.state.velocity), ("q", "qd")), shape=one.shape)
-        for one in functions
-    ]
-    return compiled(w.scene, w.graph, moved)
-
+FINER = 8
+"""Rows for one that is asked for, through which coordinates that follow others move between rows as states need it."""
 
 UNIT = 1e-9
 """How far the length of a prescribed quaternion may be from one."""
@@ -207,7 +91,7 @@ def inverse(
         values: of parameters, in place of those that the scene gives: numbers or formulas by name.
         path: where points and frames are to be, from `read_path`, or what that takes; coordinates without a law follow.
         start: coordinates, such as "q1=0.3,q2=pi/2", in place of the scene's: where those without a law rest, and of
-            several solutions, next to which one is taken at the first time. Formulas by coordinate.
+            several solutions, next to which one is taken at the first time; and states. Formulas by name.
         forces: of inputs what is given, as "u=12*sin(t)", or a .toml or .csv file; nothing takes the motion's table.
         until: time of the end, s, in place of times.
         every: seconds between samples then; None for 200 of them.
@@ -219,49 +103,41 @@ def inverse(
     """
     problem, _ = Problem.requested(inverse, locals())
     scene = problem.refused("it belongs to a run, and a motion is given", "start_rates").scene
-    scene.refuse_states("inverse dynamics over time", SimulateError)
+    scene.refuse_contacts("inverse dynamics over time", SimulateError)
     motion, path, forces, t = _read(problem, motion, path, times, until, every)
     axes = _check(scene, motion, path, t, reactions)
     told = {places_of(scene)[name]: table for name, table in motion.inputs.items()}
     forces = replace(forces, tables={k: told[k] for k in told if k not in forces.formulas} | {**forces.tables})
     functions = InverseFunctions(scene, path)
-    guess = Start.guess(scene, problem.start)
-    laws = _laws(scene, motion, guess, forces)
-    q, rate, second = (np.stack(parts, axis=-1) for parts in zip(*(law(t) for law in laws.values()), strict=True))
-    finite = np.isfinite(q) & np.isfinite(rate) & np.isfinite(second)
-    if not finite.all():
-        row, column = (int(one) for one in np.argwhere(~finite)[0])
-        name = scene.coordinates[column]
-        raise SimulateError(f"motion: {name}: {laws[name].text} has no finite value or derivative at t = {t[row]:g} s")
-    free = [name for name in scene.coordinates if name not in motion.laws and name not in _own(scene, forces)]
-    notes = [f"no law is given for {', '.join(free)}: at rest"] if free and not functions.follows else []
-    columns: dict[str, Array] = {}
-    stopped = END
-    if functions.follows:
-        given = [name for name in laws if name not in free]
-        found = _followed(scene, functions, motion, laws, given, t, path, guess)
-        q, u, a, stopped = found.q, found.u, found.a, found.stopped
-        notes += found.notes
-        columns |= {"path_error" if path.points else "loop_error": found.off} if functions.holds else {}
-    else:
-        no_equations(opened(scene).numbers(), q[0])
-        u, a = _velocities(scene, functions, motion, t, q, rate, second)
-    n, stopped = _ended(t, functions.off_wheels(t[: len(q)], q, u), lambda _, k: functions.lifts[k], stopped)
-    q, u, a = q[:n], u[:n], a[:n]
-    over_time = input_columns(scene, forces, t[: len(q)], q, u)
-    tau = functions("inverse_dynamics", t[: len(q)], q, u, a, inputs=np.reshape([*over_time.values()], (-1, len(q))).T)
+    finer = FINER if scene.states and functions.follows else 1
+    if finer > 1:
+        t = np.interp(np.arange(finer * (len(t) - 1) + 1) / finer, np.arange(len(t)), t)
+    laws = _laws(scene, motion, Start.guess(scene, problem.start), forces)
+    found = _moved(problem, functions, motion, laws, forces, t, path)
+    q, u, a, stopped, notes = found.q, found.u, found.a, found.stopped, [*found.notes]
+    columns = {"path_error" if path.points else "loop_error": found.off} if functions.holds else {}
+    over_time, words = _over_time(problem, functions, laws, forces, t[: len(q)], q, u, a)
+    n, stopped = len(next(iter(over_time.values()), q)), words or stopped
+    t, q, u, a = t[:n:finer], q[:n:finer], u[:n:finer], a[:n:finer]
+    n, stopped = _ended(t, functions.off_wheels(t, q, u), lambda _, k: functions.lifts[k], stopped)
+    t, q, u, a = t[:n], q[:n], u[:n], a[:n]
+    columns = {name: column[::finer][:n] for name, column in (over_time | columns).items()}
+    letters = (scene.inputs, scene.states)
+    given, states = (np.array([columns[one.name] for one in some]).reshape(-1, len(q)).T for some in letters)
+    tau = functions("inverse_dynamics", t, q, u, a, inputs=given, states=states)
+    state = np.hstack([u, states])
     n, stopped = _ended(
         t,
         ~np.isfinite(tau),
         lambda n, k: (
-            valueless(scene, Forces(), float(t[n]), q[n], u[n])
+            valueless(scene, Forces(), float(t[n]), q[n], state[n])
             or f"no finite {drive_names(scene)[k]} gives {scene.name} this motion there, as at a dead centre; "
             "let another joint drive, or the motion keep away from it"
         ),
         stopped,
     )
     t, q, u, a, tau = t[:n], q[:n], u[:n], a[:n], tau[:n]
-    columns = {name: column[:n] for name, column in (over_time | columns).items()}
+    columns = {name: column[:n] for name, column in columns.items()}
     columns["drive_power"] = np.einsum("ni,ni->n", tau, u)
     if scene.points:
         columns |= dict(zip(scene.point_names, functions("points", t, q, u).T, strict=True))
@@ -323,6 +199,32 @@ def _texts(entries: object) -> list[str]:
     return [str(one) for one in every if isinstance(one, str | Path)]
 
 
+def _moved(
+    problem: Problem,
+    functions: InverseFunctions,
+    motion: SceneMotion,
+    laws: Mapping[str, Law],
+    forces: Forces,
+    t: Array,
+    path: ScenePath,
+) -> Followed:
+    """Return the motion that laws give, and what follows from them; SimulateError where there is not even a start."""
+    scene = problem.scene
+    q, rate, second = (np.stack(parts, axis=-1) for parts in zip(*(law(t) for law in laws.values()), strict=True))
+    finite = np.isfinite(q) & np.isfinite(rate) & np.isfinite(second)
+    if not finite.all():
+        row, column = (int(one) for one in np.argwhere(~finite)[0])
+        name = scene.coordinates[column]
+        raise SimulateError(f"motion: {name}: {laws[name].text} has no finite value or derivative at t = {t[row]:g} s")
+    free = [name for name in scene.coordinates if name not in motion.laws and name not in _own(scene, forces)]
+    if functions.follows:
+        given = [name for name in laws if name not in free]
+        return _followed(scene, functions, motion, laws, given, t, path, Start.guess(scene, problem.start))
+    no_equations(opened(scene).numbers(), q[0])
+    notes = (f"no law is given for {', '.join(free)}: at rest",) if free else ()
+    return Followed(q, *_velocities(scene, functions, motion, t, q, rate, second), np.zeros(0), notes, END)
+
+
 def _followed(
     scene: Scene,
     functions: InverseFunctions,
@@ -350,6 +252,63 @@ def _followed(
     else:
         found = followed(tied, given, known, quasi, t, guess)
     return replace(found, notes=(*found.notes, *numbers.off_planes(found.q[0])))
+
+
+def _over_time(
+    problem: Problem,
+    functions: InverseFunctions,
+    laws: Mapping[str, Law],
+    forces: Forces,
+    t: Array,
+    q: Array,
+    u: Array,
+    a: Array,
+) -> tuple[dict[str, Array], str]:
+    """Return inputs and states along a motion, each of shape (N,), as far as they go, and why they end before, or "".
+
+    Beside states, coordinates move by laws where they do so everywhere, else by cubics between rows.
+    """
+    scene, n = problem.scene, len(problem.scene.velocities)
+    if not scene.states:
+        return input_columns(scene, forces, t, q, u), ""
+    from scipy.interpolate import CubicHermiteSpline  # late: it takes long to load
+
+    moved = (*scene.coordinates, *scene.velocities)
+    if not functions.follows and moved[n:] == tuple(map(velocity_name, moved[:n])):
+        courses: list[Callable[[Array, int], Array]] = [
+            partial(_of_law, law, order) for order in (0, 1) for law in laws.values()
+        ]
+    else:
+        rate = np.einsum("nij,nj->ni", functions("kinematics", t, q, u), u)
+        parts = zip(np.hstack([q, u]).T, np.hstack([rate, a]).T, strict=True)
+        courses = [CubicHermiteSpline(t, *part) for part in parts]
+    tables = {k - n: table for k, table in forces.tables.items()}
+    tables |= {len(scene.inputs) + k: ForceTable(t, t, spline=one) for k, one in enumerate(courses)}
+
+    def seen(of: Callable[..., Any], at: float, *_: Array) -> Any:
+        state = np.array([course(np.array(at), 0) for course in courses])
+        return of(at, state[: q.shape[1]], state[q.shape[1] :])
+
+    told = Forces(
+        {k - n: formula for k, formula in forces.formulas.items()},
+        tables,
+        tuple(k - n for k in forces.fed),
+        tuple(replace(one, of=partial(seen, one.of)) for one in forces.functions),
+    )
+    own, start = [one.name for one in scene.states], problem.start
+    given = (
+        Start(np.zeros(0), np.zeros(0), s=start.s)
+        if isinstance(start, Start)
+        else {name: value for name, value in problem.by_name[0].items() if name in own}
+    )
+    run = simulate(scene.without_mechanism(), forces=told, start=given, until=float(t[-1]), say=lambda line: None)
+    found = run(t[t <= run.t[-1]])
+    names = [one.name for one in scene.given]
+    return {name: found[name] for name in names}, "" if run.complete else f"states: {run.stopped}"
+
+
+def _of_law(law: Law, order: int, at: Array, _: int) -> Array:
+    return law(at)[order]
 
 
 def _ended(t: Array, bad: npt.NDArray[np.bool_], why: Callable[[int, int], str], stopped: str) -> tuple[int, str]:
@@ -403,6 +362,8 @@ def _check(scene: Scene, motion: SceneMotion, path: ScenePath, t: Array, reactio
         faults.add("times", "there is none; give them in seconds, such as numpy.linspace(0, 2, 201)")
     elif not np.all(np.isfinite(t)) or np.any(np.diff(t) <= 0):
         faults.add("times", "must be finite and rise")
+    elif scene.states and (len(t) < 2 or t[0] != 0):
+        faults.add("times", "states start at t = 0 and are integrated from there; give 0, and times behind it")
     for what, (low, high) in (("motion", motion.span), ("path", path.span)):
         if len(t) and (t[0] < low or t[-1] > high):
             faults.add(what, f"is known from {low:g} s to {high:g} s only; times go from {t[0]:g} s to {t[-1]:g} s")

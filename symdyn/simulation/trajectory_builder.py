@@ -20,7 +20,7 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.arguments import argument
-from symdyn.errors import DerivationError, SimulateError
+from symdyn.errors import DerivationError, SimulateError, listed
 from symdyn.graph import Graph
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.forces import FORCES
@@ -247,10 +247,13 @@ PASSIVE = 1e-7
 def passive_forces(scene: Scene, tau: Array) -> list[str]:
     """Return what is to be said of driving forces, shape (N, nv), where there is no drive."""
     moved, largest = scene.prescribed_velocities, np.abs(tau).max(axis=0)
-    units = SceneUnits(scene).velocities
+    units, told = SceneUnits(scene).velocities, ""
+    if scene.states and scene.inputs:
+        own, given = (listed(one.name for one in some) for some in (scene.states, scene.inputs))
+        told = f" beside what {own} gives; for {given} that gives all of it ask collocation"
     return [
         f"{name.removesuffix('_dot')} has no drive, and the motion takes up to "
-        f"{scene.in_shown_unit(f'{largest[k]:.3g}', force_unit(units[k]))} there"
+        f"{scene.in_shown_unit(f'{largest[k]:.3g}', force_unit(units[k]))} there{told}"
         for k, name in enumerate(scene.velocities)
         if scene.drives[k] is None and k not in moved and largest[k] > PASSIVE * max(1.0, float(largest.max()))
     ]

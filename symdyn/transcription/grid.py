@@ -4,8 +4,8 @@
     stage    a place where the dynamics holds
     point    a node or a stage, P of them, in the order of time
 
-    z = [q of all points | u of all points | a, λ, τ of all stages | slacks of all nodes but the first | p | T]
-    g = [balance of all stages | defects of q, then of u, of each interval | held of all nodes | path of all nodes]
+    z = [q, s, u of all points | a, λ, τ of all stages | slacks of all nodes but the first | p | T]
+    g = [balance of all stages | defects of q, s and u of each interval | held of all nodes | path of all nodes]
 
 Entries of the Jacobian ∂g/∂z are sums of parts. Parts that are the same at every z, as all of the defects of a tree
 whose time is given, are computed once.
@@ -228,17 +228,18 @@ class Slopes:
     def _places(self, steady: bool) -> list[tuple[Places, Places]]:
         """Return rows and columns of the parts of one kind, in the order of `_parts`."""
         p = self.problem
-        grid, defects, place = p.grid, p.row["defects"], p.place
-        y, nq = np.concatenate([place["q"], place["u"]], axis=1), place["q"].shape[1]
+        grid, defects, place, y = p.grid, p.row["defects"], p.place, p.state
         found: list[tuple[Places, Places]] = []
         if steady:
             found += [(defects, y[grid.target]), (defects, np.broadcast_to(y[grid.node[:-1], None], defects.shape))]
         for r, j in p.used:
             if steady == self._steady_rates:
                 entries = [i for i, _, _ in p.locals["rates"].pattern]
-                found.append((defects[:, r, entries], p.wires["rates"][0][grid.of[:, j]]))
+                columns, known, _ = p.wires["rates"]
+                at = known[grid.of[:, j]]
+                found.append((defects[:, r, entries][at], columns[grid.of[:, j]][at]))
             if steady == self._timed:
-                found.append((defects[:, r, nq:], place["a"][grid.of[:, j]]))
+                found.append((defects[:, r, -place["a"].shape[1] :], place["a"][grid.of[:, j]]))
         if steady:
             return found
         if not self._timed:
@@ -259,11 +260,12 @@ class Slopes:
         found: list[Array] = [np.ones(shape), np.full(shape, -1.0)] if steady else []
         stages = p.at(z, "stage")
         if not (self._timed and self._steady_rates) or steady:
-            h, slopes = p.time(z) * grid.widths[:, None], p.locals["rates"].slopes(stages)
+            _, known, chain = p.wires["rates"]
+            h, slopes = p.time(z) * grid.widths[:, None], p.locals["rates"].slopes(stages) * chain
             for r, j in p.used:
                 scale = -h * grid.weights[r, j]
                 if steady == self._steady_rates:
-                    found.append(scale * slopes[grid.of[:, j]])
+                    found.append((scale * slopes[grid.of[:, j]])[known[grid.of[:, j]]])
                 if steady == self._timed:
                     found.append(np.broadcast_to(scale, (len(h), p.place["a"].shape[1])))
         if steady:
@@ -286,7 +288,7 @@ class Slopes:
 
     @cached_property
     def _steady_rates(self) -> bool:
-        """Whether q̇ has the same slopes everywhere, and intervals the same length."""
+        """Whether q̇ and ṡ have the same slopes everywhere, and intervals the same length."""
         return self._timed and self.problem.locals["rates"].linear
 
     @cached_property

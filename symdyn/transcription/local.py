@@ -3,14 +3,15 @@
 One compiled function serves all places, as a batch. The functions come from a scene, what is free in it, and formulas
 of the user. Unknowns at a place are of these kinds:
 
-    q, u, a      coordinates, velocities, accelerations u̇           λ    multipliers of all rows, "multiplier"
-    τ            driving forces, "force"                            s    what the ends of intervals give way by, "slack"
-    p            parameters that are unknowns, "free"               t    time
+    q, s, u      coordinates, states of one's own, velocities       λ    multipliers of all rows, "multiplier"
+    a            accelerations u̇                                    y    what the ends of intervals give way by, "slack"
+    τ            driving forces and inputs, "force"                 t    time
+    p            parameters that are unknowns, "free"
 
     balance      M u̇ + h - τ - Gᵀ λ,  then  G u̇ + Ġ u               at stages
-    rates        q̇ = H(q) u                                         at stages
+    rates        q̇ = H(q) u,  then  ṡ                               at stages
     held         r(q), G u, |e|² - 1                                at the ends of intervals
-    pull         H Gᵀ ν + ρ e,  Gᵀ μ;  s = (ν, μ, ρ)                at the end of an interval
+    pull         H Gᵀ ν + ρ e,  0,  Gᵀ μ;  y = (ν, μ, ρ)            at the end of an interval
     path         formulas of the user                               at the ends of intervals
     running      the integrand of the cost                          at stages
     final        the cost of the end                                at the end
@@ -80,7 +81,7 @@ class Written:
     Attributes:
         kinds: symbols of the unknowns by kind.
         entries: by name of the function.
-        driven: velocities whose driving forces are unknowns.
+        driven: velocities whose driving forces are unknowns; behind velocities, as `Forces` counts them, all inputs.
         rows: number of rows, those of prescribed motions last.
         holding: the rows among them that hold a position.
         rest: the balance without what inverse dynamics finds.
@@ -104,14 +105,16 @@ def written(w: Workspace, free: Sequence[str], formulas: Mapping[str, Sequence[Q
     graph, n, given = w.graph, w.state.n, w.prescribed
     G, residual, rate, acceleration = _rows(w)
     holding = tuple(k for k, entry in enumerate(residual) if not entry.is_zero)
-    driven = tuple(k for k, name in enumerate(w.scene.drives) if name and k not in given.place)
+    own = [k for k, name in enumerate(w.scene.drives) if name and k not in given.place]
+    driven = (*own, *range(n, n + len(w.inputs)))
     parts = _quaternions(w)
     kinds = {
         "q": w.state.q,
+        "s": w.states,
         "u": w.state.qd,
         "a": w.state.qdd,
         "multiplier": symbols_of(w, "multiplier", len(G)),
-        "force": tuple(w.state.tau[k] for k in driven),
+        "force": (*(w.state.tau[k] for k in own), *w.inputs),
         "slack": symbols_of(w, "slack", len(holding) + len(G) + len(parts)),
         "free": tuple(graph.symbol(name) for name in free),
         TIME: (graph.symbol(TIME),),
@@ -119,18 +122,19 @@ def written(w: Workspace, free: Sequence[str], formulas: Mapping[str, Sequence[Q
     forces = w.forces(list(w.state.qdd))
     across = [[row[k] for row in G] for k in range(n)]
     held = [graph.total(x * y for x, y in zip(row, kinds["multiplier"], strict=True)) for row in across]
-    acting = [-(w.state.tau[k] if k in driven else graph.zero) - held[k] for k in range(n)]
+    acting = [-(w.state.tau[k] if k in own else graph.zero) - held[k] for k in range(n)]
     nu, mu = kinds["slack"][: len(holding)], kinds["slack"][len(holding) : len(holding) + len(G)]
     moved = [graph.total(across[k][r] * x for r, x in zip(holding, nu, strict=True)) for k in range(n)]
     pull = substitute(w.state.rates, dict(zip(w.state.qd, moved, strict=True)))
     for part, rho in zip(parts, kinds["slack"][len(holding) + len(G) :], strict=True):
         for k in part:
             pull[k] = pull[k] + rho * w.state.q[k]
+    pull += [graph.zero for _ in w.states]
     pull += [graph.total(x * y for x, y in zip(row, mu, strict=True)) for row in across]
     lengths = [graph.total(w.state.q[k] * w.state.q[k] for k in part) - graph.one for part in parts]
     entries: dict[str, Sequence[Expr]] = {
         "balance": [*map(add, forces, acting), *acceleration],
-        "rates": list(w.state.rates),
+        "rates": [*w.state.rates, *w.state_rates],
         "held": [*(residual[k] for k in holding), *rate, *lengths],
         "pull": pull if kinds["slack"] else [],
     }
@@ -236,7 +240,7 @@ def locals_of(w: Workspace, result: Written) -> dict[str, Local]:
         name: Local(len(result.entries[name]), pattern, caller(name), caller(_slopes(name)), linear[name])
         for name, pattern in patterns.items()
     }
-    if w.state.rates == w.state.qd:
+    if result.entries["rates"] == list(w.state.qd):
         made["rates"] = replace(made["rates"], value=lambda at: at["u"])
     return made
 
@@ -257,7 +261,7 @@ def appearing(entries: Iterable[Expr]) -> set[Expr]:
     return {node for node in reachable(list(entries)) if node.op is Op.SYMBOL}
 
 
-NAMES = {"q": "q", "u": "qd", "a": "qdd", "force": "tau", "free": "values"}
+NAMES = {"q": "q", "s": "internal", "u": "qd", "a": "qdd", "force": "tau", "free": "values"}
 """What an argument of generated code is called where it is not called by its kind."""
 
 

@@ -21,7 +21,7 @@ from symdyn.errors import SimulateError, listed, suggestion
 from symdyn.graph import substitute
 from symdyn.scene import Quantity, Scene, SceneLike, SceneUnits, parse
 from symdyn.scene.joints import start_of
-from symdyn.scene.values import Faults, FormulaError, formula_text, spell, velocity_name
+from symdyn.scene.values import Faults, FormulaError, formula_text, spell, substituted, velocity_name
 from symdyn.simulation import Problem, Start
 from symdyn.simulation.prescribed import drive_names, number_of, parameter_values, read_formula
 from symdyn.transcription.grid import METHODS, Grid, grid, numbered
@@ -72,11 +72,13 @@ class Layout:
     def __post_init__(self) -> None:
         scene, found, grid = self.scene, self.written, self.grid
         N, P, S = len(grid.widths), len(grid.share), len(grid.stage)
-        nq, nv = len(scene.coordinates), len(scene.velocities)
-        self.names = drive_names(scene)
+        nq, nv, ns = len(scene.coordinates), len(scene.velocities), len(scene.states)
+        self.states = tuple(one.name for one in scene.states)
+        self.names = (*drive_names(scene), *(one.name for one in scene.inputs))
         self.place, self.size = numbered(
             {
                 "q": (P, nq),
+                "s": (P, ns),
                 "u": (P, nv),
                 "a": (S, nv),
                 "multiplier": (S, found.rows),
@@ -89,7 +91,7 @@ class Layout:
         self.row, self.rows = numbered(
             {
                 "balance": (S, nv + found.rows),
-                "defects": (N, grid.target.shape[1], nq + nv),
+                "defects": (N, grid.target.shape[1], nq + ns + nv),
                 "held": (N + 1, len(found.entries["held"])),
                 "path": (N + 1, self.paths),
             }
@@ -102,6 +104,7 @@ class Layout:
         scene, place = self.scene, self.place
         lower, upper = np.full(self.size, -np.inf), np.full(self.size, np.inf)
         columns = {name: place["q"][:, k] for k, name in enumerate(scene.coordinates)}
+        columns |= {name: place["s"][:, k] for k, name in enumerate(self.states)}
         columns |= {name: place["u"][:, k] for k, name in enumerate(scene.velocities)}
         columns |= {self.names[k]: place["force"][:, i] for i, k in enumerate(self.written.driven)}
         columns |= {name: place["free"][k] for k, name in enumerate(self.free)}
@@ -118,7 +121,8 @@ class Layout:
             else:
                 lower[at], upper[at] = low, high
         lower[place["T"]], upper[place["T"]] = self.span
-        for kind, names, x in (("q", scene.coordinates, start.q), ("u", scene.velocities, start.u)):
+        states = (("q", scene.coordinates, start.q), ("s", self.states, start.s), ("u", scene.velocities, start.u))
+        for kind, names, x in states:
             for k, name in enumerate(names):
                 self._fix(0, kind, k, name, float(x[k]), "start", lower, upper, faults)
         return lower, upper
@@ -140,19 +144,20 @@ class Layout:
             if speed in speeds:
                 faults.add("end rates", f"{speed} is given twice, as {speeds[speed]} and as {text}")
             speeds[speed] = text
-        for where, kind, given, names in (
-            ("end", "q", end, self.scene.coordinates),
-            ("end rates", "u", speeds, self.scene.velocities),
-        ):
-            odd = [name for name in given if where == "end" and name in self.scene.velocities and name not in names]
+        places = {
+            kind: {name: (kind, k) for k, name in enumerate(names)}
+            for kind, names in (("q", self.scene.coordinates), ("s", self.states), ("u", self.scene.velocities))
+        }
+        for where, given, names in (("end", end, places["q"] | places["s"]), ("end rates", speeds, places["u"])):
+            odd = [name for name in given if name in places["u"] and name not in names]
             for name in odd:
                 faults.add(where, f"{name} is a velocity; give it by {argument('end_rates', {name: given[name]})}")
-            known_names(where, [name for name in given if name not in odd], names, faults)
+            known_names(where, [name for name in given if name not in odd], tuple(names), faults)
             for name, text in given.items():
                 formula = read_formula(text, values, f"{where}: {name}", faults, unit=units.get(name, ""))
                 x = None if formula is None else number_of(formula, values, f"{where}: {name}", faults)
                 if name in names and x is not None:
-                    self._fix(-1, kind, names.index(name), name, x, where, lower, upper, faults)
+                    self._fix(-1, *names[name], name, x, where, lower, upper, faults)
         if faults.lines:
             return None
         try:
@@ -174,6 +179,11 @@ class Layout:
         z, place, share = np.zeros(self.size), self.place, self.grid.share[:, None]
         way = np.zeros_like(first.q) if last is None else last.q - first.q
         z[place["q"]] = first.q + share * way
+        z[place["s"]] = first.s + share * (0 if last is None else last.s - first.s)
+        for column, k in zip(place["force"].T, self.written.driven, strict=True):
+            if k >= len(first.u):
+                one = self.scene.inputs[k - len(first.u)]
+                z[column] = number_of(one.value, values, f"inputs.{one.name}", Faults("")) or 0.0
         duration = sum(self.span) / 2
         if len(first.q) == len(first.u):
             z[place["u"]] = way / duration
@@ -205,6 +215,7 @@ def _limits(
 
 WHAT = {
     "balance": "the equations of motion",
+    "rates": "the rates of states",
     "held": "loops and prescribed motions",
     "path": "the path",
     "running": "the cost",
@@ -216,7 +227,7 @@ WHAT = {
 def remarks(source: Source) -> Iterator[str]:
     """Tell where functions have kinks, and whether the start, which is given whole, fixes what is unknown."""
     w, found = source.workspace, source.written
-    meant = {tau: w.graph.symbol(name) for tau, name in zip(w.state.tau, drive_names(w.scene), strict=True)}
+    meant = dict(zip(w.state.tau, map(w.graph.symbol, drive_names(w.scene)), strict=True))
     varied = substitute(list(chain(*found.kinds.values())), meant)
     for name, what in WHAT.items():
         if told := kinks(substitute(list(found.entries[name]), meant), varied):
@@ -241,6 +252,7 @@ def taken(scene: Scene, free: Sequence[str], given: Mapping[str, Mapping[str, ob
     ]
     for where, names, those in (
         ("start", scene.coordinates, start_of(scene).position),
+        ("start", [one.name for one in scene.states], [one.value for one in scene.states]),
         ("start rates", scene.velocities, start_of(scene).velocity),
     ):
         formulas += [(f"{where}: {n}", x) for n, x in zip(names, those, strict=True) if n not in given.get(where, {})]
@@ -275,8 +287,8 @@ def collocation(
 ) -> Collocation:
     """Return an optimal control problem in numbers: the equations of a motion from a start to an end.
 
-    Formulas are in t, coordinates, velocities, parameters, drives by their names (`tau_` and the coordinate for one
-    without), and points of the scene as `point_tip_x`.
+    Formulas are in t, coordinates, velocities, states, parameters, drives by their names (`tau_` and the coordinate
+    for one without), inputs that are free, signals, and points of the scene as `point_tip_x`.
 
     >>> import symdyn
     >>> problem = symdyn.collocation(symdyn.example("cart_pole"), until=2, intervals=10, cost="F**2",
@@ -288,20 +300,22 @@ def collocation(
 
     Args:
         scene: the mechanism, its parameters bound; or a `Problem`, without forces. Its drives are unknowns, its inputs
-            held where the scene has them.
+            held where the scene has them but for those that are free.
         until: time of the end, s; or two times between which it is free.
         intervals: how many of equal length; or the shares of time where they end, 0 … 1.
         method: a key of `METHODS`.
         cost: what is integrated over time and made small.
-        final_cost: what is made small at the end, without drives.
-        start: coordinates at t = 0, as for `simulate`; what is not given is as the scene says, nothing is free.
+        final_cost: what is made small at the end, without drives and inputs.
+        start: coordinates and states at t = 0, as for `simulate`; what is not given is as the scene says, nothing is
+            free.
         start_rates: velocities, likewise.
-        end: coordinates that are given at the end; the others are free.
+        end: coordinates and states that are given at the end; the others are free.
         end_rates: velocities, likewise.
-        bounds: smallest and largest value by the name of a coordinate, velocity, drive or parameter that is free; None
-            for none. They narrow those of the joints' limits.
-        path: smallest and largest value of formulas without drives, held at all ends of intervals.
-        free: name of a parameter that is an unknown, or names; the scene's values are their guess.
+        bounds: smallest and largest value by the name of a coordinate, velocity, state, drive, or of a parameter or an
+            input that is free; None for none. They narrow those of the joints' limits.
+        path: smallest and largest value of formulas without drives and inputs, held at all ends of intervals.
+        free: name of a parameter that is an unknown, or of an input that is one over time as drives are, or names; the
+            scene's values are their guess.
 
     Raises:
         SimulateError: with every fault of the arguments, one line each.
@@ -311,28 +325,45 @@ def collocation(
     declared = problem.refused("drives are unknowns, and inputs held", "forces").scene
     if not declared.velocities:
         raise SimulateError(f"{declared.name}: nothing moves: no joint has a coordinate")
-    declared.refuse_states("collocation", SimulateError)
+    declared.refuse_contacts("collocation", SimulateError)
+    free = (free,) if isinstance(free, str) else tuple(dict.fromkeys(free))
+    if jumping := [one.name for one in declared.states if one.reset is not None]:
+        raise SimulateError(
+            f"{declared.name}: collocation knows no resets, and there is one of {listed(jumping)}: where a state jumps "
+            "has to be known beforehand; take it out, or solve from jump to jump, each with its own start"
+        )
+    if rated := [one.name for one in declared.inputs if one.name in free and (one.rates or one.of)]:
+        raise SimulateError(
+            f"free: {listed(rated)}: an input with rates follows from its rates; declare it as a state with its rate "
+            'as an input, such as [states.x] rate = "v", and let v be free'
+        )
     try:
-        problem = replace(problem, scene=declared.held())
+        problem = replace(problem, scene=declared.held(free))
     except FormulaError as fault:
         raise SimulateError(f"{declared.name}: an input that the scene holds: {fault}") from None
     scene, faults = problem.scene, Faults("")
     first = faults.taken(lambda: problem.initial, Start(np.zeros(0), np.zeros(0)))
     values = parameter_values(scene)
     mesh = _mesh(intervals, faults)
-    free = (free,) if isinstance(free, str) else tuple(dict.fromkeys(free))
     if method not in METHODS:
         faults.add("", f"method {method} is not known; {suggestion(method, METHODS)}")
-    known_names("free", free, values, faults)
+    inputs = [one.name for one in scene.inputs]
+    known_names("free", free, (*values, *(one.name for one in declared.inputs)), faults)
+    for words in filter(None, map(scene.derived_words, free)):
+        faults.add("free", words)
+    free = tuple(name for name in free if name not in inputs)
     span = _span(until, faults)
-    state = (TIME, *scene.coordinates, *scene.velocities, *values, *scene.point_names)
-    inputs = ", ".join(one.name for one in declared.inputs)
-    instead = "what is to be found are drives: give a joint a drive, not a force"
-    held = f"and no inputs, {inputs}: they keep their values; {instead}" if inputs else ""
+    states = (one.name for one in scene.states)
+    state = (TIME, *scene.coordinates, *scene.velocities, *states, *values, *scene.definitions, *scene.point_names)
+    kept = [one for one in declared.inputs if one.name not in inputs]
+    instead = (
+        f"what is to be found are drives, and inputs that are free: {argument('free', kept[0].name)}" if kept else ""
+    )
+    held = f"and no inputs, {listed(one.name for one in kept)}: they keep their values; {instead}" if kept else ""
     formulas = {
         "path": _formulas(scene, tuple(path or ()), state, "path", faults, held),
         "running": _formulas(
-            scene, (formula_text(cost),) if cost else (), (*state, *_drives(scene)), "cost", faults, held
+            scene, (formula_text(cost),) if cost else (), (*state, *_drives(scene), *inputs), "cost", faults, held
         ),
         "final": _formulas(scene, (formula_text(final_cost),) if final_cost else (), state, "final cost", faults, held),
     }
@@ -348,8 +379,8 @@ def collocation(
     rows_lower[made.row["path"]], rows_upper[made.row["path"]] = around.T
     guess = np.clip(made.guessed(first, last, values), lower, upper)
     given = {"start": problem.start, "start rates": problem.start_rates, "end": end, "end rates": end_rates}
-    kept = tuple(f"input {one.name} is held at {spell(one.value)} {one.unit}".rstrip() for one in declared.inputs)
-    notes = (*kept, *first.notes, *taken(scene, free, {k: x for k, x in given.items() if isinstance(x, Mapping)}))
+    holds = tuple(f"input {one.name} is held at {spell(one.value)} {one.unit}".rstrip() for one in kept)
+    notes = (*holds, *first.notes, *taken(scene, free, {k: x for k, x in given.items() if isinstance(x, Mapping)}))
     return Collocation(
         scene, METHODS[method], made.grid, free, tuple(made.names[k] for k in found.driven), found.driven,
         made.place, made.row, made.size, made.rows, sum(span) / 2, lower, upper, rows_lower, rows_upper, guess,
@@ -393,7 +424,7 @@ def _formulas(
     scene: Scene, texts: Sequence[str], allowed: Sequence[str], where: str, faults: Faults, inputs: str
 ) -> tuple[Quantity, ...]:
     read = [read_formula(text, allowed, where, faults, lambda _: inputs) for text in texts]
-    found = tuple(one for one in read if one is not None)
+    found = tuple(substituted(one, scene.definitions) for one in read if one is not None)
     for one in found:
         SceneUnits(scene).check(one, where, faults)
     return found

@@ -26,7 +26,7 @@ from symdyn.rounding import in_digits
 from symdyn.scene import Scene, bind
 from symdyn.shown import Shown
 from symdyn.simulation import Forces, Start, Trajectory, compiled_entries, simulate
-from symdyn.simulation.prescribed import ForceTable, drive_names
+from symdyn.simulation.prescribed import ForceTable
 from symdyn.transcription.grid import Places, Row
 from symdyn.transcription.local import PLACES, Source, appearing, argument_of, inputs_of, symbols_of
 from symdyn.unlocked import cached_property
@@ -76,9 +76,12 @@ def along(problem: Collocation, motion: Trajectory) -> Array:
     z[place["T"]] = np.clip(motion.t[-1], problem.lower[place["T"]], problem.upper[place["T"]])
     duration = problem.time(z)
     t = duration * grid.share
-    for kind, values, points in (("q", motion.q, t), ("u", motion.qd, t), ("a", motion.qdd, t[grid.stage])):
+    forces = np.hstack([motion.tau, motion.inputs])[:, list(problem.driven)]
+    for kind, values, points in (
+        ("q", motion.q, t), ("s", motion.states, t), ("u", motion.qd, t),
+        ("a", motion.qdd, t[grid.stage]), ("force", forces, t[grid.stage]),
+    ):  # fmt: skip
         z[place[kind]] = CubicSpline(motion.t, values)(points)
-    z[place["force"]] = CubicSpline(motion.t, motion.tau[:, list(problem.driven)])(t[grid.stage])
     count = place["multiplier"].shape[1]
     z[place["slack"]] = z[place["multiplier"]] = 0.0
     if count:
@@ -182,15 +185,16 @@ class Solution(Shown):
     @property
     def run(self) -> Trajectory:
         """The motion at all points; accelerations and forces of others than stages lie in between."""
-        problem, grid = self.problem, self.problem.grid
+        problem, grid, scene = self.problem, self.problem.grid, self.scene
         t, at = self.duration * grid.share, self.duration * grid.share[grid.stage]
         stages = np.concatenate([self.z[problem.place["a"]], self._forces()], axis=1)
-        a, tau = np.split(np.stack([np.interp(t, at, x) for x in stages.T], axis=1), 2, axis=1)
-        q, u = self.z[problem.place["q"]], self.z[problem.place["u"]]
-        names = drive_names(self.scene)
-        curves = {names[k]: table for k, table in self.forces.tables.items()}
+        n = len(scene.velocities)
+        a, tau, given = np.split(np.stack([np.interp(t, at, x) for x in stages.T], axis=1), [n, 2 * n], axis=1)
+        q, s, u = (self.z[problem.place[kind]] for kind in ("q", "s", "u"))
+        curves = dict(zip(problem.drives, self.forces.tables.values(), strict=True))
+        extra = dict(zip((one.name for one in scene.given), np.hstack([given, s]).T, strict=True))
         notes = (*problem.notes, self.status)
-        return Trajectory(self.scene, t, q, u, a, tau, notes=notes, wall=self.wall, curves=curves)
+        return Trajectory(scene, t, q, u, a, tau, extra, notes=notes, wall=self.wall, curves=curves)
 
     def plot(self, *names: str | Sequence[str | Sequence[str]], **options: Any) -> Figure:
         """Return a figure of the motion, all as of `Trajectory.plot`."""
@@ -235,14 +239,15 @@ class Solution(Shown):
         It may rest on limits of joints, and goes on where rounding passes one.
         """
         place = self.problem.place
-        start = Start(self.z[place["q"][0]], self.z[place["u"][0]])
+        start = Start(self.z[place["q"][0]], self.z[place["u"][0]], s=self.z[place["s"][0]])
         options = {"ignore_limits": True} | options
         return simulate(self.scene, forces=self.forces, until=self.duration, start=start, **options)
 
     def _forces(self) -> Array:
-        """Return all driving forces at the stages, those of prescribed motions as well, shape (S, nv)."""
+        """Return all driving forces at the stages, those of prescribed motions as well, and inputs, shape (S, …)."""
         problem = self.problem
-        found = np.zeros(problem.place["a"].shape)
+        count = len(problem.scene.velocities) + len(problem.scene.inputs)
+        found = np.zeros((len(problem.grid.stage), count))
         found[:, list(problem.driven)] = self.z[problem.place["force"]]
         led = problem.scene.prescribed_velocities
         if led:
@@ -324,9 +329,8 @@ def lagrangian(problem: Collocation) -> Lagrangian:
 
 def _beside_time(problem: Collocation) -> list[Places]:
     """Return the unknowns that the length of an interval multiplies: at rates, accelerations and the running cost."""
-    found = [problem.wires["rates"][0], problem.place["a"]]
-    if "running" in problem.locals:
-        columns, known, _ = problem.wires["running"]
+    found = [problem.place["a"]]
+    for columns, known, _ in (problem.wires[name] for name in ("rates", "running") if name in problem.locals):
         found.append(columns[known])
     return found
 
@@ -334,12 +338,12 @@ def _beside_time(problem: Collocation) -> list[Places]:
 def _parts(of: Lagrangian, z: Array, sigma: float, multipliers: Array) -> list[Array]:
     problem, grid = of.problem, of.problem.grid
     by_row = {kind: multipliers[row] for kind, row in problem.row.items()}
-    defects, nq = by_row["defects"], problem.place["q"].shape[1]
+    defects, first = by_row["defects"], problem.locals["rates"].size  # of accelerations, behind what has a formula
     shares = -(problem.between[1].T @ defects.ravel()).reshape(len(grid.stage), -1)  # of what T multiplies
     T = problem.time(z)
     weights = {
         "balance": by_row["balance"],
-        "rates": T * shares[:, :nq],
+        "rates": T * shares[:, :first],
         "held": by_row["held"],
         "path": by_row["path"],
         "pull": np.concatenate([np.zeros((1, defects.shape[2])), -defects[:, -1]]),
@@ -352,13 +356,12 @@ def _parts(of: Lagrangian, z: Array, sigma: float, multipliers: Array) -> list[A
         known, chain = of.wires[name]
         found.append((one.value(at[PLACES[name]], weights[name]) * chain)[known])
     if len(problem.place["T"]):
-        rates = problem.locals["rates"]
-        found.append(rates.slopes(at["stage"]) * shares[:, [i for i, _, _ in rates.pattern]])
-        found.append(shares[:, nq:])
-        if "running" in problem.locals:
-            columns, known, chain = problem.wires["running"]
-            slopes = sigma * grid.quadrature[:, None] * problem.locals["running"].slopes(at["stage"]) * chain
-            found.append(np.where(columns == problem.place["T"][0], 2.0, 1.0)[known] * slopes[known])
+        found.append(shares[:, first:])
+        for name, each in (("rates", shares), ("running", sigma * grid.quadrature[:, None])):
+            if name in problem.locals:
+                local, (columns, known, chain) = problem.locals[name], problem.wires[name]
+                slopes = each[:, [i for i, _, _ in local.pattern]] * local.slopes(at["stage"]) * chain
+                found.append(np.where(columns == problem.place["T"][0], 2.0, 1.0)[known] * slopes[known])
     return found
 
 

@@ -5,6 +5,7 @@
     balance     M u̇ + h = τ + Gᵀ λ,  G u̇ + Ġ u = 0                              at every stage
     defects     q_i = q_0 + h Σ A_ij H(q_j) u_j,   u_i = u_0 + h Σ A_ij u̇_j       at every stage inside an interval
                 q_1 = q_0 + h Σ b_j H(q_j) u_j + H Gᵀ ν + ρ e,   u_1 = u_0 + h Σ b_j u̇_j + Gᵀ μ
+                states of one's own, ṡ = rate(t, q, u, s), as coordinates
     held        r(q) = 0,  G u = 0,  |e| = 1                                      at every end of an interval
 
 Closed mechanisms keep all their coordinates, with multipliers: no partition is chosen, so none can fail on the way, and
@@ -52,12 +53,13 @@ class Collocation(Shown):
         method: where the dynamics holds.
         grid: points, nodes and stages.
         free: names of the parameters that are unknowns.
-        drives: names of the driving forces that are unknowns.
-        driven: their velocities.
-        place: of each kind of unknown, where it stands in z: "q" (P, nq), "u" (P, nv), "a" (S, nv), "multiplier"
-            (S, m), "force" (S, drives), "slack" (N, slacks), "free" (parameters,), "T" (1,) or (0,) where it is given.
-        row: of each kind of equation, where it stands in g: "balance" (S, nv + m), "defects" (N, R, nq + nv), "held"
-            (N + 1, …), "path" (N + 1, paths).
+        drives: names of the driving forces, and then of the inputs, that are unknowns.
+        driven: their velocities; behind velocities the inputs, as `Forces` counts them.
+        place: of each kind of unknown, where it stands in z: "q" (P, nq), "s" (P, ns), "u" (P, nv), "a" (S, nv),
+            "multiplier" (S, m), "force" (S, drives), "slack" (N, slacks), "free" (parameters,), "T" (1,) or (0,) where
+            it is given.
+        row: of each kind of equation, where it stands in g: "balance" (S, nv + m), "defects" (N, R, nq + ns + nv),
+            "held" (N + 1, …), "path" (N + 1, paths).
         size, rows: number of unknowns and of equations.
         duration: the time of the end, s; of a free one the middle of its bounds.
         lower, upper: bounds of z, shape (size,).
@@ -157,12 +159,11 @@ class Collocation(Shown):
     def between(self) -> tuple[csr_array, csr_array]:
         """What defects are without slacks: (y_i - y_0) as a matrix on z, and Σ A_ij f_j, over T, as one on rates f.
 
-        Rates are q̇ and u̇ of all stages, one stage after the other, shape (S (nq + nv),).
+        Rates are q̇, ṡ and u̇ of all stages, one stage after the other, shape (S (nq + ns + nv),).
         """
         from scipy.sparse import csr_array
 
-        grid, shape = self.grid, self.row["defects"].shape
-        y = np.concatenate([self.place["q"], self.place["u"]], axis=1)
+        grid, shape, y = self.grid, self.row["defects"].shape, self.state
         index = np.arange(self.row["defects"].size).reshape(shape)
         start = np.broadcast_to(y[grid.node[:-1], None], shape)
         columns = np.concatenate([y[grid.target].ravel(), start.ravel()])
@@ -177,8 +178,13 @@ class Collocation(Shown):
         difference = csr_array((signs, (rows, columns)), shape=(index.size, self.size))
         return difference, csr_array((weights, (at, stages)), shape=(index.size, places.size))
 
+    @property
+    def state(self) -> Places:
+        """Where q, s and u of all points stand in z, shape (P, nq + ns + nv)."""
+        return np.concatenate([self.place[kind] for kind in ("q", "s", "u")], axis=1)
+
     def rates(self, stages: Mapping[str, Array]) -> Array:
-        """Return q̇ and u̇ of all stages, as `between` takes them."""
+        """Return q̇, ṡ and u̇ of all stages, as `between` takes them."""
         if not (isinstance(stages, Mapping) and {"q", "u", "a"} <= {*stages}):
             raise ArgumentError(f"stages = {quoted(stages)}: give what at(z, 'stage') returns")
         return np.concatenate([self.locals["rates"].value(stages), stages["a"]], axis=1).ravel()
@@ -321,7 +327,7 @@ class Collocation(Shown):
             return place["free"][k : k + 1]
         if kind == "slack":
             return np.concatenate([[-1], place["slack"][:, k]])
-        return place[kind][points if kind in ("q", "u") else slice(None), k]
+        return place[kind][points if kind in ("q", "s", "u") else slice(None), k]
 
     def points(self, where: str) -> Places:
         """Return the points of all stages or nodes, or the end.
@@ -343,7 +349,7 @@ class Collocation(Shown):
         self._check(z)
         self._check_where(where)
         place, points = self.place, self._slices[where]
-        found = {kind: self._part(z, place[kind])[points] for kind in ("q", "u")}
+        found = {kind: self._part(z, place[kind])[points] for kind in ("q", "s", "u")}
         if where == "stage":
             found |= {kind: self._part(z, place[kind]) for kind in ("a", "multiplier", "force")}
         if where == "node":

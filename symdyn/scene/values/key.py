@@ -239,8 +239,7 @@ class Key(Part, Generic[T]):
         """Return what a table says; a key that must be given and is not is a fault."""
         if self.example and self.name not in table:
             table.fault(f"{self.name} is missing; write {self.example}")
-            if self.above_zero:
-                return Quantity.ONE  # type: ignore[return-value]  # what is no second fault
+            return Quantity.ONE if self.above_zero else self.read(table, self.name, self.default)  # type: ignore[return-value]
         return self.read(table, self.name, self.default)
 
     def fields(self, table: EntryReader, scope: object) -> dict[str, Any]:

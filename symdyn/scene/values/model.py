@@ -245,13 +245,9 @@ class Scene(Shown):
 
     def in_si(self) -> Scene:
         """Return an equal scene that is written in SI, whatever units its writer chose; for what is generated."""
-        plain = map_quantities(self, lambda one: replace(one, unit=""))
-        return replace(
-            plain,
-            parameters=tuple(replace(one, written="") for one in plain.parameters),
-            derived=tuple(replace(one, written="") for one in plain.derived),
-            inputs=tuple(replace(one, written="") for one in plain.inputs),
-        )
+        plain, lists = map_quantities(self, lambda one: replace(one, unit="")), ("parameters", "derived", "inputs")
+        every: Any = {n: tuple(replace(one, written="") for one in getattr(plain, n)) for n in lists}
+        return replace(plain, **every)
 
     def in_language(self, code: str) -> Scene:
         """Return the scene with every description in a language, such as "sk", where it has it."""
@@ -282,6 +278,11 @@ class Scene(Shown):
         shown = {x: None if value == Quantity.ZERO or value.symbols else value for x, value in values.items()}
         more = tuple(Parameter(x.name, shown[x], False, x.unit, x.latex, x.text, x.texts, of=x.of) for x in self.given)
         return replace(self, parameters=(*self.parameters, *more), inputs=(), outputs=(), states=(), signals=())
+
+    def without_mechanism(self) -> Scene:
+        """Return the scene's states alone: coordinates and velocities are further inputs, and nothing moves."""
+        inputs = (*self.inputs, *map(Input, (*self.coordinates, *self.velocities)))
+        return replace(self, bodies=(), joints=(), points=(), loops=(), elements=(), outputs=(), inputs=inputs)
 
     @cached_property
     def derived_formulas(self) -> dict[str, Quantity]:
@@ -337,16 +338,10 @@ class Scene(Shown):
         formula = self.derived_formulas.get(name)
         return f"{name} is derived, {name} = {spell(formula)}; give {listed(formula.symbols)}" if formula else ""
 
-    def held(self) -> Scene:
-        """Return the scene without outputs, its inputs being replaced by their values.
-
-        Raises:
-            FormulaError: a formula has no value there.
-        """
-        if not self.inputs:
-            return replace(self, outputs=()) if self.outputs else self
-        values = {one.name: one.value for one in self.inputs}
-        return replace(self, inputs=(), outputs=()).substituted(values)
+    def held(self, but: Collection[str] = ()) -> Scene:
+        """Return the scene without outputs, inputs `but` some being their values; FormulaError where one has none."""
+        values = {one.name: one.value for one in self.inputs if one.name not in but}
+        return replace(self, inputs=tuple(x for x in self.inputs if x.name in but), outputs=()).substituted(values)
 
     def formula_names(self, specified: Iterable[str] = ()) -> tuple[str, ...]:
         """Return the names that formulas may use, parameters aside; of `specified`, multipliers are known later."""

@@ -323,6 +323,8 @@ class StateEquations:
 
     def evaluate(self, name: str, t: npt.ArrayLike, x: Array) -> Array:
         """Return a function of the program at states x, shape (..., nx), and times (...)."""
+        if name not in self._takes:  # without entries, as of a mechanism that stands
+            return np.zeros((*x.shape[:-1], 0))
         times = np.asarray(t, dtype=np.float64)
         q, u, z = self.parts(x)
         known = {"q": q, "qd": u, TIME: times}

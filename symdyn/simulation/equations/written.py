@@ -127,7 +127,7 @@ def state_equations(
     if lacks_modes(scene):
         what = "contacts, stops or dry friction that open, close or stick"
         raise SimulateError(f"{scene.name}: {what} are known by simulate alone; take them out")
-    if not scene.velocities:
+    if not (scene.velocities or scene.states):
         opened(scene)
         raise SimulateError(f"{scene.name}: nothing moves: no joint has a coordinate")
     asked = (opened(scene).scene, *forces.form, tuple(events))
