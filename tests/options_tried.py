@@ -183,7 +183,12 @@ MOVED: dict[str, Verb] = {
             "--json": "",
             "--block": "1 | -o found.zarr",
             "--bind": "g=1",
+            "--feedback": "gains.json",
+            "--period": "0.05 | --feedback gains.json",
+            "--delay": "0.01 | --feedback gains.json --period 0.05",
+            "--limits": "0.1 | --feedback gains.json --measure max(F)",
         },
+        (f"linearize {CART} --lqr --gains gains.json",),
     ),
     "inverse": Verb(
         f"{CART} --motion theta=t**2+0.3 --until 0.4 -o forces.csv",

@@ -366,7 +366,7 @@ def test_what_is_asked_in_another_place_is_told_where_it_is(told: str) -> None:
     [
         (["bode", "a.toml"], "did you mean linearize?"),
         (["simulate", "a.toml", "--noise", "x=1"], "in Python a controller has it: symdyn.Feedback(law, noise=...)"),
-        (["sweep", "a.toml", "--feedback", "g.json"], "--feedback is no option\n"),
+        (["sweep", "a.toml", "--noise", "x=1"], "in Python a controller has it: symdyn.Feedback(law, noise=...)"),
         (["identify", "a.toml", "--output-error", "m"], "--output-error is no option; give --by output-error"),
         (["linearize", "a.toml", "--transmissibility", "z"], "give --bode FILE"),
         (["generate", "a.toml", "--language", "c"], "did you mean --target?"),

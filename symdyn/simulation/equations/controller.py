@@ -380,16 +380,21 @@ def _ranges(feedback: Feedback, names: Sequence[str], faults: Faults) -> dict[st
 
 
 def feedback_of(
-    scene: Scene, file: str, period: float | None, delay: float | None, limits: Mapping[str, str], until: float
+    scene: Scene, file: str, period: float | None, delay: float | None, limits: Mapping[str, str] | str, until: float
 ) -> Feedback:
     """Return the controller of a file, with other times and limits; what is None or nothing stays as it is there.
 
-    `limits` are formulas in parameters, largest sizes of forces by name, told as of `limits`.
+    `limits` are formulas in parameters, largest sizes of forces by name, or of one force alone, told as of `limits`.
 
     Raises:
         SimulateError: with every fault, one line each.
     """
     values, units, faults, most = parameter_values(scene), SceneUnits(scene).letters, Faults(""), {}
+    if isinstance(limits, str):
+        limits = dict.fromkeys(names := read_feedback(scene, file).inputs, limits)
+        if len(names) > 1:
+            several = ",".join(f"{name}={limit}" for name, limit in limits.items())
+            raise SimulateError(f"{argument('limits')}: a number is of one force; give {several}")
     with faults.noted():
         ask_for_units(scene.inputs, limits.items(), argument("limits"))
     for name, text in limits.items():
