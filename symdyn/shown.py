@@ -30,6 +30,13 @@ INSTEAD = {
         ("coordinates_of_joints", 'symdyn.scene.write_text(scene, "toml").text is its file'),
     ),
     **dict.fromkeys(
+        ("plot", "draw", "show", "animate"),
+        (
+            "coordinates_of_joints",
+            "symdyn.picture(scene) draws it, symdyn.simulate(scene, until=...).plot() its motion",
+        ),
+    ),
+    **dict.fromkeys(
         ("equations", "simulate", "linearize", "inverse"),
         ("coordinates_of_joints", "it is a function: symdyn.equations(scene), symdyn.simulate(scene, ...) and others"),
     ),
@@ -37,6 +44,8 @@ INSTEAD = {
         ("transmissibility", "freqresp", "frequency_response", "frequencyresponse", "evalfr"),
         ("to_control", "abs(lin.bode(output, input).response) has ratios, lin.transfer(output, input).at(s) a value"),
     ),
+    **dict.fromkeys(("K", "L"), ("observer", "gains are those of its parts, .regulator.K and .observer.L")),
+    "margins": ("closed_loop", "they are those of its loop, .loop.margins()"),
     "u": ("violation", 'its run has forces by name, run["F"]'),
     **dict.fromkeys(
         ("report", "save_report", "to_html"),

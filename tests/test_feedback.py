@@ -326,7 +326,7 @@ BAD = [
     ({"limits": {"G": 1}}, "limits: G: is no input"),
     ({"limits": {"F": "a"}}, "limits: F: a is neither a size above 0"),
     ({"limits": {"F": 10**400}}, "is neither a size above 0"),
-    ({"limits": "3"}, "limits: '3' is no table of sizes by input"),
+    ({"limits": "3"}, "limits: F: 3 is neither a size above 0"),
 ]
 
 
@@ -341,7 +341,7 @@ def test_bad_gains_are_told(more: dict[str, object], words: str) -> None:
 @pytest.mark.parametrize(
     ("more", "words"),
     [
-        ({"limits": [3]}, "limits: [3] is no table of sizes by input"),
+        ({"limits": [3]}, "limits: F: [3] is neither a size above 0"),
         ({"limits": {"F": "3"}}, "limits: F: 3 is neither a size above 0"),
         ({"period": "0.1"}, "period: '0.1' is no number of seconds"),
         ({"period": 0.1, "delay": None}, "delay: None is no number of seconds"),

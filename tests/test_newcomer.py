@@ -14,6 +14,8 @@ from symdyn.arguments import suggesting
 from symdyn.cli import main
 from symdyn.errors import (
     ArgumentError,
+    DerivationError,
+    DrawError,
     EmitError,
     IdentifyError,
     LinearizeError,
@@ -341,6 +343,29 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
         LinearizeError,
         lambda: symdyn.linearize(_on_a_base("base - k*x", "")).lqr({"x": 1}, {"base": 1}),
     ),
+    'outputs come first, then inputs: ("theta", "F")': (
+        LinearizeError,
+        lambda: symdyn.linearize(CART).bode("F", "theta"),
+    ),
+    "they are those of its loop, .loop.margins()": (
+        AttributeError,
+        lambda: symdyn.linearize(CART).lqr().margins,  # type: ignore[attr-defined]
+    ),
+    "gains are those of its parts, .regulator.K and .observer.L": (
+        AttributeError,
+        lambda: symdyn.linearize(CART).lqg().K,  # type: ignore[attr-defined]
+    ),
+    'film("a.gif") writes a file': (
+        DrawError,
+        lambda: symdyn.simulate(CART, until=0.1).animate("a.gif"),  # type: ignore[arg-type]
+    ),
+    "symdyn.picture(scene) draws it": (AttributeError, lambda: CART.plot),  # type: ignore[attr-defined]
+    "did you mean pose:NAME?": (DerivationError, lambda: symdyn.load(CART, "fk")),
+    "write pose:NAME, such as pose:tip": (DerivationError, lambda: symdyn.load(CART, "pose")),
+    "limits: u: is no input of the controller; it has F": (
+        SimulateError,
+        lambda: symdyn.simulate(CART, until=0.1, feedback=symdyn.pid("theta", "F", kp=1, limits={"u": 8})),
+    ),
     "where its ends meet, spring prop has no direction": (
         LinearizeError,
         lambda: symdyn.linearize(
@@ -361,9 +386,35 @@ def test_what_is_asked_in_another_place_is_told_where_it_is(told: str) -> None:
         asked()
 
 
+WORKS: dict[str, Callable[[], object]] = {
+    "poles()": lambda: np.array_equal(symdyn.linearize(CART).poles(), symdyn.linearize(CART).poles),
+    "zeros()": lambda: len(symdyn.linearize(CART, outputs="x").zeros()) == 2,
+    "abs(poles)": lambda: type(abs(symdyn.linearize(CART).poles)) is np.ndarray,
+    "repr(poles)": lambda: repr(symdyn.linearize(CART).poles).startswith("array(["),
+    "formulas()": lambda: symdyn.linearize(CART).formulas().A.rows == 4,
+    "margins of LQG": lambda: (lqg := symdyn.linearize(CART).lqg()).margins() == lqg.loop.margins(),
+    "limits by name": lambda: _largest(symdyn.pid("theta", "F", kp=900, limits={"F": 8})) == 8,
+    "limits as a pair": lambda: _largest(symdyn.Feedback(lambda t, q, u: 99, limits=(-1, 8))) == 8,
+    "bounds as a size": lambda: 15 in symdyn.collocation(CART, until=1, bounds={"F": 15}, intervals=1).upper,
+}
+
+
+def _largest(controller: symdyn.Feedback) -> float:
+    return float(abs(symdyn.simulate(CART, until=0.1, start={"theta": 0.3}, feedback=controller)["F"]).max())
+
+
+@pytest.mark.parametrize("words", WORKS)
+def test_what_one_writes_who_knows_another_tool_works(words: str) -> None:
+    assert WORKS[words]()
+
+
 @pytest.mark.parametrize(
     ("words", "meant"),
     [
+        (["plot", "a.toml"], "simulate, inverse and sweep write one, --plot FILE"),
+        (["animate", "a.toml"], "simulate writes one, --animate FILE"),
+        (["linearize", "a.toml", "--from", "F"], "inputs are all drives and inputs of the scene"),
+        (["linearize", "a.toml", "--to", "theta"], "give --outputs"),
         (["bode", "a.toml"], "did you mean linearize?"),
         (["simulate", "a.toml", "--noise", "x=1"], "in Python a controller has it: symdyn.Feedback(law, noise=...)"),
         (["sweep", "a.toml", "--noise", "x=1"], "in Python a controller has it: symdyn.Feedback(law, noise=...)"),

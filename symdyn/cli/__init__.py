@@ -45,11 +45,16 @@ RENAMED = {"--road": "--formulation", "--transfer": "--show transfer", "--reach"
            "--at": "--start", "--rates": "--start-rates"}  # fmt: skip
 """Options by the names that they had, for errors alone."""
 
-ELSEWHERE = {"--margins": "give --show margins", "--step": "give --show step",
+PLOT = "simulate, inverse and sweep write one, --plot FILE, linearize others; draw makes a picture of the mechanism"
+
+ELSEWHERE = {"--margins": "give --show margins", "--step": "give --show step", "--to": "give --outputs",
+             "--from": "inputs are all drives and inputs of the scene, and --bode FILE has each",
+             "--poles": "they are told without it, as eigenvalues", "plot": PLOT,
+             **dict.fromkeys(("animate", "film", "movie", "video"), "simulate writes one, --animate FILE"),
              "--transmissibility": "give --bode FILE, of --outputs", "--output-error": "give --by output-error",
              "--noise": "in Python a controller has it: symdyn.Feedback(law, noise=...)",
              "--place": "give --lqr, or in Python symdyn.linearize(...).place(poles)"}  # fmt: skip
-"""What one asks for that is no option, and how it is had from `linearize`, for errors alone."""
+"""What one asks for that is no verb or no option, of `linearize` mostly, and how it is had, for errors alone."""
 
 CTRL_C = 130
 """Exit status of what was interrupted."""
@@ -98,7 +103,8 @@ class Parser(argparse.ArgumentParser):
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         if action.choices is not None and value not in action.choices:
             what = f"{action.option_strings[0]}: there is no" if action.option_strings else f"there is no {action.dest}"
-            meant = choice(str(value), [*map(str, action.choices)])
+            verb = ELSEWHERE.get(str(value)) if action.dest == "verb" else None
+            meant = verb or choice(str(value), [*map(str, action.choices)])
             raise argparse.ArgumentError(None, f"{what} {quoted(value)}; {meant}")
 
     def error(self, message: str) -> NoReturn:

@@ -49,6 +49,19 @@ class Axis:
         return self.names.index(name)
 
 
+def places(outputs: Axis, inputs: Axis, channel: tuple[str | None, str | None]) -> tuple[int, int]:
+    """Return the places of an output and an input, or of the only ones there are.
+
+    Raises:
+        LinearizeError: as of `Axis.place`; or an input in the output's place.
+    """
+    output, input = channel
+    if output in inputs.names and output not in outputs.names:
+        write = f'"{input if input in outputs.names else (*outputs.names, "")[0]}", "{output}"'
+        raise LinearizeError(f"output: {output} is an input; outputs come first, then inputs: ({write})")
+    return outputs.place(output, "output"), inputs.place(input, "input")
+
+
 Weights: TypeAlias = Mapping[str, float] | Sequence[Sequence[float]] | Sequence[float] | float | Array
 
 SYMMETRIC = 1e-9

@@ -13,7 +13,7 @@ from symdyn.algebra import Array
 from symdyn.arguments import check_arguments
 from symdyn.dynamics.mechanism import TIME
 from symdyn.emit import write_file
-from symdyn.errors import EmitError, SimulateError, UnknownNameError, listed, quoted
+from symdyn.errors import DrawError, EmitError, SimulateError, UnknownNameError, listed, quoted
 from symdyn.graph import Graph
 from symdyn.scene import Scene
 from symdyn.scene.values import Letter, acceleration_name
@@ -379,6 +379,8 @@ class Trajectory(Shown):
         """
         from symdyn.draw import animation
 
+        if isinstance(fps, str | Path):
+            raise DrawError(f'fps = "{fps}" is no number; film("{fps}") writes a file')
         return animation(self, fps=fps, loop=loop)
 
     def film(

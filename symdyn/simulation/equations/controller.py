@@ -64,7 +64,7 @@ class Feedback(Shown):
             where there is none all inputs.
         period: seconds between samples; None is none, the law holds all the time.
         delay: seconds from a sample to its force, whole periods or not; until the first one the force is `initial`.
-        limits: largest size, or smallest and largest value, by input; or the size, where there is one input.
+        limits: largest size, or smallest and largest value, by input; of one input without its name, too.
         initial: forces before the first sample acts, shape (inputs,); () are zeros, or those where gains begin.
         measures: what a linear system measures: names or formulas of coordinates, velocities, points and outputs; ()
             are the names of its own inputs, else outputs of the scene, or coordinates, if they are as many.
@@ -81,7 +81,7 @@ class Feedback(Shown):
     inputs: Sequence[str] = ()
     period: float | None = None
     delay: float = 0.0
-    limits: Mapping[str, float | Sequence[float]] | float = field(default_factory=dict)
+    limits: Mapping[str, float | Sequence[float]] | Sequence[float] | float = field(default_factory=dict)
     initial: Sequence[float] = ()
     measures: Sequence[str] = ()
     reference: Mapping[str, object] | str | float | None = None
@@ -357,7 +357,9 @@ def _check_times(feedback: Feedback, until: float, faults: Faults) -> None:
 def _ranges(feedback: Feedback, names: Sequence[str], faults: Faults) -> dict[str, tuple[float, float]]:
     """Return smallest and largest value by input."""
     found = dict.fromkeys(names, (-math.inf, math.inf))
-    limits = {names[0]: feedback.limits} if isinstance(feedback.limits, Real) and len(names) == 1 else feedback.limits
+    limits = feedback.limits
+    if len(names) == 1 and not isinstance(limits, Mapping):
+        limits = {names[0]: limits}
     if not isinstance(limits, Mapping):
         told = f"{{{', '.join(f'{name!r}: 5' for name in names)}}}"
         faults.add("feedback: limits", f"{limits!r} is no table of sizes by input, such as {told}")
