@@ -84,10 +84,11 @@ def __getattr__(name: str) -> object:
         from symdyn.resources import version
 
         return version()
+    if os.path.exists(os.path.join(__path__[0], f"{name}.py")):  # `from symdyn import shell` asks here first
+        raise AttributeError(name)
     from symdyn.errors import choice  # an error's own
 
     told = MOVED.get(name) or choice(name, __all__)
-    module = os.path.exists(os.path.join(__path__[0], f"{name}.py"))  # `from symdyn import shell` asks here first
-    if name not in MOVED and not (module or name.startswith("_")) and (package := _offering(name)):
+    if name not in MOVED and not name.startswith("_") and (package := _offering(name)):
         told = f"it is {package}.{name}"
     raise AttributeError(f"symdyn has no {name!r}; {told}", name=name, obj=sys.modules[__name__])

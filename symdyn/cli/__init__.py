@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 import warnings
 from collections.abc import Callable, Sequence
@@ -67,7 +68,7 @@ class Parser(argparse.ArgumentParser):
     """
 
     def __init__(self, *words: Any, **named: Any) -> None:
-        super().__init__(*words, **named)
+        super().__init__(*words, formatter_class=_formatter, **named)
         self.allow_abbrev = False
 
     def parse_known_args(self, *words: Any, **named: Any) -> Any:
@@ -111,6 +112,16 @@ class Parser(argparse.ArgumentParser):
         """Print the message and where more stands, and exit with 2."""
         told = printable(without_long_words(message.removeprefix("argument ")), keep="")
         self.exit(2, f"{self.prog}: {told}\nsee: {self.prog} --help\n")
+
+
+def _formatter(prog: str) -> argparse.HelpFormatter:
+    """Return what lays out help; argparse itself asks `shutil` for the width, with all its compressors."""
+    said = os.environ.get("COLUMNS", "")
+    try:
+        width = int(said) if said.isdecimal() and int(said) else os.get_terminal_size().columns
+    except OSError:  # no terminal
+        width = 80
+    return argparse.HelpFormatter(prog, width=width - 2)
 
 
 class VerbParser:
