@@ -63,7 +63,12 @@ MOVED = {
     **{name: f"it is symdyn {name} in a shell" for name in ["new", "walkthrough", "convert", "draw", "info", "bench"]},
     "generate": "it is symdyn generate in a shell; symdyn.load has functions to call, symdyn.emit.emit their source",
     **dict.fromkeys(("codegen", "code"), "symdyn generate in a shell writes code; symdyn.load has functions to call"),
+    **{
+        name: f"it is a function of symdyn.load(scene), .{name}(q, ...)"
+        for name in ("forward_dynamics", "inverse_dynamics", "mass_matrix", "gravity_forces")
+    },
     "plot": "it is symdyn.simulate(...).plot",
+    "sobol": 'symdyn.sweep(..., design="saltelli") has them: .indices(measure)',
 }
 """Names that are somewhere else, for errors alone."""
 
