@@ -73,6 +73,7 @@ MOVED: dict[str, Verb] = {
             "--formulation": "dalembert",
             "--angles": f"short | {TWO}",
             "--document": "",
+            "--output": "page.tex",
             "--json": "",
             "--digits": f"2 | {DOOR} --format text",
         },

@@ -240,6 +240,11 @@ def test_one_input_takes_its_limit_as_a_number() -> None:
         ("1 if t > 1 else 0", "write if(x > y, a, b)"),
         ("t > 1", "write if(x > y, a, b)"),
         ("clip(t, -1, 1)", "write max(-1, min(x, 1))"),
+        ("np.sin(t)", "write sin(x) alone"),
+        ("0.1sin(t)", "write * before sin"),
+        ("smoothstep(t)", "s**3*(10 - 15*s + 6*s**2)"),
+        ("interp(t, d)", 'write table("NAME", x)'),
+        ("hypot(t, 1)", "functions are sin, cos"),
     ],
 )
 def test_formulas_of_other_tools_are_told_how_they_are_written(formula: str, written: str) -> None:
@@ -366,6 +371,29 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
         SimulateError,
         lambda: symdyn.simulate(CART, until=0.1, feedback=symdyn.pid("theta", "F", kp=1, limits={"u": 8})),
     ),
+    "write Q=theta:100;theta_dot:10": (LinearizeError, lambda: read_weights("--lqr", ["theta=100,theta_dot=10"], "QR")),
+    "free at the end: x_dot, which end_rates give": (
+        LookupError,
+        lambda: _told(symdyn.collocation(CART, end={"x": 1}, until=1)),
+    ),
+    "did you mean theta_dot?": (SimulateError, lambda: symdyn.simulate(CART, forces={"F": "-2*dtheta"})),
+    "did you mean M?": (AttributeError, lambda: symdyn.equations(CART).sympy().mass_matrix),  # type: ignore[attr-defined]
+    "it is tau - c - g - k_E": (AttributeError, lambda: symdyn.equations(CART).sympy().forcing),  # type: ignore[attr-defined]
+    "run(0.5) has all columns at a time": (
+        AttributeError,
+        lambda: symdyn.simulate(CART, until=0.1).sol,  # type: ignore[attr-defined]
+    ),
+    'design="saltelli"': (AttributeError, lambda: symdyn.sobol),  # type: ignore[attr-defined]
+    "of symdyn.load(scene), .mass_matrix(q, ...)": (AttributeError, lambda: symdyn.mass_matrix),  # type: ignore[attr-defined]
+    'symdyn.read("arm.toml")': (SceneError, lambda: symdyn.Scene("arm.toml")),
+    "symdyn.scene.bind(scene, {...}) keeps them": (AttributeError, lambda: CART.replace),  # type: ignore[attr-defined]
+    "'events'; did you mean stops?": (ArgumentError, lambda: symdyn.simulate(CART, events="x")),  # type: ignore[call-arg]
+    "give a vector such as [0, 0, -9.81]": (SceneError, lambda: _with("gravity = 9.81")),
+    "of a ball [J, J, J]": (SceneError, lambda: _with(body="inertia = 3")),
+    "a flat body has [J/2, J, J/2]": (SceneError, lambda: _with(body="inertia = [0, 1, 0]")),
+    '[springs.NAME] joint = "JOINT", stiffness': (SceneError, lambda: _with(joint="stiffness = 3")),
+    "a place in space is its origin": (SceneError, lambda: _with(joint="position = [0, 0, 1]")),
+    "stands in quotes": (SceneError, lambda: _with("g = 9,81")),
     "where its ends meet, spring prop has no direction": (
         LinearizeError,
         lambda: symdyn.linearize(
@@ -373,6 +401,15 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
         ),
     ),
 }
+
+
+def _told(noun: object) -> None:
+    raise LookupError(repr(noun))
+
+
+def _with(head: str = "", body: str = "mass = 1", joint: str = "") -> symdyn.Scene:
+    kind = 'type = "revolute"\nparent = "ground"\nchild = "b"'
+    return read_text(f"{head}\n[bodies.b]\n{body}\n[joints.j]\n{kind}\n{joint}\n")
 
 
 def _on_a_base(force: str, more: str) -> symdyn.Scene:
@@ -395,8 +432,58 @@ WORKS: dict[str, Callable[[], object]] = {
     "margins of LQG": lambda: (lqg := symdyn.linearize(CART).lqg()).margins() == lqg.loop.margins(),
     "limits by name": lambda: _largest(symdyn.pid("theta", "F", kp=900, limits={"F": 8})) == 8,
     "limits as a pair": lambda: _largest(symdyn.Feedback(lambda t, q, u: 99, limits=(-1, 8))) == 8,
+    "a sum that cancels is no rate": lambda: not _on_a_tyre().of_given.rates.any(),
+    "a loop that leaves a place alone": lambda: symdyn.linearize(CART).lqr({"theta": 1}).loop.margins().stable,
+    "where a response ends": lambda: _slider().step("v").info()["final"] == pytest.approx(2),
+    "margins of a channel": lambda: _slider().margins("v").stable,
+    "a column of a solution": lambda: len(_reached()["F"]) > 4,
+    "states of a run": lambda: symdyn.simulate(CART, until=0.1).states.shape[1] == 4,
+    "the only measure": lambda: np.isfinite(symdyn.sweep(CART, "mp=[1,2]", "end(x)", until=0.1).mean()),
+    "inertia without a centre of mass": lambda: _with(body="mass = 1\ninertia = [1, 1, 1]").bodies[0].about == "com",
     "bounds as a size": lambda: 15 in symdyn.collocation(CART, until=1, bounds={"F": 15}, intervals=1).upper,
 }
+
+
+def _on_a_tyre() -> symdyn.linear.Linearization:
+    """Return a quarter car, whose body does not follow the rate of the road at once: c / m - c / m = 0 there."""
+    tyre = 'force = "-190e3*(zu - zr) - 100*(zu_dot - zr_dot)"\ndrive = false\naxis = [0, 0, 1]'
+    text = f"""
+units = "none"
+gravity = "none"
+inputs.zr.rates = 1
+bodies.wheel.mass = 45
+bodies.car.mass = 320
+outputs.acc = "zu_ddot + travel_ddot"
+[joints.tyre]
+type = "prismatic"
+parent = "ground"
+child = "wheel"
+coordinate = "zu"
+{tyre}
+[joints.susp]
+type = "prismatic"
+parent = "wheel"
+child = "car"
+axis = [0, 0, 1]
+coordinate = "travel"
+damping = 1500
+[springs.coil]
+joint = "susp"
+stiffness = 22e3
+"""
+    return symdyn.linearize(read_text(text))
+
+
+def _slider() -> symdyn.linear.Linearization:
+    """Return v' = F - v/2 of a slider, whose place is a state that v does not see."""
+    force = 'axis = [1, 0, 0]\ncoordinate = "x"\ndrive = "F"\ndamping = 0.5\n[outputs]\nv = "x_dot"'
+    joint = f'[joints.j]\ntype = "prismatic"\nparent = "ground"\nchild = "b"\n{force}\n'
+    return symdyn.linearize(read_text(f"bodies.b.mass = 1\n{joint}"))
+
+
+def _reached() -> symdyn.transcription.Solution:
+    pytest.importorskip("casadi", reason="needs IPOPT")
+    return symdyn.collocation(CART, until=1, end={"x": 0.1}, cost="F**2", intervals=4).solve()
 
 
 def _largest(controller: symdyn.Feedback) -> float:
@@ -411,6 +498,7 @@ def test_what_one_writes_who_knows_another_tool_works(words: str) -> None:
 @pytest.mark.parametrize(
     ("words", "meant"),
     [
+        (["equations", "a.toml", "--latex"], "give --format latex"),
         (["plot", "a.toml"], "simulate, inverse and sweep write one, --plot FILE"),
         (["animate", "a.toml"], "simulate writes one, --animate FILE"),
         (["linearize", "a.toml", "--from", "F"], "inputs are all drives and inputs of the scene"),

@@ -51,6 +51,7 @@ PLOT = "simulate, inverse and sweep write one, --plot FILE, linearize others; dr
 ELSEWHERE = {"--margins": "give --show margins", "--step": "give --show step", "--to": "give --outputs",
              "--from": "inputs are all drives and inputs of the scene, and --bode FILE has each",
              "--poles": "they are told without it, as eigenvalues", "plot": PLOT,
+             "--latex": "give --format latex, which is usual",
              **dict.fromkeys(("animate", "film", "movie", "video"), "simulate writes one, --animate FILE"),
              "--transmissibility": "give --bode FILE, of --outputs", "--output-error": "give --by output-error",
              "--noise": "in Python a controller has it: symdyn.Feedback(law, noise=...)",
@@ -147,7 +148,7 @@ def _meant(word: str, known: Sequence[str]) -> str:
     """Return what an unknown option may have meant, in words; "" for nothing near."""
     if RENAMED.get(word, "").partition(" ")[0] in known:
         return f"; it is called {RENAMED[word]} now"
-    needed = {"--noise": "--feedback", "--output-error": "--by"}.get(word, "--lqr")
+    needed = {"--noise": "--feedback", "--output-error": "--by", "--latex": "--format"}.get(word, "--lqr")
     if word in ELSEWHERE and needed in known:
         return f"; {ELSEWHERE[word]}"
     near = [name for name in known if len(word) > 2 and name.startswith(word)] or filter(None, [nearest(word, known)])

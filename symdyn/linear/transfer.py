@@ -198,7 +198,7 @@ class Transfer(Answer):
     Attributes:
         output, input: their names.
         zeros, poles: 1/s, pairs in full; poles of modes that the input does not move or the output not show are none.
-        gain: g, the ratio of the leading coefficients; 0 where the output does not follow at all.
+        gain, period: g, the ratio of the leading coefficients, 0 where the output does not follow; s of sampled ones.
     """
 
     output: str
@@ -206,6 +206,7 @@ class Transfer(Answer):
     zeros: Complexes
     poles: Complexes
     gain: float
+    period: float | None = None
 
     def __repr__(self) -> str:
         what = f"zeros: {poles_in_words(self.zeros)}; poles: {poles_in_words(self.poles)}"
@@ -225,6 +226,12 @@ class Transfer(Answer):
         """Return G(s)."""
         return complex(self.gain * np.prod(s - self.zeros) / np.prod(s - self.poles))
 
+    def to_control(self) -> Any:
+        """Return it as a TransferFunction of python-control; ImportError where that is not installed."""
+        from control import tf
+
+        return tf(self.numerator, self.denominator, self.period or 0, inputs=[self.input], outputs=[self.output])
+
     def as_json(self) -> dict[str, Any]:
         """Return it for JSON."""
         return {
@@ -238,7 +245,7 @@ def transfers(one: StateSpace) -> tuple[Transfer, ...]:
     """Return all transfer functions, output by output."""
     A, B, C, _ = balanced(one)
     return tuple(
-        _transfer(output, name, A, B[:, [k]], C[[i]], one.D[[i]][:, [k]])
+        replace(_transfer(output, name, A, B[:, [k]], C[[i]], one.D[[i]][:, [k]]), period=one.period)
         for i, output in enumerate(one.outputs.names)
         for k, name in enumerate(one.inputs.names)
     )
@@ -313,8 +320,7 @@ class Margins(Answer):
         delay: s of dead time that it stands; inf of none.
         distance: of G(iω) from -1, the least.
         phase_crossover, gain_crossover: where gain and phase margin are, rad/s; nan of none.
-        stable: whether the loop is stable as it is, what it does not see and stays where it is put left aside; margins
-            of one that is not are those to become so.
+        stable: whether the loop is stable, but for what it does not see and stays put; else margins to become so.
     """
 
     gain: float

@@ -44,7 +44,9 @@ class Axis:
         if name is None:
             raise LinearizeError(f"{what}: name one of {', '.join(self.names) or 'none that there are'}")
         if name not in self.names:
-            more = f'; linearize(..., outputs=["{name}"]) asks for others' if what == "output" else ""
+            more = f'; linearize(..., outputs=["{name}"]) asks for others' if what == "output" else (
+                f'; over a parameter it is symdyn.linear.root_locus("{name}", values, system)'
+            )  # fmt: skip
             raise LinearizeError(f"{what}: {name} is not known; {suggestion(name, self.names)}{more}")
         return self.names.index(name)
 
@@ -81,7 +83,9 @@ def read_weights(option: str, specified: Sequence[str], names: Sequence[str]) ->
             continue
         name, equals, rest = (part.strip() for part in text.partition("="))
         if not equals or name not in names:
-            faults.add(option, f'"{text}" is no {names[0]}=NAME:1;NAME:2, no {names[1]}=... and no .npz file')
+            weights = f"{names[0]}={text.replace('=', ':').replace(',', ';')}"
+            likely = f"; write {weights}" if equals and name.isidentifier() and "[" not in text else ""
+            faults.add(option, f'"{text}" is no {names[0]}=NAME:1;NAME:2, no {names[1]}=... and no .npz file{likely}')
             continue
         if name in found:
             faults.add(option, f"{name} is given twice")

@@ -175,6 +175,11 @@ class Trajectory(Shown):
 
     @property
     def states(self) -> Array:
+        """Coordinates, velocities and states of one's own, shape (N, all of them): x of ẋ = f(x)."""
+        return np.hstack([self.q, self.qd, self.own_states])
+
+    @property
+    def own_states(self) -> Array:
         """The states of one's own, shape (N, states); what no column tells stays where the scene starts."""
         return self._told(self.scene.states)
 

@@ -153,6 +153,10 @@ class Solution(Shown):
         others = f"; {len(self.optima)} optima from {self.searched.starts} starts" if self.others else ""
         return f"<Solution of {self.problem.scene.name}: {found}{others}>"
 
+    def __getitem__(self, name: str | Sequence[str]) -> Array:
+        """Return a column of its run, or several; errors as there."""
+        return self.run[name]
+
     @property
     def optima(self) -> tuple[Solution, ...]:
         """All optima that were found, this one and the others, best first."""

@@ -348,8 +348,8 @@ class _Reader:
 
     def call(self, node: ast.Call, depth: int) -> Quantity:
         if not isinstance(node.func, ast.Name):
-            meant = f"write {node.func.attr}(x) alone" if isinstance(node.func, ast.Attribute) else "write * for a product"
-            raise FormulaError(f"a bracket follows something that is no function; {meant}")
+            meant = f"{node.func.attr}(x) alone" if isinstance(node.func, ast.Attribute) else "* for a product"
+            raise FormulaError(f"a bracket follows something that is no function; write {meant}")
         name = node.func.id
         if name == IF:
             return self.selection(node, depth)
