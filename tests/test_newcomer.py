@@ -269,10 +269,6 @@ joints.story = {{ type = "prismatic", parent = "ground", child = "floor", coordi
 
 
 TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
-    'x_dot is a velocity; give it by start_rates={"x_dot": 1}': (
-        SimulateError,
-        lambda: symdyn.simulate(CART, start={"x": 0, "x_dot": 1}),
-    ),
     "a unit stands behind a number alone: in a formula write SI": (
         SimulateError,
         lambda: symdyn.inverse(CART, {"x": "0 m", "theta": "1500 rpm*t"}, until=1),
@@ -335,9 +331,9 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
         ArgumentError,
         lambda: symdyn.linearize(CART).bode("x", "F").plot(ax=0),  # type: ignore[call-arg]
     ),
-    'x_dot is a velocity; give it by end_rates={"x_dot": 0}': (
+    "start rates: x_dot is given twice": (
         SimulateError,
-        lambda: symdyn.collocation(CART, until=1, end={"x": 1, "x_dot": 0}),
+        lambda: symdyn.simulate(CART, start={"x_dot": 1}, start_rates={"x": 1}),
     ),
     "'N'; did you mean intervals?": (
         ArgumentError,
@@ -376,6 +372,17 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
         LookupError,
         lambda: _told(symdyn.collocation(CART, end={"x": 1}, until=1)),
     ),
+    "outputs are weighed by Q = lin.C.T @ W @ lin.C": (LinearizeError, lambda: symdyn.linearize(CART).lqr({"v": 1})),
+    "mp is given in g: write mp=100g or mp=100kg": (
+        SceneError,
+        lambda: symdyn.Problem(_in_grams(), values={"mp": "100"}),
+    ),
+    "which have a .closed_loop": (LinearizeError, lambda: symdyn.linearize(CART).feedback(0)),
+    "give a name, values and a function": (LinearizeError, lambda: root_locus(CART, "mp", [1, 2])),  # type: ignore[arg-type]
+    'symdyn.linear.root_locus("mp", values, system)': (
+        LinearizeError,
+        lambda: symdyn.linearize(CART).root_locus("theta", "mp"),
+    ),
     "did you mean theta_dot?": (SimulateError, lambda: symdyn.simulate(CART, forces={"F": "-2*dtheta"})),
     "did you mean M?": (AttributeError, lambda: symdyn.equations(CART).sympy().mass_matrix),  # type: ignore[attr-defined]
     "it is tau - c - g - k_E": (AttributeError, lambda: symdyn.equations(CART).sympy().forcing),  # type: ignore[attr-defined]
@@ -401,6 +408,12 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
         ),
     ),
 }
+
+
+def _in_grams() -> symdyn.Scene:
+    return read_text(
+        'parameters.mp = "150 g"\nbodies.b.mass = "mp"\n[joints.j]\ntype = "free"\nparent = "ground"\nchild = "b"'
+    )
 
 
 def _told(noun: object) -> None:
@@ -437,6 +450,8 @@ WORKS: dict[str, Callable[[], object]] = {
     "where a response ends": lambda: _slider().step("v").info()["final"] == pytest.approx(2),
     "margins of a channel": lambda: _slider().margins("v").stable,
     "a column of a solution": lambda: len(_reached()["F"]) > 4,
+    "velocities at the start": lambda: symdyn.simulate(CART, until=0.1, start={"x": 0, "x_dot": 1})["x_dot"][0] == 1,
+    "velocities at the end": lambda: "free" not in repr(symdyn.collocation(CART, until=1, end={"x": 1, "x_dot": 0})),
     "states of a run": lambda: symdyn.simulate(CART, until=0.1).states.shape[1] == 4,
     "the only measure": lambda: np.isfinite(symdyn.sweep(CART, "mp=[1,2]", "end(x)", until=0.1).mean()),
     "inertia without a centre of mass": lambda: _with(body="mass = 1\ninertia = [1, 1, 1]").bodies[0].about == "com",

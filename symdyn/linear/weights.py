@@ -188,7 +188,8 @@ def weight(
                 instead = f"{key} controls where its joint has drive = false"
                 faults.add(name, f"{key} disturbs, as there is a drive to control by: {drives}; {instead}")
             elif key not in axis.names:
-                faults.add(name, f"{key} is not known; {suggestion(key, axis.names)}")
+                outputs = "; outputs are weighed by Q = lin.C.T @ W @ lin.C" if name == "Q" else ""
+                faults.add(name, f"{key} is not known; {suggestion(key, axis.names)}{outputs}")
             elif not value < LARGEST or value < 0 or (definite and value == 0):
                 least = "above zero" if definite else "of 0 or more"
                 faults.add(name, f"{key}: {quoted(one)} is no weight; give one {least}")

@@ -14,10 +14,10 @@ from typing import Any, TypedDict
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import SympyExpression, check_arguments, native, suggesting
+from symdyn.arguments import SympyExpression, argument, check_arguments, native, suggesting
 from symdyn.errors import SimulateError, suggestion
 from symdyn.scene import Quantity, Scene, scene_of
-from symdyn.scene.values import Faults, formula_text
+from symdyn.scene.values import Faults, ask_for_units, formula_text
 from symdyn.shown import Suggesting
 from symdyn.simulation.initial import Start, Values, by_name, read_start
 from symdyn.simulation.integrate import FINEST, METHODS
@@ -46,7 +46,7 @@ class Problem(Suggesting):
         scene: the mechanism; it keeps the values of its parameters but for those that are given.
         forces: driving forces and inputs, formulas in t, coordinates and velocities such as "tau1=-2*q1-q1_dot", or a
             .toml or .csv file. From `read_forces`, or what that takes.
-        start: where it starts, such as "q1=0.3,q2=pi/2", in place of the scene's. By coordinate; or a whole state.
+        start: where it starts, such as "q1=0.3,q2=pi/2", in place of the scene's. By coordinate or velocity; or all.
         start_rates: velocities there, such as "q1=2". Formulas by velocity.
         values: of parameters, in place of those that the scene gives: numbers or formulas by name.
 
@@ -75,7 +75,9 @@ class Problem(Suggesting):
         _check_one({"start": self.start, "start rates": self.start_rates, "values": values})
         if self.whole is not None and self.start_rates is not None:
             raise SimulateError("start_rates: the start is a whole state, which has velocities; leave them out")
-        object.__setattr__(self, "scene", scene_of(self.scene, values))
+        scene, typed = scene_of(self.scene), [(name, x) for name, x in (values or {}).items() if isinstance(x, str)]
+        ask_for_units(scene.parameters, typed, argument("values"))  # of a number SI is meant
+        object.__setattr__(self, "scene", scene_of(scene, values))
 
     @classmethod
     def requested(
