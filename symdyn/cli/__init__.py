@@ -69,7 +69,7 @@ class Parser(argparse.ArgumentParser):
     """
 
     def __init__(self, *words: Any, **named: Any) -> None:
-        super().__init__(*words, formatter_class=_formatter, **named)
+        super().__init__(*words, **{"formatter_class": _formatter, **named})
         self.allow_abbrev = False
 
     def parse_known_args(self, *words: Any, **named: Any) -> Any:

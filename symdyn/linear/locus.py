@@ -296,7 +296,7 @@ def _followed(systems: Sequence[StateSpace]) -> Complexes:
     """Return eigenvalues in the order of branches, shape (N, n); zeros follow zeros where there are as many of them."""
     from scipy.optimize import linear_sum_assignment  # late: it takes a second to load
 
-    rows = [one.poles for one in systems]
+    rows: list[Complexes] = [one.poles for one in systems]
     rows = [np.concatenate([row, np.zeros(max(map(len, rows)) - len(row))]) for row in rows]
     for k in range(1, len(rows)):
         before, now = rows[k - 1], rows[k]

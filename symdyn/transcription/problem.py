@@ -48,7 +48,7 @@ def known_names(where: str, names: Sequence[str], known: Sequence[str] | Mapping
 def ends_of(given: Range, where: str, faults: Faults) -> tuple[float, float]:
     """Return a smallest and a largest value; None is none, and a number above 0 the largest size."""
     try:
-        first, last = (-given, given) if isinstance(given, Real) else given
+        first, last = (-given, given) if isinstance(given, Real) else given  # type: ignore[misc]
         least, most = (-np.inf if first is None else float(first)), (np.inf if last is None else float(last))
     except (TypeError, ValueError, OverflowError):
         faults.add(

@@ -250,8 +250,10 @@ def _row(request: str, scene: Scene | None) -> tuple[Output, str]:
         raise DerivationError(f"there is no output {name!r}; {_those_there(name, closed)}")
     if row.place and not place:
         article = "an" if row.place == "output" else "a"
-        there_are = [] if scene is None or row.place not in KINDS else [*scene.bodies, *scene.points]
-        such_as = f", such as {name}:{there_are[-1].name}" if there_are else ""
+        there_are = []
+        if scene is not None and row.place in KINDS:
+            there_are = [*(one.name for one in scene.bodies), *(one.name for one in scene.points)]
+        such_as = f", such as {name}:{there_are[-1]}" if there_are else ""
         raise DerivationError(f"{name} needs {article} {row.place}; write {name}:NAME{such_as}")
     if place and not row.place:
         axes = [one.partition(":") for one in OUTPUTS if ":" in one]
