@@ -75,8 +75,9 @@ class Problem(Suggesting):
         _check_one({"start": self.start, "start rates": self.start_rates, "values": values})
         if self.whole is not None and self.start_rates is not None:
             raise SimulateError("start_rates: the start is a whole state, which has velocities; leave them out")
-        scene, typed = scene_of(self.scene), [(name, x) for name, x in (values or {}).items() if isinstance(x, str)]
-        ask_for_units(scene.parameters, typed, argument("values"))  # of a number SI is meant
+        scene, given = scene_of(self.scene), () if values is None else values.items()
+        typed = [(name, x) for name, x in given if isinstance(x, str)]  # of a number SI is meant
+        ask_for_units(scene.parameters, typed, argument("values"))
         object.__setattr__(self, "scene", scene_of(scene, values))
 
     @classmethod
