@@ -368,15 +368,7 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
         lambda: symdyn.simulate(CART, until=0.1, feedback=symdyn.pid("theta", "F", kp=1, limits={"u": 8})),
     ),
     "write Q=theta:100;theta_dot:10": (LinearizeError, lambda: read_weights("--lqr", ["theta=100,theta_dot=10"], "QR")),
-    "free at the end: x_dot, which end_rates give": (
-        LookupError,
-        lambda: _told(symdyn.collocation(CART, end={"x": 1}, until=1)),
-    ),
     "outputs are weighed by Q = lin.C.T @ W @ lin.C": (LinearizeError, lambda: symdyn.linearize(CART).lqr({"v": 1})),
-    "mp is given in g: write mp=100g or mp=100kg": (
-        SceneError,
-        lambda: symdyn.Problem(_in_grams(), values={"mp": "100"}),
-    ),
     "which have a .closed_loop": (LinearizeError, lambda: symdyn.linearize(CART).feedback(0)),
     "give a name, values and a function": (LinearizeError, lambda: root_locus(CART, "mp", [1, 2])),  # type: ignore[arg-type]
     'symdyn.linear.root_locus("mp", values, system)': (
@@ -392,7 +384,6 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
     ),
     'design="saltelli"': (AttributeError, lambda: symdyn.sobol),  # type: ignore[attr-defined]
     "of symdyn.load(scene), .mass_matrix(q, ...)": (AttributeError, lambda: symdyn.mass_matrix),  # type: ignore[attr-defined]
-    'symdyn.read("arm.toml")': (SceneError, lambda: symdyn.Scene("arm.toml")),
     "symdyn.scene.bind(scene, {...}) keeps them": (AttributeError, lambda: CART.replace),  # type: ignore[attr-defined]
     "'events'; did you mean stops?": (ArgumentError, lambda: symdyn.simulate(CART, events="x")),  # type: ignore[call-arg]
     "give a vector such as [0, 0, -9.81]": (SceneError, lambda: _with("gravity = 9.81")),
@@ -408,16 +399,6 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
         ),
     ),
 }
-
-
-def _in_grams() -> symdyn.Scene:
-    return read_text(
-        'parameters.mp = "150 g"\nbodies.b.mass = "mp"\n[joints.j]\ntype = "free"\nparent = "ground"\nchild = "b"'
-    )
-
-
-def _told(noun: object) -> None:
-    raise LookupError(repr(noun))
 
 
 def _with(head: str = "", body: str = "mass = 1", joint: str = "") -> symdyn.Scene:
@@ -445,10 +426,6 @@ WORKS: dict[str, Callable[[], object]] = {
     "margins of LQG": lambda: (lqg := symdyn.linearize(CART).lqg()).margins() == lqg.loop.margins(),
     "limits by name": lambda: _largest(symdyn.pid("theta", "F", kp=900, limits={"F": 8})) == 8,
     "limits as a pair": lambda: _largest(symdyn.Feedback(lambda t, q, u: 99, limits=(-1, 8))) == 8,
-    "a sum that cancels is no rate": lambda: not _on_a_tyre().of_given.rates.any(),
-    "a loop that leaves a place alone": lambda: symdyn.linearize(CART).lqr({"theta": 1}).loop.margins().stable,
-    "where a response ends": lambda: _slider().step("v").info()["final"] == pytest.approx(2),
-    "margins of a channel": lambda: _slider().margins("v").stable,
     "a column of a solution": lambda: len(_reached()["F"]) > 4,
     "velocities at the start": lambda: symdyn.simulate(CART, until=0.1, start={"x": 0, "x_dot": 1})["x_dot"][0] == 1,
     "velocities at the end": lambda: "free" not in repr(symdyn.collocation(CART, until=1, end={"x": 1, "x_dot": 0})),
@@ -457,43 +434,6 @@ WORKS: dict[str, Callable[[], object]] = {
     "inertia without a centre of mass": lambda: _with(body="mass = 1\ninertia = [1, 1, 1]").bodies[0].about == "com",
     "bounds as a size": lambda: 15 in symdyn.collocation(CART, until=1, bounds={"F": 15}, intervals=1).upper,
 }
-
-
-def _on_a_tyre() -> symdyn.linear.Linearization:
-    """Return a quarter car, whose body does not follow the rate of the road at once: c / m - c / m = 0 there."""
-    tyre = 'force = "-190e3*(zu - zr) - 100*(zu_dot - zr_dot)"\ndrive = false\naxis = [0, 0, 1]'
-    text = f"""
-units = "none"
-gravity = "none"
-inputs.zr.rates = 1
-bodies.wheel.mass = 45
-bodies.car.mass = 320
-outputs.acc = "zu_ddot + travel_ddot"
-[joints.tyre]
-type = "prismatic"
-parent = "ground"
-child = "wheel"
-coordinate = "zu"
-{tyre}
-[joints.susp]
-type = "prismatic"
-parent = "wheel"
-child = "car"
-axis = [0, 0, 1]
-coordinate = "travel"
-damping = 1500
-[springs.coil]
-joint = "susp"
-stiffness = 22e3
-"""
-    return symdyn.linearize(read_text(text))
-
-
-def _slider() -> symdyn.linear.Linearization:
-    """Return v' = F - v/2 of a slider, whose place is a state that v does not see."""
-    force = 'axis = [1, 0, 0]\ncoordinate = "x"\ndrive = "F"\ndamping = 0.5\n[outputs]\nv = "x_dot"'
-    joint = f'[joints.j]\ntype = "prismatic"\nparent = "ground"\nchild = "b"\n{force}\n'
-    return symdyn.linearize(read_text(f"bodies.b.mass = 1\n{joint}"))
 
 
 def _reached() -> symdyn.transcription.Solution:

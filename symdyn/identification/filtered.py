@@ -34,10 +34,6 @@ ABOVE, SHARE, ROOM = 30.0, 0.9999, 20.0
 """How far motion stands above the floor of noise, its share of the power of accelerations, and the width of the band
 over it: what lies above the harmonics of the motion is noise alone, and shows how large it is."""
 
-FAINT, CLOSE = 1e-4, 2.0
-"""Power of the noise of accelerations in the band over that of the motion's, at most: by as much masses come out too
-small, as noise in what multiplies them pulls them to zero. And how many times the motion the band is wide, at least."""
-
 UNEVEN, TOLD = 1e-6, 0.05
 """Part of a step by which steps may differ and are called even, and by which they may without a note."""
 
@@ -101,11 +97,8 @@ def floor(x: Array, step: float) -> Array:
 
 
 def choose_band(logs: Iterable[Log]) -> float:
-    """Return a band in Hz, that of the motion and for its harmonics: what stands above the noise of positions.
-
-    It is narrower where noise of accelerations, which grows with the fifth power of the band, would bias what is found.
-    """
-    highest, largest, quiet = 0.0, np.inf, np.inf
+    """Return a band in Hz, that of the motion and for its harmonics: what stands above the noise of positions."""
+    highest, largest = 0.0, np.inf
     for log in logs:
         step = float(np.median(np.diff(log.t)))
         largest = min(largest, 0.4 / step)
@@ -117,10 +110,7 @@ def choose_band(logs: Iterable[Log]) -> float:
             if summed[-1] > 0:
                 at = int(np.searchsorted(summed, SHARE * summed[-1]))
                 highest = max(highest, float(frequency[at]))
-        moving = clear.sum(axis=0)
-        beside = FAINT * 5 * moving / (len(log.t) * step * np.maximum(level, 1e-300))
-        quiet = min([quiet, *(beside[moving > 0] ** 0.2).tolist()])
-    return min(largest, max(CLOSE * highest, min(ROOM * highest, quiet))) if highest else largest / 4
+    return min(largest, ROOM * highest) if highest else largest / 4
 
 
 def motions(log: Log, band: float) -> tuple[tuple[Motion, ...], tuple[str, ...]]:

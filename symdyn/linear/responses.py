@@ -19,9 +19,8 @@ from symdyn.arguments import argument, checked, native
 from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError
 from symdyn.linear.locus import RootLocus, array_of, numbers, root_locus
-from symdyn.linear.modes import SIDEWAYS, Complexes, spectrum
+from symdyn.linear.modes import SIDEWAYS, Complexes
 from symdyn.linear.plots import Plotted, bode, courses, nyquist
-from symdyn.linear.transfer import NOTHING, balanced, minimal
 from symdyn.linear.weights import places
 from symdyn.table import Table
 
@@ -198,7 +197,7 @@ class TimeResponse(Plotted):
         t: s, shape (N,).
         values: shape (N, y, w); an output to a unit of an input.
         inputs, outputs: names.
-        final: where they end, shape (y, w); NaN where what an input moves and an output shows is not stable.
+        final: where they end, shape (y, w), of a system that is stable; None of another.
         kind: "step" or "impulse".
         period: seconds between samples; None is none.
         name: what it is of.
@@ -208,7 +207,7 @@ class TimeResponse(Plotted):
     values: Array
     inputs: Axis
     outputs: Axis
-    final: Array
+    final: Array | None
     kind: Literal["step", "impulse"]
     period: float | None = None
     name: str = ""
@@ -222,14 +221,15 @@ class TimeResponse(Plotted):
         """Return the response of one output to one input, `response["theta", "F"]`; errors as of a system."""
         i, k = places(self.outputs, self.inputs, channel)
         inputs, outputs, values = self.inputs.of([k]), self.outputs.of([i]), self.values[:, [i]][:, :, [k]]
-        return replace(self, inputs=inputs, outputs=outputs, values=values, final=self.final[[i]][:, [k]])
+        final = None if self.final is None else self.final[[i]][:, [k]]
+        return replace(self, inputs=inputs, outputs=outputs, values=values, final=final)
 
     @checked(LinearizeError)
     def info(self, output: str | None = None, input: str | None = None) -> dict[str, float]:
         """Return the figures of a step response: times in s, overshoot and undershoot in % of the final value.
 
-        It rises from 10 to 90 % of the final value, and has settled when it stays within 2 % of it; where there is none
-        the last value stands for it. What never happens is nan.
+        It rises from 10 to 90 % of the final value, and has settled when it stays within 2 % of it; of a system that is
+        not stable the last value stands for the final one. What never happens is nan.
 
         Raises:
             LinearizeError: it is none of a step; a name that is not known, or none given where there are several.
@@ -238,7 +238,7 @@ class TimeResponse(Plotted):
             raise LinearizeError("info: is of a step response, and this is one of an impulse")
         one = self[output, input]
         y = one.values[:, 0, 0]
-        final = float(y[-1] if np.isnan(one.final[0, 0]) else one.final[0, 0])
+        final = float(y[-1] if one.final is None else one.final[0, 0])
         part = y / final if final else np.full(len(y), math.nan)
         begun, risen = (self._first(part, level) for level in RISES)
         away = np.flatnonzero(~(np.abs(part - 1) < SETTLES))
@@ -312,26 +312,17 @@ def time_response(
         found = np.concatenate([one.D[None] / one.period, found[:-1]])
     if not np.isfinite(found).all():
         raise LinearizeError(f"{one.name}: it grows beyond all numbers until t = {end:g} s; give until, an earlier end")
-    ends = _final(one, found)
-    ends = ends if kind == "step" else 0.0 * ends
-    return TimeResponse(t, found, one.inputs, one.outputs, ends, kind, one.period, one.name)
+    return TimeResponse(t, found, one.inputs, one.outputs, _final(one, kind), kind, one.period, one.name)
 
 
-def _final(one: StateSpace, found: Array) -> Array:
-    """Return where step responses end, by what inputs move and outputs show; NaN where that is not stable."""
-    A, B, C, _ = balanced(one)
-    ends = np.full(one.D.shape, math.nan)
-    for i, k in np.ndindex(ends.shape):
-        a, b, c = minimal(A, B[:, [k]], C[[i]])
-        rest = spectrum(a)
-        if one.period is None and (rest.zeros or len(rest.decaying) < len(rest.modes)):
-            continue
-        if one.period is not None and np.any(np.abs(np.linalg.eigvals(a)) >= 1):
-            continue
-        pencil = (0.0 if one.period is None else 1.0) * np.eye(len(a)) - a
-        ends[i, k] = (c @ np.linalg.solve(pencil, b))[0, 0] + one.D[i, k]
-    ends[np.abs(ends) <= NOTHING * np.abs(found).max(axis=0)] = 0.0
-    return ends
+def _final(one: StateSpace, kind: str) -> Array | None:
+    """Return where responses end, None where the system is not stable."""
+    if not one.stable:
+        return None
+    if kind == "impulse":
+        return np.zeros_like(one.D)
+    pencil = (0.0 if one.period is None else 1.0) * np.eye(len(one.A)) - one.A
+    return np.asarray(one.C @ np.linalg.solve(pencil, one.B) + one.D)
 
 
 def _usual_end(one: StateSpace) -> float:

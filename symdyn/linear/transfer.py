@@ -320,7 +320,7 @@ class Margins(Answer):
         delay: s of dead time that it stands; inf of none.
         distance: of G(iω) from -1, the least.
         phase_crossover, gain_crossover: where gain and phase margin are, rad/s; nan of none.
-        stable: whether the loop is stable, but for what it does not see and stays put; else margins to become so.
+        stable: whether the loop is stable as it is; margins of one that is not are those to become so.
     """
 
     gain: float
@@ -391,9 +391,8 @@ def margins(one: StateSpace) -> Margins:
     gain, at = min(factors, key=lambda two: abs(math.log(two[0])), default=(math.inf, math.nan))
     phase, crossing = min(lags, key=lambda two: abs(two[0]), default=(math.inf, math.nan))
     delay = min((math.radians(lag % 360) / w for lag, w in lags if w > 0), default=math.inf)
-    whole, seen = (spectrum(a - left @ right / (1 + d)) for a, left, right in ((loop.A, loop.B, loop.C), (A, b, c)))
-    stable = len(whole.decaying) == len(whole.modes) and not seen.zeros
-    return Margins(gain, phase, delay, _distance(G, grid, values, d), at, crossing, stable)
+    closed = replace(one, A=one.A - one.B @ one.C / (1 + one.D[0, 0]))
+    return Margins(gain, phase, delay, _distance(G, grid, values, d), at, crossing, closed.stable)
 
 
 def _in_w(one: StateSpace) -> StateSpace:

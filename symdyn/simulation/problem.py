@@ -14,10 +14,10 @@ from typing import Any, TypedDict
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import SympyExpression, argument, check_arguments, native, suggesting
+from symdyn.arguments import SympyExpression, check_arguments, native, suggesting
 from symdyn.errors import SimulateError, suggestion
 from symdyn.scene import Quantity, Scene, scene_of
-from symdyn.scene.values import Faults, ask_for_units, formula_text
+from symdyn.scene.values import Faults, formula_text
 from symdyn.shown import Suggesting
 from symdyn.simulation.initial import Start, Values, by_name, read_start
 from symdyn.simulation.integrate import FINEST, METHODS
@@ -75,10 +75,7 @@ class Problem(Suggesting):
         _check_one({"start": self.start, "start rates": self.start_rates, "values": values})
         if self.whole is not None and self.start_rates is not None:
             raise SimulateError("start_rates: the start is a whole state, which has velocities; leave them out")
-        scene, given = scene_of(self.scene), () if values is None else values.items()
-        typed = [(name, x) for name, x in given if isinstance(x, str)]  # of a number SI is meant
-        ask_for_units(scene.parameters, typed, argument("values"))
-        object.__setattr__(self, "scene", scene_of(scene, values))
+        object.__setattr__(self, "scene", scene_of(self.scene, values))
 
     @classmethod
     def requested(

@@ -282,7 +282,7 @@ def collocation(
 
     >>> import symdyn
     >>> problem = symdyn.collocation(symdyn.example("cart_pole"), until=2, intervals=10, cost="F**2",
-    ...     end={"x": 1}, end_rates={"x": 0})
+    ...     end={"x": 1})
     >>> problem
     <Collocation of cart_pole: 10 intervals of 2 s in all; 147 unknowns, 122 equations; unknown: F>
     >>> problem.guess.shape

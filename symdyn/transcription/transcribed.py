@@ -32,7 +32,6 @@ from symdyn.arguments import check_arguments
 from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import ArgumentError, SimulateError, choice, quoted
 from symdyn.scene import Scene
-from symdyn.scene.values import velocity_name
 from symdyn.shown import Shown
 from symdyn.transcription.grid import Grid, Method, Places, Slopes, sliced
 from symdyn.transcription.local import PLACES, Local, Source
@@ -91,16 +90,7 @@ class Collocation(Shown):
         unknown = ", ".join([*self.drives, *self.free]) or "none"
         span = f"{len(self.grid.widths)} intervals of {self.duration:g} s in all"
         counts = f"{self.size} unknowns, {self.rows} equations"
-        ends = f"; free at the end: {', '.join(names)}, which end_rates give" if (names := self._loose()) else ""
-        return f"<Collocation of {self.scene.name}: {span}; {counts}; unknown: {unknown}{ends}>"
-
-    def _loose(self) -> list[str]:
-        """Return the velocities that nothing gives at the end, of coordinates that are given there."""
-        held = self.lower == self.upper
-        given = {name for name, k in zip(self.scene.coordinates, self.place["q"][-1], strict=True) if held[k]}
-        rates = {velocity_name(name) for name in given}
-        free = zip(self.scene.velocities, self.place["u"][-1], strict=True)
-        return [name for name, k in free if name in rates and not held[k]]
+        return f"<Collocation of {self.scene.name}: {span}; {counts}; unknown: {unknown}>"
 
     @property
     def locals(self) -> Mapping[str, Local]:

@@ -11,7 +11,7 @@ The parameters that a scene's driving forces are linear in, as symbols: what col
     τ = Y(q, q̇, q̈) π + r           r: what depends on none of π
 
 Parameters that forces are not linear in, such as a spring's free length, keep their values. Where two of them multiply
-each other, the first is a column and the other one keeps its value; the scene's own go before numbers without a name.
+each other, the first is a column and the other one keeps its value.
 
 Reference: Atkeson, An and Hollerbach, Estimation of inertial parameters of manipulator loads and links (1986).
 """
@@ -92,15 +92,13 @@ def linear(w: Workspace) -> Linear:
     own = [p.name for p in scene.parameters if p.name in {q.name for q in opened.parameters}]
     added = [p for p in opened.parameters if p.name not in own]
     values = {p.name: p.value.express(there.graph) for p in added if p.value is not None}
-    ten = [p.name for p in added if p.value is None]
+    ten = {p.name for p in added if p.value is None}
     symbols = {name: there.graph.symbol(name) for name in (*(p.name for p in added), *own)}
-    slopes = dict(_slopes(driving(there), symbols))
     kept: list[str] = []
-    for name in (*ten, *own, *values):
-        met = {str(node.value) for node in reachable(slopes[name]) if node in symbols.values()}
-        if not met & {name, *kept} and (name in ten or any(not slope.is_zero for slope in slopes[name])):
+    for name, slopes in _slopes(driving(there), symbols):
+        met = {str(node.value) for node in reachable(slopes) if node in symbols.values()}
+        if not met & {name, *kept} and (name in ten or any(not slope.is_zero for slope in slopes)):
             kept.append(name)  # all ten of a body, whether they are felt or not
-    kept.sort(key=list(symbols).index)
     known = {symbols[name]: value for name, value in values.items() if name not in kept}
     declared = [entry for body in scene.bodies for entry in _declared(body_inertia(body, there.graph))]
     declared += [values.get(name, symbols[name]) for name in kept if name not in ten]

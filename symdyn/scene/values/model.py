@@ -70,9 +70,10 @@ class Scene(Shown):
         derived: parameters that are formulas of others, which stand in place of their names.
         states: with formulas for their rates: the argument `internal` of generated functions, in this order.
         signals: formulas with names that others use; they stand in place of their names.
-        dimensionless: whether it is without dimensions on purpose, `units = "none"`; none is checked.
+        dimensionless: whether it is without dimensions on purpose, `units = "none"`, so that none is checked.
         source: where it was read from, for messages; not compared.
-        text, texts: a description, which lessons are titled with; the same in other languages: ("sk", description).
+        text: a description, which lessons are titled with.
+        texts: the same in other languages: ("sk", description).
 
     Raises:
         SceneError: a field is not what it holds, such as text among the bodies.
@@ -100,8 +101,6 @@ class Scene(Shown):
     """The name of body 0, which does not move."""
 
     def __post_init__(self) -> None:
-        if not self.bodies and self.name.endswith((".toml", ".urdf", ".xml", ".par")):
-            raise SceneError(f'{self.name} is a file, which is read: symdyn.read("{self.name}")')
         lists = [one.name for one in fields(self) if one.type not in ("str", "bool") and one.name != "texts"]
         vars(self).update(zip(lists, walked(Scene, vars(self), *lists, error=SceneError), strict=True))
 
