@@ -15,7 +15,7 @@ from operator import index
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import SympyExpression, suggesting
+from symdyn.arguments import SympyExpression, argument, suggesting
 from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.outputs import kinks
 from symdyn.errors import SimulateError, listed, suggestion
@@ -138,9 +138,7 @@ class Layout:
         """Fix what is given of the end; return a whole state there for the guess, None where none is found."""
         speeds: dict[str, Number] = {}
         units = SceneUnits(self.scene).letters
-        moving = {name: x for name, x in end.items() if name in {*self.scene.velocities} - {*self.scene.coordinates}}
-        end = {name: x for name, x in end.items() if name not in moving}
-        for name, text in (*moving.items(), *end_rates.items()):
+        for name, text in end_rates.items():
             speed = velocity_name(name) if velocity_name(name) in self.scene.velocities else name
             if speed in speeds:
                 faults.add("end rates", f"{speed} is given twice, as {speeds[speed]} and as {text}")
@@ -149,7 +147,10 @@ class Layout:
             ("end", "q", end, self.scene.coordinates),
             ("end rates", "u", speeds, self.scene.velocities),
         ):
-            known_names(where, tuple(given), names, faults)
+            odd = [name for name in given if where == "end" and name in self.scene.velocities and name not in names]
+            for name in odd:
+                faults.add(where, f"{name} is a velocity; give it by {argument('end_rates', {name: given[name]})}")
+            known_names(where, [name for name in given if name not in odd], names, faults)
             for name, text in given.items():
                 formula = read_formula(text, values, f"{where}: {name}", faults, unit=units.get(name, ""))
                 x = None if formula is None else number_of(formula, values, f"{where}: {name}", faults)
@@ -298,7 +299,7 @@ def collocation(
         final_cost: what is made small at the end, without drives.
         start: coordinates at t = 0, as for `simulate`; what is not given is as the scene says, nothing is free.
         start_rates: velocities, likewise.
-        end: coordinates, and velocities, that are given at the end; the others are free.
+        end: coordinates that are given at the end; the others are free.
         end_rates: velocities, likewise.
         bounds: smallest and largest value by the name of a coordinate, velocity, drive or parameter that is free; None
             for none; a number is the largest size. They narrow those of the joints' limits.
