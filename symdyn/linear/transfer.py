@@ -198,7 +198,7 @@ class Transfer(Answer):
     Attributes:
         output, input: their names.
         zeros, poles: 1/s, pairs in full; poles of modes that the input does not move or the output not show are none.
-        gain, period: g, the ratio of the leading coefficients, 0 where the output does not follow; s of sampled ones.
+        gain: g, the ratio of the leading coefficients; 0 where the output does not follow at all.
     """
 
     output: str
@@ -206,7 +206,6 @@ class Transfer(Answer):
     zeros: Complexes
     poles: Complexes
     gain: float
-    period: float | None = None
 
     def __repr__(self) -> str:
         what = f"zeros: {poles_in_words(self.zeros)}; poles: {poles_in_words(self.poles)}"
@@ -226,12 +225,6 @@ class Transfer(Answer):
         """Return G(s)."""
         return complex(self.gain * np.prod(s - self.zeros) / np.prod(s - self.poles))
 
-    def to_control(self) -> Any:
-        """Return it as a TransferFunction of python-control; ImportError where that is not installed."""
-        from control import tf
-
-        return tf(self.numerator, self.denominator, self.period or 0, inputs=[self.input], outputs=[self.output])
-
     def as_json(self) -> dict[str, Any]:
         """Return it for JSON."""
         return {
@@ -245,7 +238,7 @@ def transfers(one: StateSpace) -> tuple[Transfer, ...]:
     """Return all transfer functions, output by output."""
     A, B, C, _ = balanced(one)
     return tuple(
-        replace(_transfer(output, name, A, B[:, [k]], C[[i]], one.D[[i]][:, [k]]), period=one.period)
+        _transfer(output, name, A, B[:, [k]], C[[i]], one.D[[i]][:, [k]])
         for i, output in enumerate(one.outputs.names)
         for k, name in enumerate(one.inputs.names)
     )
