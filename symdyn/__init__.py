@@ -63,7 +63,12 @@ MOVED = {
     **{name: f"it is symdyn {name} in a shell" for name in ["new", "walkthrough", "convert", "draw", "info", "bench"]},
     "generate": "it is symdyn generate in a shell; symdyn.load has functions to call, symdyn.emit.emit their source",
     **dict.fromkeys(("codegen", "code"), "symdyn generate in a shell writes code; symdyn.load has functions to call"),
+    **{
+        name: f"it is a function of symdyn.load(scene), .{name}(q, ...)"
+        for name in ("forward_dynamics", "inverse_dynamics", "mass_matrix", "gravity_forces")
+    },
     "plot": "it is symdyn.simulate(...).plot",
+    "sobol": 'symdyn.sweep(..., design="saltelli") has them: .indices(measure)',
 }
 """Names that are somewhere else, for errors alone."""
 
@@ -84,10 +89,11 @@ def __getattr__(name: str) -> object:
         from symdyn.resources import version
 
         return version()
+    if os.path.exists(os.path.join(__path__[0], f"{name}.py")):  # `from symdyn import shell` asks here first
+        raise AttributeError(name)
     from symdyn.errors import choice  # an error's own
 
     told = MOVED.get(name) or choice(name, __all__)
-    module = os.path.exists(os.path.join(__path__[0], f"{name}.py"))  # `from symdyn import shell` asks here first
-    if name not in MOVED and not (module or name.startswith("_")) and (package := _offering(name)):
+    if name not in MOVED and not name.startswith("_") and (package := _offering(name)):
         told = f"it is {package}.{name}"
     raise AttributeError(f"symdyn has no {name!r}; {told}", name=name, obj=sys.modules[__name__])

@@ -192,6 +192,14 @@ ELSEWHERE = {
     **{"m": "mass_matrix", "mass": "mass_matrix", "g": "gravity_forces", "coriolis": "velocity_forces"},
     **{"gravity": "gravity_forces", "rnea": "inverse_dynamics", "crba": "mass_matrix", "aba": "forward_dynamics"},
     **{"fk": "pose", "forward-kinematics": "pose", "save": "to_csv", "language": "target", "eom": "equations"},
+    **{"mass-matrix": "M", "mass-matrix-full": "M", "rhs": "state_space", "response": "values", "trajectory": "run"},
+    **{
+        "to-pandas": "table",
+        "events": "stops reports stop",
+        "to-ss": "to_control",
+        "sobol": "design indices",
+        "over": "values",
+    },
     **dict.fromkeys(("validate", "validation", "test", "holdout"), "hold_back"),
     **dict.fromkeys(("to-df", "df", "dataframe", "to-dataframe"), "to_pandas table"),
     **dict.fromkeys(("to-mat", "savez", "to-numpy"), "to_npz"),
@@ -203,7 +211,7 @@ ELSEWHERE = {
     **{"tf": "until transfer", "ss2tf": "transfer", "to-tf": "transfer", "transfer-function": "transfer"},
     **{"c2d": "discretize", "sample": "discretize", "cont2discrete": "discretize", "rlocus": "root_locus"},
     **dict.fromkeys(("eig", "eigenvalues", "eigvals", "pole"), "poles"),
-    **{"num": "numerator", "den": "denominator", "zero": "zeros", "margin": "margins", "ss": "closed_loop A"},
+    **{"num": "numerator", "den": "denominator", "zero": "zeros", "margin": "margins", "ss": "closed_loop to_control"},
     **{"mag": "decibels", "magnitude": "decibels", "phase": "degrees", "lqe": "kalman", "dlqr": "lqr"},
     **{"acker": "place", "pole-placement": "place", "gain": "k decibels"},
     **{"ctrb": "controllability", "obsv": "observability", "tvlqr": "track", "tracking": "track", "cost": "objective"},
@@ -218,6 +226,11 @@ Words of MATLAB, python-control, SciPy, pandas and of textbooks; of several name
 """
 
 
+_RATE = re.compile(r"(d{1,2})?_?(?P<of>.*?)_?(d{1,2}|p{1,2}|d?dot)?")
+SECOND = ("dd", "pp", "ddot")
+"""How others write rates, dtheta, theta_d or thetap, and which of these are of second order."""
+
+
 def nearest(name: object, known: Iterable[str]) -> str | None:
     """Return the known name that `name` was probably meant to be, or None; what is no text meant none.
 
@@ -229,8 +242,11 @@ def nearest(name: object, known: Iterable[str]) -> str | None:
     meant, candidates = name.lower(), list(lowered)[:MOST_KNOWN]
     bare = meant.lstrip("-")
     for word in ELSEWHERE.get(bare.replace("_", "-"), "").split():
-        if (here := f"{meant.removesuffix(bare)}{word}") in lowered:
+        if (here := f"{meant.removesuffix(bare)}{word.lower()}") in lowered:
             return lowered[here]
+    rate = _RATE.fullmatch(meant)
+    if rate and (here := f"{rate['of']}_{'d' * any(one in rate.groups() for one in SECOND)}dot") in lowered:
+        return lowered[here]
     found = _likest(meant, candidates, 1, 0.6)
     return lowered[found[0]] if found else None
 

@@ -14,36 +14,57 @@ def shown_by(bundle: Callable[[object], dict[str, str]]) -> None:
     _BUNDLES[:] = [bundle]
 
 
-INSTEAD = {
-    **{"eigenvalues": ("damp", "it is poles now"), "mode_table": ("damp", "it is damp() now")},
-    **{"transfers": ("damp", "it is transfer() now"), "control": ("damp", "it is to_control() now")},
-    **dict.fromkeys(
-        ("lsim", "initial", "initial_response", "forced_response", "response"),
-        ("to_control", "python-control has it, of .to_control(); symdyn.simulate runs the mechanism itself"),
+INSTEAD: dict[str, dict[str, str]] = {
+    "damp": {
+        **{"eigenvalues": "it is poles now", "mode_table": "it is damp() now", "transfers": "it is transfer() now"},
+        **{"control": "it is to_control() now", "pzmap": "plot() draws poles and zeros"},
+        **dict.fromkeys(
+            ("lsim", "initial", "initial_response", "forced_response", "response"),
+            "python-control has it, of .to_control(); symdyn.simulate runs the mechanism itself",
+        ),
+        **dict.fromkeys(
+            ("transmissibility", "freqresp", "frequency_response", "frequencyresponse", "evalfr"),
+            "abs(lin.bode(output, input).response) has ratios, lin.transfer(output, input).at(s) a value",
+        ),
+    },
+    "closed_loop": {
+        **dict.fromkeys(
+            ("kr", "x0", "setpoint", "set_point", "reference"),
+            "symdyn.Feedback(regulator, reference={...}) sets another point",
+        ),
+        "margins": "they are those of its loop, .loop.margins()",
+    },
+    "observer": dict.fromkeys(("K", "L"), "gains are those of its parts, .regulator.K and .observer.L"),
+    "coordinates_of_joints": {
+        **dict.fromkeys(
+            ("save", "write", "dump", "to_toml", "to_urdf"), 'symdyn.scene.write_text(scene, "toml").text is its file'
+        ),
+        **dict.fromkeys(
+            ("plot", "draw", "show", "animate"),
+            "symdyn.picture(scene) draws it, symdyn.simulate(scene, until=...).plot() its motion",
+        ),
+        **dict.fromkeys(
+            ("equations", "simulate", "linearize", "inverse"),
+            "it is a function: symdyn.equations(scene), symdyn.simulate(scene, ...) and others",
+        ),
+        **dict.fromkeys(
+            ("replace", "bind", "with_values", "subs", "set"),
+            'simulate(scene, values={"NAME": 0.2}) and others take values; symdyn.scene.bind(scene, {...}) keeps them',
+        ),
+    },
+    "held": {
+        "reactions": 'columns have them, run["reaction_JOINT_fx"], where reactions=True is asked for',
+        "sol": "run(0.5) has all columns at a time",
+        **dict.fromkeys(("y", "x"), 'run.q and run.qd, or columns by name, run["theta"]'),
+    },
+    "violation": {"u": 'its run has forces by name, run["F"]'},
+    "solve_accelerations": {"forcing": "it is tau - c - g - k_E", "L": "Lagrange's function is K - P"},
+    "not_identifiable": dict.fromkeys(
+        ("report", "save_report", "to_html"), "symdyn.identification.report(identification) is its page"
     ),
-    **dict.fromkeys(
-        ("kr", "x0", "setpoint", "set_point", "reference"),
-        ("closed_loop", "symdyn.Feedback(regulator, reference={...}) sets another point"),
-    ),
-    **dict.fromkeys(
-        ("save", "write", "dump", "to_toml", "to_urdf"),
-        ("coordinates_of_joints", 'symdyn.scene.write_text(scene, "toml").text is its file'),
-    ),
-    **dict.fromkeys(
-        ("equations", "simulate", "linearize", "inverse"),
-        ("coordinates_of_joints", "it is a function: symdyn.equations(scene), symdyn.simulate(scene, ...) and others"),
-    ),
-    **dict.fromkeys(
-        ("transmissibility", "freqresp", "frequency_response", "frequencyresponse", "evalfr"),
-        ("to_control", "abs(lin.bode(output, input).response) has ratios, lin.transfer(output, input).at(s) a value"),
-    ),
-    "u": ("violation", 'its run has forces by name, run["F"]'),
-    **dict.fromkeys(
-        ("report", "save_report", "to_html"),
-        ("not_identifiable", "symdyn.identification.report(identification) is its page"),
-    ),
+    "isprintable": dict.fromkeys(("save", "savefig", "write"), 'pathlib.Path("FILE").write_text(...) keeps it'),
 }
-"""What has what an attribute was asked for, told by nouns that have another one; for errors alone."""
+"""What has what an attribute was asked for, by one that nouns have which are asked; for errors alone."""
 
 
 class Suggesting:
@@ -71,9 +92,8 @@ class Suggesting:
 
             keys = self.keys() if hasattr(kind, "keys") and not isinstance(self, str) else ()
             known = [one for one in dir(self) if not one.startswith("_")]
-            told = f'write ["{name}"]' if name in keys else suggestion(name, [*known, *keys])
-            needed, words = INSTEAD.get(name, ("", ""))
-            told = words if needed in known else told
+            told = next((one[name] for has, one in INSTEAD.items() if has in known and name in one), "")
+            told = f'write ["{name}"]' if name in keys else told or suggestion(name, [*known, *keys])
             raise AttributeError(f"{kind.__name__} has no attribute {name!r}; {told}")
 
 

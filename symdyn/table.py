@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import re
 from collections.abc import Callable, Collection, Sequence
@@ -109,8 +108,10 @@ class Table(Generic[C]):
 
     def csv(self) -> str:
         """Return lines of RFC 4180, the heads first, without the title; floats have the digits that read back."""
+        from csv import writer  # most tables are only printed
+
         file = io.StringIO()
-        csv.writer(file, lineterminator="\n").writerows((self.columns, *self.rows))
+        writer(file, lineterminator="\n").writerows((self.columns, *self.rows))
         return file.getvalue()
 
     def latex(self, write: Callable[[Any], str] | None = None, columns: str = "") -> str:

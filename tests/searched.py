@@ -28,6 +28,7 @@ MEANT = {
     "Hamiltonian": "equations", "feedback linearization": "control", "zero dynamics": "control",
     "transmissibility": "scenes", "base excitation": "scenes", "shaking table": "scenes",
     "quarter car": "scenes", "gravity compensation": "howto", "inverted pendulum": "howto",
+    "torsion spring": "scenes", "lookup table": "words", "inertia tensor": "words", "minimum time": "collocation",
     "optimal control": "collocation", "inverse kinematics": "simulate", "python-control": "from-control",
     "Pinocchio": "from-pinocchio", "PyDy": "from-sympy", "Simscape": "from-simulink", "CUDA": "targets",
     "simulate": "api/symdyn.simulate", "linearize": "linearize", "lambdify": "api/symdyn.lambdify",

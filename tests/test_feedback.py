@@ -326,7 +326,7 @@ BAD = [
     ({"limits": {"G": 1}}, "limits: G: is no input"),
     ({"limits": {"F": "a"}}, "limits: F: a is neither a size above 0"),
     ({"limits": {"F": 10**400}}, "is neither a size above 0"),
-    ({"limits": "3"}, "limits: '3' is no table of sizes by input"),
+    ({"limits": "3"}, "limits: F: 3 is neither a size above 0"),
 ]
 
 
@@ -341,7 +341,7 @@ def test_bad_gains_are_told(more: dict[str, object], words: str) -> None:
 @pytest.mark.parametrize(
     ("more", "words"),
     [
-        ({"limits": [3]}, "limits: [3] is no table of sizes by input"),
+        ({"limits": [3]}, "limits: F: [3] is neither a size above 0"),
         ({"limits": {"F": "3"}}, "limits: F: 3 is neither a size above 0"),
         ({"period": "0.1"}, "period: '0.1' is no number of seconds"),
         ({"period": 0.1, "delay": None}, "delay: None is no number of seconds"),
@@ -380,6 +380,8 @@ def test_gains_of_a_file_on_the_command_line(tmp_path: Path, capsys: pytest.Capt
     held = np.load(out)
     assert main([*words, "--start", "theta=0.1", "--period", "0.05", "--delay", "0.05", "--limits", "F=2"]) == 0
     sampled = np.load(out)
+    assert main([*words, "--start", "theta=0.1", "--period", "0.05", "--delay", "0.05", "--limits", "2 N"]) == 0
+    of_one_force = np.load(out)
     assert main([*words, "--limits", "F=-2,G=1", "--delay", "0.1", "--method", "dopp"]) == 1
     told = capsys.readouterr().err
     assert main([*words[:4], "--period", "1"]) == 1
@@ -392,6 +394,7 @@ def test_gains_of_a_file_on_the_command_line(tmp_path: Path, capsys: pytest.Capt
     assert np.ptp(held["tau"][:, 0]) > 1
     assert sampled["tau"][0, 0] == 1.0
     assert np.abs(sampled["tau"]).max() == 2.0
+    assert np.array_equal(of_one_force["tau"], sampled["tau"])
     assert "G: is no input of the controller" in told
     assert "without a period" in told
     assert "dopp is not known" in told

@@ -14,6 +14,8 @@ from symdyn.arguments import suggesting
 from symdyn.cli import main
 from symdyn.errors import (
     ArgumentError,
+    DerivationError,
+    DrawError,
     EmitError,
     IdentifyError,
     LinearizeError,
@@ -238,6 +240,11 @@ def test_one_input_takes_its_limit_as_a_number() -> None:
         ("1 if t > 1 else 0", "write if(x > y, a, b)"),
         ("t > 1", "write if(x > y, a, b)"),
         ("clip(t, -1, 1)", "write max(-1, min(x, 1))"),
+        ("np.sin(t)", "write sin(x) alone"),
+        ("0.1sin(t)", "write * before sin"),
+        ("smoothstep(t)", "s**3*(10 - 15*s + 6*s**2)"),
+        ("interp(t, d)", 'write table("NAME", x)'),
+        ("hypot(t, 1)", "functions are sin, cos"),
     ],
 )
 def test_formulas_of_other_tools_are_told_how_they_are_written(formula: str, written: str) -> None:
@@ -262,10 +269,6 @@ joints.story = {{ type = "prismatic", parent = "ground", child = "floor", coordi
 
 
 TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
-    'x_dot is a velocity; give it by start_rates={"x_dot": 1}': (
-        SimulateError,
-        lambda: symdyn.simulate(CART, start={"x": 0, "x_dot": 1}),
-    ),
     "a unit stands behind a number alone: in a formula write SI": (
         SimulateError,
         lambda: symdyn.inverse(CART, {"x": "0 m", "theta": "1500 rpm*t"}, until=1),
@@ -332,6 +335,10 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
         SimulateError,
         lambda: symdyn.collocation(CART, until=1, end={"x": 1, "x_dot": 0}),
     ),
+    "start rates: x_dot is given twice": (
+        SimulateError,
+        lambda: symdyn.simulate(CART, start={"x_dot": 1}, start_rates={"x": 1}),
+    ),
     "'N'; did you mean intervals?": (
         ArgumentError,
         lambda: symdyn.collocation(CART, until=1, N=5),  # type: ignore[call-arg]
@@ -341,6 +348,54 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
         LinearizeError,
         lambda: symdyn.linearize(_on_a_base("base - k*x", "")).lqr({"x": 1}, {"base": 1}),
     ),
+    'outputs come first, then inputs: ("theta", "F")': (
+        LinearizeError,
+        lambda: symdyn.linearize(CART).bode("F", "theta"),
+    ),
+    "they are those of its loop, .loop.margins()": (
+        AttributeError,
+        lambda: symdyn.linearize(CART).lqr().margins,  # type: ignore[attr-defined]
+    ),
+    "gains are those of its parts, .regulator.K and .observer.L": (
+        AttributeError,
+        lambda: symdyn.linearize(CART).lqg().K,  # type: ignore[attr-defined]
+    ),
+    'film("a.gif") writes a file': (
+        DrawError,
+        lambda: symdyn.simulate(CART, until=0.1).animate("a.gif"),  # type: ignore[arg-type]
+    ),
+    "symdyn.picture(scene) draws it": (AttributeError, lambda: CART.plot),  # type: ignore[attr-defined]
+    "did you mean pose:NAME?": (DerivationError, lambda: symdyn.load(CART, "fk")),
+    "write pose:NAME, such as pose:tip": (DerivationError, lambda: symdyn.load(CART, "pose")),
+    "limits: u: is no input of the controller; it has F": (
+        SimulateError,
+        lambda: symdyn.simulate(CART, until=0.1, feedback=symdyn.pid("theta", "F", kp=1, limits={"u": 8})),
+    ),
+    "write Q=theta:100;theta_dot:10": (LinearizeError, lambda: read_weights("--lqr", ["theta=100,theta_dot=10"], "QR")),
+    "outputs are weighed by Q = lin.C.T @ W @ lin.C": (LinearizeError, lambda: symdyn.linearize(CART).lqr({"v": 1})),
+    "which have a .closed_loop": (LinearizeError, lambda: symdyn.linearize(CART).feedback(0)),
+    "give a name, values and a function": (LinearizeError, lambda: root_locus(CART, "mp", [1, 2])),  # type: ignore[arg-type]
+    'symdyn.linear.root_locus("mp", values, system)': (
+        LinearizeError,
+        lambda: symdyn.linearize(CART).root_locus("theta", "mp"),
+    ),
+    "did you mean theta_dot?": (SimulateError, lambda: symdyn.simulate(CART, forces={"F": "-2*dtheta"})),
+    "did you mean M?": (AttributeError, lambda: symdyn.equations(CART).sympy().mass_matrix),  # type: ignore[attr-defined]
+    "it is tau - c - g - k_E": (AttributeError, lambda: symdyn.equations(CART).sympy().forcing),  # type: ignore[attr-defined]
+    "run(0.5) has all columns at a time": (
+        AttributeError,
+        lambda: symdyn.simulate(CART, until=0.1).sol,  # type: ignore[attr-defined]
+    ),
+    'design="saltelli"': (AttributeError, lambda: symdyn.sobol),  # type: ignore[attr-defined]
+    "of symdyn.load(scene), .mass_matrix(q, ...)": (AttributeError, lambda: symdyn.mass_matrix),  # type: ignore[attr-defined]
+    "symdyn.scene.bind(scene, {...}) keeps them": (AttributeError, lambda: CART.replace),  # type: ignore[attr-defined]
+    "'events'; did you mean stops?": (ArgumentError, lambda: symdyn.simulate(CART, events="x")),  # type: ignore[call-arg]
+    "give a vector such as [0, 0, -9.81]": (SceneError, lambda: _with("gravity = 9.81")),
+    "of a ball [J, J, J]": (SceneError, lambda: _with(body="inertia = 3")),
+    "a flat body has [J/2, J, J/2]": (SceneError, lambda: _with(body="inertia = [0, 1, 0]")),
+    '[springs.NAME] joint = "JOINT", stiffness': (SceneError, lambda: _with(joint="stiffness = 3")),
+    "a place in space is its origin": (SceneError, lambda: _with(joint="position = [0, 0, 1]")),
+    "stands in quotes": (SceneError, lambda: _with("g = 9,81")),
     "where its ends meet, spring prop has no direction": (
         LinearizeError,
         lambda: symdyn.linearize(
@@ -348,6 +403,11 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
         ),
     ),
 }
+
+
+def _with(head: str = "", body: str = "mass = 1", joint: str = "") -> symdyn.Scene:
+    kind = 'type = "revolute"\nparent = "ground"\nchild = "b"'
+    return read_text(f"{head}\n[bodies.b]\n{body}\n[joints.j]\n{kind}\n{joint}\n")
 
 
 def _on_a_base(force: str, more: str) -> symdyn.Scene:
@@ -361,12 +421,49 @@ def test_what_is_asked_in_another_place_is_told_where_it_is(told: str) -> None:
         asked()
 
 
+WORKS: dict[str, Callable[[], object]] = {
+    "poles()": lambda: np.array_equal(symdyn.linearize(CART).poles(), symdyn.linearize(CART).poles),
+    "zeros()": lambda: len(symdyn.linearize(CART, outputs="x").zeros()) == 2,
+    "abs(poles)": lambda: type(abs(symdyn.linearize(CART).poles)) is np.ndarray,
+    "repr(poles)": lambda: repr(symdyn.linearize(CART).poles).startswith("array(["),
+    "formulas()": lambda: symdyn.linearize(CART).formulas().A.rows == 4,
+    "margins of LQG": lambda: (lqg := symdyn.linearize(CART).lqg()).margins() == lqg.loop.margins(),
+    "limits by name": lambda: _largest(symdyn.pid("theta", "F", kp=900, limits={"F": 8})) == 8,
+    "limits as a pair": lambda: _largest(symdyn.Feedback(lambda t, q, u: 99, limits=(-1, 8))) == 8,
+    "a column of a solution": lambda: len(_reached()["F"]) > 4,
+    "velocities at the start": lambda: symdyn.simulate(CART, until=0.1, start={"x": 0, "x_dot": 1})["x_dot"][0] == 1,
+    "states of a run": lambda: symdyn.simulate(CART, until=0.1).states.shape[1] == 4,
+    "the only measure": lambda: np.isfinite(symdyn.sweep(CART, "mp=[1,2]", "end(x)", until=0.1).mean()),
+    "inertia without a centre of mass": lambda: _with(body="mass = 1\ninertia = [1, 1, 1]").bodies[0].about == "com",
+    "bounds as a size": lambda: 15 in symdyn.collocation(CART, until=1, bounds={"F": 15}, intervals=1).upper,
+}
+
+
+def _reached() -> symdyn.transcription.Solution:
+    pytest.importorskip("casadi", reason="needs IPOPT")
+    return symdyn.collocation(CART, until=1, end={"x": 0.1}, cost="F**2", intervals=4).solve()
+
+
+def _largest(controller: symdyn.Feedback) -> float:
+    return float(abs(symdyn.simulate(CART, until=0.1, start={"theta": 0.3}, feedback=controller)["F"]).max())
+
+
+@pytest.mark.parametrize("words", WORKS)
+def test_what_one_writes_who_knows_another_tool_works(words: str) -> None:
+    assert WORKS[words]()
+
+
 @pytest.mark.parametrize(
     ("words", "meant"),
     [
+        (["equations", "a.toml", "--latex"], "give --format latex"),
+        (["plot", "a.toml"], "simulate, inverse and sweep write one, --plot FILE"),
+        (["animate", "a.toml"], "simulate writes one, --animate FILE"),
+        (["linearize", "a.toml", "--from", "F"], "inputs are all drives and inputs of the scene"),
+        (["linearize", "a.toml", "--to", "theta"], "give --outputs"),
         (["bode", "a.toml"], "did you mean linearize?"),
         (["simulate", "a.toml", "--noise", "x=1"], "in Python a controller has it: symdyn.Feedback(law, noise=...)"),
-        (["sweep", "a.toml", "--feedback", "g.json"], "--feedback is no option\n"),
+        (["sweep", "a.toml", "--noise", "x=1"], "in Python a controller has it: symdyn.Feedback(law, noise=...)"),
         (["identify", "a.toml", "--output-error", "m"], "--output-error is no option; give --by output-error"),
         (["linearize", "a.toml", "--transmissibility", "z"], "give --bode FILE"),
         (["generate", "a.toml", "--language", "c"], "did you mean --target?"),

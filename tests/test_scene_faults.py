@@ -154,7 +154,7 @@ EDITS = [
      "Izz = -1, Ixx = 1, Iyy is negative (it must be positive semidefinite); check the numbers and inertia_about, or "
      "write allow_invalid_inertia = true"),
     ("inertia = [1, 1, 1]", "inertia = [1, 1]",
-     "bodies.link1: inertia = [1, 1] is neither [xx, yy, zz] nor a table "
+     "bodies.link1: inertia = [1, 1] is neither [xx, yy, zz], of a ball [J, J, J], nor a table "
      "{ xx = 1, yy = 1, zz = 1, xy = 0, xz = 0, yz = 0 }"),
     ("inertia = [1, 1, 1]", "inertia = [[1, 0, 0], [1, 1, 0], [0, 0, 1]]",
      "bodies.link1: inertia = [[1, 0, 0], [1, 1, 0], [0, 0, 1]] is not symmetric; "

@@ -166,7 +166,7 @@ def test_behind_two_dashes_a_word_is_no_option(capsys: Capture) -> None:
         (["info", PENDULUM, "-x"], "-x is no option"),
         (["simulate", PENDULUM, "--tend", "1"], "--tend is no option; did you mean --until?"),
         (["simulat", PENDULUM], "there is no verb 'simulat'; did you mean simulate? (there are equations, "),
-        (["plot", PENDULUM], "there is no verb 'plot'; did you mean draw? (there are "),
+        (["plot", PENDULUM], "there is no verb 'plot'; simulate, inverse and sweep write one, --plot FILE"),
         (["generate", PENDULUM, "--target", "python"], "--target: target 'python' is not known; did you mean numpy?"),
         (["equations", PENDULUM, "--as", "textbok"], "--as: there is no 'textbok'; did you mean textbook? (there are "),
     ],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 import warnings
 from collections.abc import Callable, Sequence
@@ -45,11 +46,17 @@ RENAMED = {"--road": "--formulation", "--transfer": "--show transfer", "--reach"
            "--at": "--start", "--rates": "--start-rates"}  # fmt: skip
 """Options by the names that they had, for errors alone."""
 
-ELSEWHERE = {"--margins": "give --show margins", "--step": "give --show step",
+PLOT = "simulate, inverse and sweep write one, --plot FILE, linearize others; draw makes a picture of the mechanism"
+
+ELSEWHERE = {"--margins": "give --show margins", "--step": "give --show step", "--to": "give --outputs",
+             "--from": "inputs are all drives and inputs of the scene, and --bode FILE has each",
+             "--poles": "they are told without it, as eigenvalues", "plot": PLOT,
+             "--latex": "give --format latex, which is usual",
+             **dict.fromkeys(("animate", "film", "movie", "video"), "simulate writes one, --animate FILE"),
              "--transmissibility": "give --bode FILE, of --outputs", "--output-error": "give --by output-error",
              "--noise": "in Python a controller has it: symdyn.Feedback(law, noise=...)",
              "--place": "give --lqr, or in Python symdyn.linearize(...).place(poles)"}  # fmt: skip
-"""What one asks for that is no option, and how it is had from `linearize`, for errors alone."""
+"""What one asks for that is no verb or no option, of `linearize` mostly, and how it is had, for errors alone."""
 
 CTRL_C = 130
 """Exit status of what was interrupted."""
@@ -62,7 +69,7 @@ class Parser(argparse.ArgumentParser):
     """
 
     def __init__(self, *words: Any, **named: Any) -> None:
-        super().__init__(*words, **named)
+        super().__init__(*words, **{"formatter_class": _formatter, **named})
         self.allow_abbrev = False
 
     def parse_known_args(self, *words: Any, **named: Any) -> Any:
@@ -98,13 +105,24 @@ class Parser(argparse.ArgumentParser):
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         if action.choices is not None and value not in action.choices:
             what = f"{action.option_strings[0]}: there is no" if action.option_strings else f"there is no {action.dest}"
-            meant = choice(str(value), [*map(str, action.choices)])
+            verb = ELSEWHERE.get(str(value)) if action.dest == "verb" else None
+            meant = verb or choice(str(value), [*map(str, action.choices)])
             raise argparse.ArgumentError(None, f"{what} {quoted(value)}; {meant}")
 
     def error(self, message: str) -> NoReturn:
         """Print the message and where more stands, and exit with 2."""
         told = printable(without_long_words(message.removeprefix("argument ")), keep="")
         self.exit(2, f"{self.prog}: {told}\nsee: {self.prog} --help\n")
+
+
+def _formatter(prog: str) -> argparse.HelpFormatter:
+    """Return what lays out help; argparse itself asks `shutil` for the width, with all its compressors."""
+    said = os.environ.get("COLUMNS", "")
+    try:
+        width = int(said) if said.isdecimal() and int(said) else os.get_terminal_size().columns
+    except OSError:  # no terminal
+        width = 80
+    return argparse.HelpFormatter(prog, width=width - 2)
 
 
 class VerbParser:
@@ -130,7 +148,7 @@ def _meant(word: str, known: Sequence[str]) -> str:
     """Return what an unknown option may have meant, in words; "" for nothing near."""
     if RENAMED.get(word, "").partition(" ")[0] in known:
         return f"; it is called {RENAMED[word]} now"
-    needed = {"--noise": "--feedback", "--output-error": "--by"}.get(word, "--lqr")
+    needed = {"--noise": "--feedback", "--output-error": "--by", "--latex": "--format"}.get(word, "--lqr")
     if word in ELSEWHERE and needed in known:
         return f"; {ELSEWHERE[word]}"
     near = [name for name in known if len(word) > 2 and name.startswith(word)] or filter(None, [nearest(word, known)])

@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 
 from symdyn.cli.scene_options import read_scene_to_move
-from symdyn.cli.talk import Waiting, print_text
+from symdyn.cli.talk import Waiting, print_paths, print_text
+from symdyn.emit import write_file
 from symdyn.emit.print import printed_text
 
 
@@ -14,5 +15,8 @@ def run(options: argparse.Namespace) -> int:
     scene = read_scene_to_move(options)
     with Waiting("expanding"):
         text = printed_text(scene, options.format, options.group, options.angles, options.document, options.formulation)
-    print_text(text)
+    if options.output is None:
+        print_text(text)
+    else:
+        print_paths(write_file(options.output, text if text.endswith("\n") else f"{text}\n"))
     return 0

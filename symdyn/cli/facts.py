@@ -11,9 +11,8 @@ from dataclasses import asdict
 from fractions import Fraction
 from typing import Any, TypedDict
 
-from symdyn.dynamics import Equations, LoopChoices, Requested, Workspace, chosen_frames, derive_one, formulas
+from symdyn.dynamics import Equations, LoopChoices, Requested, Workspace, derive_one
 from symdyn.dynamics.outputs import Counts
-from symdyn.emit.print import base_parameter_texts, text_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, growing
 from symdyn.program import choose, count_derived, formulate, lower, prepare, skipped
@@ -51,6 +50,8 @@ def frame_texts(scene: Scene) -> list[FrameText]:
 
     Angles are in degrees where that is exact. Numbers that come of an angle without an exact sine have six digits.
     """
+    from symdyn.dynamics import chosen_frames  # most facts need no closed forms and no printing
+
     return [
         FrameText(
             joint=frame.joint.name,
@@ -87,6 +88,9 @@ def step_text(step: tuple[str, Sequence[Expr]]) -> str:
 
 def length_text(length: Expr) -> str:
     """Return a formula."""
+    from symdyn.dynamics import formulas
+    from symdyn.emit.print import text_of
+
     return text_of(formulas([length], digits_or(DIGITS))[0])
 
 
@@ -307,6 +311,8 @@ def parts(scene: Scene, frames: bool, base_parameters: bool) -> dict[str, Any]:
     if frames:
         found["frames"] = frame_texts(scene)
     if base_parameters:
+        from symdyn.emit.print import base_parameter_texts
+
         found["base_parameters"] = base_parameter_texts(scene)
     return found
 

@@ -7,10 +7,9 @@ import argparse
 from symdyn.cli import CTRL_C
 from symdyn.cli.scene_options import read_scene_to_move
 from symdyn.cli.talk import Bar, fail, say
-from symdyn.cli.trajectory_options import check_outputs, collected, deliver, pairs, reported_forces
-from symdyn.errors import SimulateError
+from symdyn.cli.trajectory_options import check_outputs, collected, controller, deliver, pairs, reported_forces
 from symdyn.rounding import in_digits
-from symdyn.simulation import Problem, Run, Trajectory, feedback_of, simulate
+from symdyn.simulation import Problem, Run, Trajectory, simulate
 
 COARSE, NOTHING = 1e-3, 1e-12
 """Part of the energy by which a balance may be off and still holds, and what is rounding, J."""
@@ -22,7 +21,7 @@ def run(options: argparse.Namespace) -> int:
     run = Run(
         options.until, options.every, options.method, options.rtol, options.atol, options.stop, options.ignore_limits
     )
-    forces, start, _, feedback, _, _ = collected(
+    forces, start, feedback, _, _ = collected(
         lambda: Problem(scene, reported_forces(scene, options)).driving,
         lambda: (
             Problem(
@@ -30,15 +29,7 @@ def run(options: argparse.Namespace) -> int:
                 *(pairs(options.start, "--start"), pairs(options.start_rates, "--start-rates")),
             ).initial
         ),
-        lambda: _check_feedback(options),
-        lambda: (
-            None
-            if options.feedback is None
-            else feedback_of(
-                *(scene, options.feedback, options.period, options.delay),
-                *(pairs(options.limits, "--limits"), options.until),
-            )
-        ),
+        lambda: controller(scene, options),
         lambda: check_outputs(scene, options),
         lambda: run.checked(scene, options.report),
     )
@@ -71,13 +62,6 @@ def run(options: argparse.Namespace) -> int:
 
 SHOWN = 20
 """Events of contacts that are told, at most."""
-
-
-def _check_feedback(options: argparse.Namespace) -> None:
-    """Raise SimulateError for options of a controller that is not given."""
-    told = [f"--{name}" for name in ("period", "delay", "limits") if getattr(options, name) is not None]
-    if told and options.feedback is None:
-        raise SimulateError(f"{', '.join(told)}: of --feedback, which is not given")
 
 
 def ending(trajectory: Trajectory) -> str:

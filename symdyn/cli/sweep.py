@@ -10,7 +10,7 @@ from typing import Any
 from symdyn.cli import CTRL_C
 from symdyn.cli.scene_options import read_scene
 from symdyn.cli.talk import Bar, fail, give, print_paths, print_table, say, wrote
-from symdyn.cli.trajectory_options import pairs, reported_forces
+from symdyn.cli.trajectory_options import controller, pairs, reported_forces
 from symdyn.errors import SimulateError
 from symdyn.rounding import in_digits
 from symdyn.simulation import Problem, Run
@@ -41,6 +41,7 @@ def run(options: argparse.Namespace) -> int:
             problem,
             options.over,
             options.measure,
+            feedback=controller(scene, options),
             design=options.design,
             count=options.count,
             seed=options.seed,
@@ -128,6 +129,8 @@ def _check_outcome(options: argparse.Namespace) -> None:
         raise SimulateError("--plot-kind: of --plot FILE, which is not given")
     if options.first_order and options.function is not None:
         raise SimulateError("--first-order is of runs, and --function makes none; leave one of the two away")
+    if options.first_order and options.feedback is not None:
+        raise SimulateError("--first-order: of runs without --feedback; leave one of the two away")
 
 
 def _outcome(runs: Runs, problem: Problem, run: Run, options: argparse.Namespace) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from symdyn.draw import Reel, film
 from symdyn.errors import SimulateError, UnknownNameError
 from symdyn.scene import Scene, parse
 from symdyn.scene.values import Faults, FormulaError, split_commas
-from symdyn.simulation import CHECKS, Trajectory, axes_of
+from symdyn.simulation import CHECKS, Feedback, Trajectory, axes_of, feedback_of
 from symdyn.simulation.prescribed import words
 
 
@@ -134,6 +134,22 @@ def pairs(text: str | None, option: str) -> dict[str, str]:
     found = words(split_commas(text or ""), option, faults)
     faults.close(SimulateError)
     return found
+
+
+def controller(scene: Scene, options: argparse.Namespace) -> Feedback | None:
+    """Return the controller of --feedback, None where none is asked for.
+
+    Raises:
+        SimulateError: with every fault, one line each; or options of a controller that is not given.
+    """
+    if options.feedback is not None:
+        limits = options.limits or ""
+        by_name = limits if limits and "=" not in limits else pairs(limits, "--limits")
+        return feedback_of(scene, options.feedback, options.period, options.delay, by_name, options.until or 0.0)
+    told = [f"--{name}" for name in ("period", "delay", "limits") if getattr(options, name) is not None]
+    if told:
+        raise SimulateError(f"{', '.join(told)}: of --feedback, which is not given")
+    return None
 
 
 def reported_forces(scene: Scene, options: argparse.Namespace) -> list[str]:

@@ -72,6 +72,10 @@ class Formulas(Shown):
     point: Mapping[Any, float]
     letters: Mapping[str, str] = field(repr=False)
 
+    def __call__(self) -> Formulas:
+        """Return them, as a method would."""
+        return self
+
     def __repr__(self) -> str:
         sizes = ", ".join(f"{x} {getattr(self, x).rows}×{getattr(self, x).cols}" for x in "ABCD")
         more = f"; {len(self._needed())} definitions" if self._needed() else ""

@@ -33,7 +33,7 @@ from symdyn.linear.modes import NOTHING, balance, spectrum
 from symdyn.linear.plots import Answer
 from symdyn.linear.regulator import Compensator, Observer, Regulator, kalman, lqr, place
 from symdyn.linear.state_space import StateSpace
-from symdyn.linear.weights import Weights
+from symdyn.linear.weights import Weights, places
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene
 from symdyn.unlocked import cached_property
@@ -123,7 +123,7 @@ class Ahead(StateSpace):
 
     def __getitem__(self, channel: tuple[str | None, str | None]) -> Ahead:
         """Return the system to one output from one input; errors as of any."""
-        i, k = self.outputs.place(channel[0], "output"), self.inputs.place(channel[1], "input")
+        i, k = places(self.outputs, self.inputs, channel)
         return Ahead(super().__getitem__(channel), self.rates[:, [i]][:, :, [k]])
 
     def through(self, s: complex) -> npt.NDArray[np.complex128]:
@@ -334,10 +334,11 @@ class Linearization(StateSpace):
 
         return latex(self)
 
-    def feedback(self) -> NoReturn:
+    def feedback(self, *others: object) -> NoReturn:
         """Raise LinearizeError: this is what is controlled, and no controller."""
         raise LinearizeError(
-            f"{self.scene.name}: is the mechanism, and no controller; give lin.lqr(Q, R) or lin.lqg(...)"
+            f"{self.scene.name}: is the mechanism, and no controller; give lin.lqr(Q, R) or lin.lqg(...), which have "
+            "a .closed_loop"
         )
 
     @checked(LinearizeError)

@@ -240,7 +240,7 @@ def along(requested: Prepared, run: Trajectory) -> tuple[Linearization, ...]:
         for k, one in enumerate(requested.scene.inputs, n)
     ]
     found: list[Linearization] = []
-    moving = np.hstack([run.qd, run.states])
+    moving = np.hstack([run.qd, run.own_states])
     for t, q, u, tau, inputs in zip(run.t, run.q, moving, run.tau, run.inputs, strict=True):
         given = np.concatenate([tau, inputs - usual])
         given[fed] = 0.0

@@ -23,7 +23,7 @@ from numpy.polynomial import chebyshev
 from symdyn.algebra import Array
 from symdyn.arguments import argument, suggesting
 from symdyn.draw import FilledFigure
-from symdyn.errors import LinearizeError
+from symdyn.errors import LinearizeError, quoted
 from symdyn.linear.modes import SIDEWAYS, Complexes, pairs_of
 from symdyn.linear.plots import Plotted, pole_map
 from symdyn.rounding import in_digits
@@ -274,6 +274,9 @@ def root_locus(
     Raises:
         LinearizeError: the values do not increase, or are too many; and what `system` raises.
     """
+    if not isinstance(over, str):
+        call = 'root_locus("m", values, lambda m: symdyn.linearize(scene, values={"m": m}))'
+        raise LinearizeError(f"over = {quoted(over)}: give a name, values and a function, {call}")
     x = array_of(values)
     if x.ndim != 1 or not 2 <= len(x) <= MOST or not np.isfinite(x).all() or np.any(np.diff(x) <= 0):
         where = f"{argument('over')} {over}" if zeros is None else "gains"
@@ -293,7 +296,7 @@ def _followed(systems: Sequence[StateSpace]) -> Complexes:
     """Return eigenvalues in the order of branches, shape (N, n); zeros follow zeros where there are as many of them."""
     from scipy.optimize import linear_sum_assignment  # late: it takes a second to load
 
-    rows = [one.poles for one in systems]
+    rows: list[Complexes] = [one.poles for one in systems]
     rows = [np.concatenate([row, np.zeros(max(map(len, rows)) - len(row))]) for row in rows]
     for k in range(1, len(rows)):
         before, now = rows[k - 1], rows[k]

@@ -28,7 +28,7 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -46,6 +46,19 @@ if TYPE_CHECKING:
     from symdyn.linear.linearization import Linearization
 
 Complexes = npt.NDArray[np.complex128]
+
+
+class array(Complexes):  # noqa: N801  by this name it is printed, as any other
+    """Complex numbers that an attribute has, poles and zeros: a call, as of other tools' methods, returns them too."""
+
+    def __call__(self) -> Complexes:
+        """Return them."""
+        return np.asarray(self)
+
+    def __array_wrap__(self, found: Any, context: Any = None, return_scalar: bool = False) -> Any:
+        """Return what is computed of them as of any other array."""
+        return np.asarray(found)[()]
+
 
 NOTHING = 1e-9
 """Singular values of the balanced A over its largest that are zero."""

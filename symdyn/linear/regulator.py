@@ -32,7 +32,7 @@ from symdyn.linear.locus import array_of
 from symdyn.linear.modes import SIDEWAYS, Complexes, balance, pairs_of, spectrum
 from symdyn.linear.plots import Plotted, pole_map
 from symdyn.linear.state_space import StateSpace
-from symdyn.linear.transfer import poles_in_words, shown, staircase
+from symdyn.linear.transfer import Margins, poles_in_words, shown, staircase
 from symdyn.linear.weights import Axis, Weights, weight
 from symdyn.scene.values import Faults
 from symdyn.table import Table
@@ -205,6 +205,10 @@ class Compensator(StateSpace):
         )  # fmt: skip
         object.__setattr__(self, "regulator", regulator)
         object.__setattr__(self, "observer", observer)
+
+    def margins(self, output: str | None = None, input: str | None = None) -> Margins:
+        """Return how far the loop, cut open at a drive, is from the edge of stability; errors as of a system."""
+        return self.loop.margins(output, input)
 
     @property
     def loop(self) -> StateSpace:

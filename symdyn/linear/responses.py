@@ -21,6 +21,7 @@ from symdyn.errors import LinearizeError
 from symdyn.linear.locus import RootLocus, array_of, numbers, root_locus
 from symdyn.linear.modes import SIDEWAYS, Complexes
 from symdyn.linear.plots import Plotted, bode, courses, nyquist
+from symdyn.linear.weights import places
 from symdyn.table import Table
 
 if TYPE_CHECKING:
@@ -60,7 +61,7 @@ class FrequencyResponse(Plotted):
     @checked(LinearizeError)
     def __getitem__(self, channel: tuple[str | None, str | None]) -> FrequencyResponse:
         """Return the response to one output from one input, `response["theta", "F"]`; errors as of a system."""
-        i, k = self.outputs.place(channel[0], "output"), self.inputs.place(channel[1], "input")
+        i, k = places(self.outputs, self.inputs, channel)
         inputs, outputs = self.inputs.of([k]), self.outputs.of([i])
         return replace(self, inputs=inputs, outputs=outputs, response=self.response[:, [i]][:, :, [k]])
 
@@ -218,7 +219,7 @@ class TimeResponse(Plotted):
     @checked(LinearizeError)
     def __getitem__(self, channel: tuple[str | None, str | None]) -> TimeResponse:
         """Return the response of one output to one input, `response["theta", "F"]`; errors as of a system."""
-        i, k = self.outputs.place(channel[0], "output"), self.inputs.place(channel[1], "input")
+        i, k = places(self.outputs, self.inputs, channel)
         inputs, outputs, values = self.inputs.of([k]), self.outputs.of([i]), self.values[:, [i]][:, :, [k]]
         final = None if self.final is None else self.final[[i]][:, [k]]
         return replace(self, inputs=inputs, outputs=outputs, values=values, final=final)

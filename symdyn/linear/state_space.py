@@ -23,7 +23,7 @@ from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError
 from symdyn.extras import install
 from symdyn.linear.locus import RootLocus
-from symdyn.linear.modes import Complexes, Mode, Spectrum, spectrum
+from symdyn.linear.modes import Mode, Spectrum, array, spectrum
 from symdyn.linear.plots import Plotted, pole_map
 from symdyn.linear.responses import (
     CLOSE,
@@ -43,7 +43,7 @@ from symdyn.linear.transfer import (
     reach,
     transfers,
 )
-from symdyn.linear.weights import Axis, read_axis, read_matrix
+from symdyn.linear.weights import Axis, places, read_axis, read_matrix
 from symdyn.table import Table
 from symdyn.unlocked import cached_property
 
@@ -153,7 +153,7 @@ class StateSpace(Plotted):
         Raises:
             LinearizeError: a name that is not known, or None where there are several.
         """
-        i, k = self.outputs.place(channel[0], "output"), self.inputs.place(channel[1], "input")
+        i, k = places(self.outputs, self.inputs, channel)
         return StateSpace(self.A, self.B[:, [k]], self.C[[i]], self.D[[i]][:, [k]], self.states,
                           self.inputs.of([k]), self.outputs.of([i]), self.period, self.name)  # fmt: skip
 
@@ -180,21 +180,21 @@ class StateSpace(Plotted):
         return tuple(Mode(complex(np.log(one.value)) / self.period, one.shape) for one in found)
 
     @cached_property
-    def poles(self) -> Complexes:
+    def poles(self) -> array:
         """All eigenvalues of A, pairs in full, shape (nx,): 1/s, those that grow fastest first, zeros last.
 
         Of a sampled system they have no unit, and the largest is first; inside the unit circle decays.
         """
         if self.period is None:
-            return self.spectrum.values
+            return self.spectrum.values.view(array)
         found = np.linalg.eigvals(self.A).astype(np.complex128)
-        return found[np.argsort(-np.abs(found), kind="stable")]
+        return found[np.argsort(-np.abs(found), kind="stable")].view(array)
 
     @cached_property
-    def zeros(self) -> Complexes:
+    def zeros(self) -> array:
         """Invariant zeros of all inputs and outputs together, 1/s: where inputs move states and outputs rest."""
         A, B, C, _ = balanced(self)
-        return invariant_zeros(A, B, C, self.D, float(np.linalg.norm(A, 2)) if A.size else 0.0)
+        return invariant_zeros(A, B, C, self.D, float(np.linalg.norm(A, 2)) if A.size else 0.0).view(array)
 
     @property
     def stable(self) -> bool:

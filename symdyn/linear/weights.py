@@ -44,9 +44,24 @@ class Axis:
         if name is None:
             raise LinearizeError(f"{what}: name one of {', '.join(self.names) or 'none that there are'}")
         if name not in self.names:
-            more = f'; linearize(..., outputs=["{name}"]) asks for others' if what == "output" else ""
+            more = f'; linearize(..., outputs=["{name}"]) asks for others' if what == "output" else (
+                f'; over a parameter it is symdyn.linear.root_locus("{name}", values, system)'
+            )  # fmt: skip
             raise LinearizeError(f"{what}: {name} is not known; {suggestion(name, self.names)}{more}")
         return self.names.index(name)
+
+
+def places(outputs: Axis, inputs: Axis, channel: tuple[str | None, str | None]) -> tuple[int, int]:
+    """Return the places of an output and an input, or of the only ones there are.
+
+    Raises:
+        LinearizeError: as of `Axis.place`; or an input in the output's place.
+    """
+    output, input = channel
+    if output in inputs.names and output not in outputs.names:
+        write = f'"{input if input in outputs.names else (*outputs.names, "")[0]}", "{output}"'
+        raise LinearizeError(f"output: {output} is an input; outputs come first, then inputs: ({write})")
+    return outputs.place(output, "output"), inputs.place(input, "input")
 
 
 Weights: TypeAlias = Mapping[str, float] | Sequence[Sequence[float]] | Sequence[float] | float | Array
@@ -68,7 +83,9 @@ def read_weights(option: str, specified: Sequence[str], names: Sequence[str]) ->
             continue
         name, equals, rest = (part.strip() for part in text.partition("="))
         if not equals or name not in names:
-            faults.add(option, f'"{text}" is no {names[0]}=NAME:1;NAME:2, no {names[1]}=... and no .npz file')
+            weights = f"{names[0]}={text.replace('=', ':').replace(',', ';')}"
+            likely = f"; write {weights}" if equals and name.isidentifier() and "[" not in text else ""
+            faults.add(option, f'"{text}" is no {names[0]}=NAME:1;NAME:2, no {names[1]}=... and no .npz file{likely}')
             continue
         if name in found:
             faults.add(option, f"{name} is given twice")
@@ -171,7 +188,8 @@ def weight(
                 instead = f"{key} controls where its joint has drive = false"
                 faults.add(name, f"{key} disturbs, as there is a drive to control by: {drives}; {instead}")
             elif key not in axis.names:
-                faults.add(name, f"{key} is not known; {suggestion(key, axis.names)}")
+                outputs = "; outputs are weighed by Q = lin.C.T @ W @ lin.C" if name == "Q" else ""
+                faults.add(name, f"{key} is not known; {suggestion(key, axis.names)}{outputs}")
             elif not value < LARGEST or value < 0 or (definite and value == 0):
                 least = "above zero" if definite else "of 0 or more"
                 faults.add(name, f"{key}: {quoted(one)} is no weight; give one {least}")

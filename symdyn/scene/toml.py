@@ -147,6 +147,8 @@ def _reworded(message: str) -> str:
         return f"{where}{name} is declared twice; give each table a name of its own"
     if "Cannot overwrite" in what:
         return f"{where}a key is given twice in one table; remove one of them"
+    if "after a statement" in what:
+        what += '; a value with a unit stands in quotes, "170 deg", and decimals have a point'
     return f"{where}is not valid TOML: {what}"
 
 

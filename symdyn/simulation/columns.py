@@ -116,7 +116,7 @@ ROWS = (
     ColumnRow("command_(?P<of>.+)", "commands", ""),
     ColumnRow("reference_(?P<of>.+)", "references", ""),
     ColumnRow("measured_(?P<of>.+)", "measurements", ""),
-    ColumnRow("(?P<of>.+)_hat", "estimates", ""),
+    ColumnRow("(?P<of>.+)_(hat|estimate)", "estimates", ""),
     ColumnRow(r"controller_x\d+|pid_(integral|filter)", "controller states", ""),
 )
 """The first that fits. What is `of` another column has its unit."""

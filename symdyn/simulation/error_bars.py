@@ -105,7 +105,7 @@ def _exact(run: Trajectory, motion: SceneMotion, names: Sequence[str]) -> Array 
     if fixed:
         raise SimulateError(f"{scene.name}: {', '.join(fixed)} stands in no equation, as zero does; give such as 1e-9")
     known: dict[str, Array] = {"q": run.q, "qd": run.qd, "qdd": run.qdd, "t": run.t, "inputs": run.inputs}
-    known |= {"internal": run.states}
+    known |= {"internal": run.own_states}
     slopes = call(*(known[one.name] for one in call.operands))
     slopes = np.broadcast_to(slopes, (len(run.t), len(scene.velocities), len(columns)))
     return np.asarray(slopes[:, :, [columns.index(name) for name in names]])

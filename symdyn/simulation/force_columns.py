@@ -59,7 +59,7 @@ def multipliers(motion: Trajectory, decisions: WrittenDecisions) -> Array:
 def _over(motion: Trajectory, made: Compiled, result: Opened, function: Function) -> Array:
     """Return a compiled function at all samples of a motion, shape (N, ...)."""
     series = {"q": motion.q, "qd": motion.qd, "qdd": motion.qdd, "tau": motion.tau, TIME: motion.t}
-    series |= {"inputs": motion.inputs, "internal": motion.states}
+    series |= {"inputs": motion.inputs, "internal": motion.own_states}
     values = made.at(result.values)[function.name](*(series[one] for one in made.takes(function.name)))
     return np.broadcast_to(values, (len(motion.t), *function.shape))
 

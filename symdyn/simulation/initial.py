@@ -20,7 +20,6 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from symdyn.algebra import Array, Floats, constants
-from symdyn.arguments import argument
 from symdyn.dynamics.loops import Assembly, Numbers, free_motions
 from symdyn.dynamics.mechanism import TIME, prescribed, quaternions
 from symdyn.errors import DerivationError, SimulateError, suggestion
@@ -172,7 +171,8 @@ class Start:
         if isinstance(start, Start):
             return start.q
         faults = Faults("")
-        q, *_ = _position(scene, start, parameter_values(scene), faults)
+        _, at = apart(scene, by_name(start, "start", faults))
+        q, *_ = _position(scene, at, parameter_values(scene), faults)
         faults.close(SimulateError)
         return opened(scene).numbers().normalised(q)
 
@@ -191,8 +191,8 @@ def read_start(
 
     Args:
         scene: the mechanism, its parameters bound.
-        start: formulas in parameters by coordinate, or as "q1=0.3,q2=pi/2", in place of what the scene says; or a whole
-            state, which stays.
+        start: formulas in parameters by coordinate, or as "q1=0.3,q2=pi/2", in place of what the scene says, and by
+            velocity; or a whole state, which stays.
         rates: likewise by velocity, or by coordinate where the velocity is its rate.
         inputs: what those are that prescribe motions, at t = 0, formulas in parameters and t.
 
@@ -204,15 +204,18 @@ def read_start(
         return start if len(start.s) == len(scene.states) else replace(start, s=read_start(scene).s)
     values = parameter_values(scene)
     faults = Faults("")
-    q, given_q, formulas, own = _position(scene, start, values, faults)
+    moving, at = apart(scene, by_name(start, "start", faults))
+    q, given_q, formulas, own = _position(scene, at, values, faults)
     u = np.array([number_of(x, values, "start_rates", faults) or 0.0 for x in start_of(scene).velocity])
     formulas += start_of(scene).velocity
     moved = scene.prescribed_velocities
     given_u: list[int] = []
     velocities, units = scene.velocities, SceneUnits(scene).letters
-    for name, text in by_name(rates, "start rates", faults).items():
+    for name, text in (*moving.items(), *by_name(rates, "start rates", faults).items()):
         named = velocity_name(name) if name not in velocities and velocity_name(name) in velocities else name
         k = _index(named, velocities, "start rates", faults)
+        if k in given_u:
+            faults.add("start rates", f"{named} is given twice")
         formula, value = _value(text, values, f"start rates: {name}", faults, units.get(named, ""))
         if k is not None and formula is not None and value is not None:
             u[k], formulas[len(q) + k] = value, formula
@@ -265,17 +268,14 @@ def beyond_doubles(scene: Scene, start: Start, size: int) -> Array:
 
 
 def _position(
-    scene: Scene, start: Values | None, values: Mapping[str, Quantity], faults: Faults
+    scene: Scene, start: Mapping[str, Any], values: Mapping[str, Quantity], faults: Faults
 ) -> tuple[Array, list[int], list[Quantity], list[Quantity]]:
     """Return coordinates at the start, which of them the user gives, and the formulas of all, and of states."""
     formulas, given = [*start_of(scene).position], list[int]()
     own, names = [one.value for one in scene.states], (*scene.coordinates, *(one.name for one in scene.states))
     q = np.array([number_of(x, values, "start", faults) or 0.0 for x in formulas])
     units = SceneUnits(scene).letters
-    for name, text in by_name(start, "start", faults).items():
-        if name in scene.velocities and name not in scene.coordinates:
-            faults.add("start", f"{name} is a velocity; give it by {argument('start_rates', {name: text})}")
-            continue
+    for name, text in start.items():
         k = _index(name, names, "start", faults)
         formula, value = _value(text, values, f"start: {name}", faults, units.get(name, ""))
         if k is None or formula is None or value is None:
@@ -307,6 +307,12 @@ def by_name(values: object, what: str, faults: Faults) -> Mapping[str, Any]:
         return values or {}
     faults.add(what, f"a {type(values).__name__} names nothing; give values by name, such as {{'q1': 0.3}}")
     return {}
+
+
+def apart(scene: Scene, given: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return what is given of velocities, and the rest, of a state that is given by name."""
+    moving = {name: x for name, x in given.items() if name in scene.velocities and name not in scene.coordinates}
+    return moving, {name: x for name, x in given.items() if name not in moving}
 
 
 def _index(name: str, names: Sequence[str], where: str, faults: Faults) -> int | None:

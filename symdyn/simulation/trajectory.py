@@ -13,7 +13,7 @@ from symdyn.algebra import Array
 from symdyn.arguments import check_arguments
 from symdyn.dynamics.mechanism import TIME
 from symdyn.emit import write_file
-from symdyn.errors import EmitError, SimulateError, UnknownNameError, listed, quoted
+from symdyn.errors import DrawError, EmitError, SimulateError, UnknownNameError, listed, quoted
 from symdyn.graph import Graph
 from symdyn.scene import Scene
 from symdyn.scene.values import Letter, acceleration_name
@@ -175,6 +175,11 @@ class Trajectory(Shown):
 
     @property
     def states(self) -> Array:
+        """Coordinates, velocities and states of one's own, shape (N, all of them): x of ẋ = f(x)."""
+        return np.hstack([self.q, self.qd, self.own_states])
+
+    @property
+    def own_states(self) -> Array:
         """The states of one's own, shape (N, states); what no column tells stays where the scene starts."""
         return self._told(self.scene.states)
 
@@ -379,6 +384,8 @@ class Trajectory(Shown):
         """
         from symdyn.draw import animation
 
+        if isinstance(fps, str | Path):
+            raise DrawError(f'fps = "{fps}" is no number; film("{fps}") writes a file')
         return animation(self, fps=fps, loop=loop)
 
     def film(

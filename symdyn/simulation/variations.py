@@ -171,7 +171,7 @@ class Variations:
     def beside(self, run: Trajectory, k: int, step: float) -> Trajectory:
         """Return the run as it is to first order where one of the names is moved by a step."""
         system = self.flow.system
-        x = np.hstack([run.q, run.qd, run.states]) + step * self.ways[:, k]
+        x = run.states + step * self.ways[:, k]
         x = np.hstack([x, np.zeros((len(x), int(system.works)))])
         moved = {
             name: system.opened.values[name] + step * float(change)

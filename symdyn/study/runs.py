@@ -179,8 +179,10 @@ class Runs(Shown):
         """States at the samples, shape (N, T, nq + nv); None where they were not asked for."""
         return self._kept.samples
 
-    def quantiles(self, name: str, at: Sequence[float] = QUANTILES) -> Array:
+    def quantiles(self, name: str | None = None, at: Sequence[float] = QUANTILES) -> Array:
         """Return quantiles of a column over the runs that have a value, shape (len(at),); NaN where none has.
+
+        Here and below the only measure that there is needs no name.
 
         Raises:
             UnknownNameError: there is no such column.
@@ -193,28 +195,30 @@ class Runs(Shown):
         known = self.known(name)
         return np.quantile(known, at) if known.size else np.full(len(at), np.nan)
 
-    def known(self, name: str) -> Array:
+    def known(self, name: str | None = None) -> Array:
         """Return a column of the runs that have a value, shape (n,).
 
         Raises:
-            UnknownNameError: there is no such column.
+            UnknownNameError: there is no such column, or none is named and there are several measures.
         """
-        column = self[name]
+        if name is None and len(self.measures) != 1:
+            raise UnknownNameError(f"name: give one of {', '.join(self.measures) or 'the columns'}")
+        column = self[next(iter(self.measures)) if name is None else name]
         return np.asarray(column[np.isfinite(column)])
 
-    def mean(self, name: str) -> float:
+    def mean(self, name: str | None = None) -> float:
         """Return the mean of a column over the runs that have a value; NaN where none has."""
         known = self.known(name)
         with np.errstate(all="ignore"):
             return float(known.mean()) if known.size else np.nan
 
-    def sd(self, name: str) -> float:
+    def sd(self, name: str | None = None) -> float:
         """Return the standard deviation of a column over the runs that have a value; NaN for less than two."""
         known = self.known(name)
         with np.errstate(all="ignore"):
             return float(known.std(ddof=1)) if known.size > 1 else np.nan
 
-    def extremes(self, name: str) -> tuple[float, float]:
+    def extremes(self, name: str | None = None) -> tuple[float, float]:
         """Return the least and the largest number of a column; NaN where there is none."""
         known = self.known(name)
         return (float(known.min()), float(known.max())) if known.size else (np.nan, np.nan)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
+from numbers import Real
 from operator import index
 
 import numpy as np
@@ -28,7 +29,7 @@ from symdyn.transcription.grid import METHODS, Grid, grid, numbered
 from symdyn.transcription.local import Source, Written, source
 from symdyn.transcription.transcribed import Collocation
 
-Range = tuple[float | None, float | None]
+Range = tuple[float | None, float | None] | float
 
 Number = str | float | SympyExpression
 """A formula in parameters, or a number."""
@@ -45,12 +46,14 @@ def known_names(where: str, names: Sequence[str], known: Sequence[str] | Mapping
 
 
 def ends_of(given: Range, where: str, faults: Faults) -> tuple[float, float]:
-    """Return a smallest and a largest value; None is none."""
+    """Return a smallest and a largest value; None is none, and a number above 0 the largest size."""
     try:
-        first, last = given
+        first, last = (-given, given) if isinstance(given, Real) else given  # type: ignore[misc]
         least, most = (-np.inf if first is None else float(first)), (np.inf if last is None else float(last))
     except (TypeError, ValueError, OverflowError):
-        faults.add(where, f"{given!r} is not a smallest and a largest value, such as (-1, 1) or (None, 5)")
+        faults.add(
+            where, f"{given!r} is neither a size nor a smallest and a largest value, such as (-1, 1) or (None, 5)"
+        )
         return -np.inf, np.inf
     if not least <= most:
         faults.add(where, f"nothing lies between {least:g} and {most:g}; give the smaller value first")
@@ -312,8 +315,8 @@ def collocation(
         end: coordinates and states that are given at the end; the others are free.
         end_rates: velocities, likewise.
         bounds: smallest and largest value by the name of a coordinate, velocity, state, drive, or of a parameter or an
-            input that is free; None for none. They narrow those of the joints' limits.
-        path: smallest and largest value of formulas without drives and inputs, held at all ends of intervals.
+            input that is free; None for none; a number is the largest size. They narrow those of the joints' limits.
+        path: likewise of formulas without drives and inputs, held at all ends of intervals.
         free: name of a parameter that is an unknown, or of an input that is one over time as drives are, or names; the
             scene's values are their guess.
 

@@ -78,7 +78,7 @@ def along(problem: Collocation, motion: Trajectory) -> Array:
     t = duration * grid.share
     forces = np.hstack([motion.tau, motion.inputs])[:, list(problem.driven)]
     for kind, values, points in (
-        ("q", motion.q, t), ("s", motion.states, t), ("u", motion.qd, t),
+        ("q", motion.q, t), ("s", motion.own_states, t), ("u", motion.qd, t),
         ("a", motion.qdd, t[grid.stage]), ("force", forces, t[grid.stage]),
     ):  # fmt: skip
         z[place[kind]] = CubicSpline(motion.t, values)(points)
@@ -155,6 +155,10 @@ class Solution(Shown):
         found = f"{in_digits(self.objective, 9)}, {self.status} after {self.iterations} iterations"
         others = f"; {len(self.optima)} optima from {self.searched.starts} starts" if self.others else ""
         return f"<Solution of {self.problem.scene.name}: {found}{others}>"
+
+    def __getitem__(self, name: str | Sequence[str]) -> Array:
+        """Return a column of its run, or several; errors as there."""
+        return self.run[name]
 
     @property
     def optima(self) -> tuple[Solution, ...]:

@@ -250,7 +250,11 @@ def _row(request: str, scene: Scene | None) -> tuple[Output, str]:
         raise DerivationError(f"there is no output {name!r}; {_those_there(name, closed)}")
     if row.place and not place:
         article = "an" if row.place == "output" else "a"
-        raise DerivationError(f"{name} needs {article} {row.place}; write {name}:NAME")
+        there_are = []
+        if scene is not None and row.place in KINDS:
+            there_are = [*(one.name for one in scene.bodies), *(one.name for one in scene.points)]
+        such_as = f", such as {name}:{there_are[-1]}" if there_are else ""
+        raise DerivationError(f"{name} needs {article} {row.place}; write {name}:NAME{such_as}")
     if place and not row.place:
         axes = [one.partition(":") for one in OUTPUTS if ":" in one]
         there_is = [name, *(f"{name}:{one}" for of, _, one in axes if name.startswith(of))]
@@ -274,7 +278,8 @@ def _those_there(name: str, closed: bool) -> str:
     there = (*OUTPUTS, *(CLOSED if closed else ()), STATE_MATRICES)
     what = next((end for word in WORDS if name.endswith(end := word.removeprefix("NAME"))), "")
     if near := nearest(name.removesuffix(what), there):
-        return f"did you mean {near}{what}?"
+        at = ":NAME" if near in OUTPUTS and OUTPUTS[near].place else ""
+        return f"did you mean {near}{what}{at}?"
     derived = f"derivatives of each, such as inverse_dynamics_derivatives: {', '.join(WORDS)}"
     return f"there are {', '.join(there)}; and {derived}"
 

@@ -333,7 +333,8 @@ def read_locks(joints: Sequence[Entry], faults: Faults) -> dict[str, Quantity]:
         elif locked not in (None, False):
             faults.add(entry.where, f"locked = {show(locked)} is neither true nor false")
         elif raw is not None:
-            faults.add(entry.where, "position is where a locked joint stands; write locked = true, or leave it out")
+            meant = "a place in space is its origin" if isinstance(raw, list | tuple) else "write locked = true"
+            faults.add(entry.where, f"position is where a locked joint stands; {meant}, or leave it out")
     return positions
 
 

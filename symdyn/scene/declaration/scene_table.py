@@ -55,7 +55,7 @@ def _gravity(table: EntryReader, key: str, usual: Vector) -> Vector:
     raw = table.raw.get(key)
     if raw is False or (isinstance(raw, str) and raw == "none"):
         return NULL
-    if raw is True or isinstance(raw, str):
+    if key in table and not isinstance(plain(raw), list | tuple):
         table.fault(f'{key} = {show(raw)} is not a vector; give a vector such as [0, 0, -9.81], or "none"')
         return NULL
     return table.vector(key, usual if key not in table else NULL)
@@ -132,7 +132,10 @@ def _inertia(table: EntryReader, key: str, nothing: Inertia) -> Inertia:
             xx, yy, zz, xy, xz, yz = (quantity(raw.get(entry, 0)) for entry in INERTIA_KEYS)
             return xx, yy, zz, xy, xz, yz
         if not isinstance(raw, (list, tuple)) or len(raw) != 3:
-            raise FormulaError("is neither [xx, yy, zz] nor a table { xx = 1, yy = 1, zz = 1, xy = 0, xz = 0, yz = 0 }")
+            raise FormulaError(
+                "is neither [xx, yy, zz], of a ball [J, J, J], nor a table "
+                "{ xx = 1, yy = 1, zz = 1, xy = 0, xz = 0, yz = 0 }"
+            )
         if not any(isinstance(row, (list, tuple)) for row in raw):
             return (*vector(raw), Quantity.ZERO, Quantity.ZERO, Quantity.ZERO)
         rows = [vector(row) for row in raw]
@@ -157,7 +160,7 @@ ABOUT = ("com", "frame")
 
 def _about(table: EntryReader, key: str, usual: str) -> str:
     about = chosen(table, key, "frame" if "first_moment" in table else usual, ABOUT)
-    if "inertia" in table and key not in table:
+    if "inertia" in table and ("com" in table or "first_moment" in table) and key not in table:
         table.fault(f'{key} is missing; write "com" (centre of mass) or "frame" (origin of the body frame)')
     if "first_moment" in table and about == "com":
         table.fault(f'first_moment goes with {key} = "frame"; give com instead, or the inertia about the frame')
@@ -282,7 +285,10 @@ _BODY: tuple[Key[Any], ...] = (
         holds="what the inertia refers to: centre of mass or origin of the frame",
         shape=choice_of(*ABOUT),
         rules=(
-            {"if": {"required": ["inertia"]}, "then": {"required": ["inertia_about"]}},
+            *(
+                {"if": {"required": ["inertia", centre]}, "then": {"required": ["inertia_about"]}}
+                for centre in ("com", "first_moment")
+            ),
             {"if": {"required": ["first_moment"]}, "then": {"properties": {"inertia_about": choice_of("frame")}}},
             *not_both([("com", "first_moment")]),
         ),

@@ -13,7 +13,6 @@ The normal of level ground: against gravity as the scene declares it, whatever v
 from __future__ import annotations
 
 import math
-import random
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -58,7 +57,9 @@ def level_normal(gravity: Vector, parameters: Sequence[Parameter]) -> Vector | s
 
 def _drawn(free: Sequence[Parameter]) -> list[dict[str, Quantity]]:
     """Return values of free parameters: ones, ones with either sign, and random ones."""
-    rng = random.Random("gravity")
+    from random import Random  # few scenes ask
+
+    rng = Random("gravity")
     sizes = [[1] * len(free), [1] * len(free), *([rng.randint(1, 99) for _ in free] for _ in range(DRAWS))]
     signs = [1, -1, *(rng.choice((-1, 1)) for _ in range(DRAWS))]
     return [

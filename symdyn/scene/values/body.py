@@ -253,7 +253,8 @@ def impossible(matrix: Matrix) -> str | None:
     if small < 0 and -small >= PLAINLY * short:
         return f"of its {kind} {shown}, {names[0]} is negative (it must be positive semidefinite)"
     part = f"{100 * short / large:.3g} %" if short > ROUNDING * large else "less than 1e-10 %"
-    flat = ", and a flat body has [J/2, J/2, J]" if small == middle == 0 else ""
+    across = ", ".join("J" if name == names[2] else "J/2" for name in ("Ixx", "Iyy", "Izz"))
+    flat = f", and a flat body has [{across}]" if small == middle == 0 else ""
     broken = f"break the triangle inequality {names[0]} + {names[1]} >= {names[2]} by {part}"
     return f"its {kind} {shown} {broken} ({names[0]} + {names[1]} = {_short(small + middle)}){flat}"
 

@@ -152,6 +152,13 @@ def as_list(value: object) -> list[object]:
     return [] if value is None else list(value) if isinstance(value, (list, tuple)) else [value]
 
 
+OF_ELEMENTS = {
+    key: f'it is of a spring of its own: [springs.NAME] joint = "JOINT", {more}'
+    for key, more in {"stiffness": "stiffness", "spring": "stiffness", "free": "stiffness, free"}.items()
+}
+"""What has keys that one looks for at a joint, for errors alone."""
+
+
 class EntryReader:
     """Typed access to the keys of a declared table; what is wrong is a fault of its place."""
 
@@ -160,7 +167,8 @@ class EntryReader:
         self.entry, self.faults, self.raw = entry, faults, entry.table
         for key in entry.table:
             if key not in keys:
-                self.fault(f"unknown key {show(str(key))}; {suggestion(str(key), keys)}")
+                meant = OF_ELEMENTS.get(str(key)) if entry.where.startswith("joints.") else None
+                self.fault(f"unknown key {show(str(key))}; {meant or suggestion(str(key), keys)}")
 
     def fault(self, what: str) -> None:
         """Report a fault of this table."""

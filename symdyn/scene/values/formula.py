@@ -32,10 +32,10 @@ from operator import index
 from typing import Any, SupportsIndex
 
 from symdyn.arguments import is_sympy
-from symdyn.errors import nearest, quoted
+from symdyn.errors import quoted
 from symdyn.graph import Graph, Op
 from symdyn.scene.values import folding
-from symdyn.scene.values.folding import COMPARISONS, COMPOSED, CONSTANTS, EXTREMES, INSTEAD, UNARY_FUNCTIONS
+from symdyn.scene.values.folding import COMPARISONS, COMPOSED, CONSTANTS, EXTREMES, UNARY_FUNCTIONS, instead_of
 from symdyn.scene.values.grammar import CLOCK, FORMULA_NAMES
 from symdyn.scene.values.quantity import FormulaError, Quantity, spell
 from symdyn.scene.values.unit import Unit, UnitError, in_si
@@ -348,16 +348,15 @@ class _Reader:
 
     def call(self, node: ast.Call, depth: int) -> Quantity:
         if not isinstance(node.func, ast.Name):
-            raise FormulaError("a bracket follows something that is no function; write * for a product")
+            meant = f"{node.func.attr}(x) alone" if isinstance(node.func, ast.Attribute) else "* for a product"
+            raise FormulaError(f"a bracket follows something that is no function; write {meant}")
         name = node.func.id
         if name == IF:
             return self.selection(node, depth)
         if name == "table":
             return self.table(node, depth)
         if name not in UNARY_FUNCTIONS and name not in COMPOSED and name not in EXTREMES:
-            near = nearest(name, FORMULA_NAMES)
-            meant = f"did you mean {near}?" if near else "write * for a product"
-            raise FormulaError(f"the function {name} is not known; {INSTEAD.get(name.lower(), meant)}")
+            raise FormulaError(f"the function {name} is not known; {instead_of(name)}")
         wanted, many = COMPOSED[name].arguments if name in COMPOSED else 1, name in EXTREMES
         if node.keywords or (len(node.args) < 2 if many else len(node.args) != wanted):
             raise FormulaError(f"{name} takes {'2 or more' if many else wanted} argument{'s' * (many or wanted > 1)}")

@@ -387,6 +387,7 @@ class _Reader:
         if name not in units():
             near = meant_by(name, power, {known: unit.dimension for known, unit in units().items()})
             meant = f"did you mean {near}?" if near else "there are such as mm, kg, N/m, deg, rpm"
+            meant = f"write * before {name}" if name in folding.UNARY_FUNCTIONS else meant
             raise UnitError(f"{name} is no unit; {meant}")
         return units()[name]
 

@@ -64,7 +64,7 @@ class Feedback(Shown):
             where there is none all inputs.
         period: seconds between samples; None is none, the law holds all the time.
         delay: seconds from a sample to its force, whole periods or not; until the first one the force is `initial`.
-        limits: largest size, or smallest and largest value, by input; or the size, where there is one input.
+        limits: largest size, or smallest and largest value, by input; of one input without its name, too.
         initial: forces before the first sample acts, shape (inputs,); () are zeros, or those where gains begin.
         measures: what a linear system measures: names or formulas of coordinates, velocities, points and outputs; ()
             are the names of its own inputs, else outputs of the scene, or coordinates, if they are as many.
@@ -81,7 +81,7 @@ class Feedback(Shown):
     inputs: Sequence[str] = ()
     period: float | None = None
     delay: float = 0.0
-    limits: Mapping[str, float | Sequence[float]] | float = field(default_factory=dict)
+    limits: Mapping[str, float | Sequence[float]] | Sequence[float] | float = field(default_factory=dict)
     initial: Sequence[float] = ()
     measures: Sequence[str] = ()
     reference: Mapping[str, object] | str | float | None = None
@@ -357,7 +357,9 @@ def _check_times(feedback: Feedback, until: float, faults: Faults) -> None:
 def _ranges(feedback: Feedback, names: Sequence[str], faults: Faults) -> dict[str, tuple[float, float]]:
     """Return smallest and largest value by input."""
     found = dict.fromkeys(names, (-math.inf, math.inf))
-    limits = {names[0]: feedback.limits} if isinstance(feedback.limits, Real) and len(names) == 1 else feedback.limits
+    limits = feedback.limits
+    if len(names) == 1 and not isinstance(limits, Mapping):
+        limits = {names[0]: limits}
     if not isinstance(limits, Mapping):
         told = f"{{{', '.join(f'{name!r}: 5' for name in names)}}}"
         faults.add("feedback: limits", f"{limits!r} is no table of sizes by input, such as {told}")
@@ -380,16 +382,21 @@ def _ranges(feedback: Feedback, names: Sequence[str], faults: Faults) -> dict[st
 
 
 def feedback_of(
-    scene: Scene, file: str, period: float | None, delay: float | None, limits: Mapping[str, str], until: float
+    scene: Scene, file: str, period: float | None, delay: float | None, limits: Mapping[str, str] | str, until: float
 ) -> Feedback:
     """Return the controller of a file, with other times and limits; what is None or nothing stays as it is there.
 
-    `limits` are formulas in parameters, largest sizes of forces by name, told as of `limits`.
+    `limits` are formulas in parameters, largest sizes of forces by name, or of one force alone, told as of `limits`.
 
     Raises:
         SimulateError: with every fault, one line each.
     """
     values, units, faults, most = parameter_values(scene), SceneUnits(scene).letters, Faults(""), {}
+    if isinstance(limits, str):
+        limits = dict.fromkeys(names := read_feedback(scene, file).inputs, limits)
+        if len(names) > 1:
+            several = ",".join(f"{name}={limit}" for name, limit in limits.items())
+            raise SimulateError(f"{argument('limits')}: a number is of one force; give {several}")
     with faults.noted():
         ask_for_units(scene.inputs, limits.items(), argument("limits"))
     for name, text in limits.items():

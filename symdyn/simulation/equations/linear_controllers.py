@@ -87,7 +87,7 @@ def pid(
     *,
     reference: str | float = 0.0,
     filter: float | None = None,
-    limits: float | Sequence[float] | None = None,
+    limits: float | Sequence[float] | Mapping[str, float | Sequence[float]] | None = None,
     antiwindup: bool | float = True,
     period: float | None = None,
 ) -> Feedback:
@@ -112,7 +112,7 @@ def pid(
         kd: force a unit of ė.
         reference: r, a number or formula.
         filter: T, s; a tenth of the derivative time kd/kp without.
-        limits: largest size of the force, or its smallest and largest value.
+        limits: largest size of the force, or its smallest and largest value; by the name of the drive, too.
         antiwindup: T_t, s; True takes sqrt(kd/ki), kp/ki without a derivative, and one period at least; False none.
         period: seconds between samples; None is none.
 
@@ -149,5 +149,5 @@ def pid(
     A, B, C, D, start, L = np.array(list(states.values())).reshape(-1, 6, 1).swapaxes(0, 1)
     law = LinearLaw(np.diagflat(A), B, C.T, np.array([[kp + D.sum()]]), (0.0,), (0.0,), tuple(states), L, start)
     return Feedback(
-        law, inputs, period, limits={} if limits is None else {inputs: limits}, measures=measures, reference=reference
+        law, inputs, period, limits={} if limits is None else limits, measures=measures, reference=reference
     )
