@@ -3,7 +3,14 @@
 from .base_columns import BaseColumns as BaseColumns, Linear as Linear
 from .constrained_outputs import unique as unique
 from .contact_equations import ContactEquations as ContactEquations, contact_equations as contact_equations
-from .contact_rows import MODE as MODE, Touch as Touch, lacks_modes as lacks_modes, with_modes as with_modes
+from .contact_rows import (
+    MODE as MODE,
+    Row as Row,
+    Touch as Touch,
+    lacks_modes as lacks_modes,
+    touching as touching,
+    with_modes as with_modes,
+)
 from .derivative_outputs import differentiable as differentiable, kinks as kinks
 from .named_functions import DIRECTIONS as DIRECTIONS, Counts as Counts, arguments as arguments
 from .recursive_derivatives import inverse_derivatives as inverse_derivatives

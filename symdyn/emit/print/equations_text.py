@@ -183,6 +183,7 @@ FORMULATIONS = (
     "gibbs-appell",
     "udwadia-kalaba",
     "port-hamiltonian",
+    "contact",
 )
 
 CHOICES = {**_CHOICES, "what": (*GROUPS, "base-parameters"), "formulation": FORMULATIONS}
@@ -302,8 +303,8 @@ def equations(scene: SceneLike, formulation: str = "lagrange") -> EquationsOfMot
 
     Args:
         scene: a scene, a path or an open file.
-        formulation: "lagrange"; or as "dalembert", "hamilton", "routh", "kane", "gibbs-appell", "udwadia-kalaba" and
-            "port-hamiltonian" print them.
+        formulation: "lagrange"; or as "dalembert", "hamilton", "routh", "kane", "gibbs-appell", "udwadia-kalaba",
+            "port-hamiltonian" and "contact" print them.
 
     Raises:
         SceneError: the file has faults.

@@ -5,6 +5,7 @@ r"""Other formulations in print: a page each, in LaTeX and as text.
     kane            F_r + F_r* = 0, body by body, by partial velocities
     gibbs-appell    S = Σ ½ a·m a + ½ α·I α + α·(ω × I ω), ∂S/∂u̇_r = Q_r
     udwadia-kalaba  M u̇ = Q + Aᵀ (A M⁻¹ Aᵀ)⁺ (b - A M⁻¹ Q) where rows say A u̇ = b
+    contact         0 ≤ g ⊥ λ ≥ 0 by mode, W M⁻¹ Wᵀ, impacts: of contacts that open and close
     port-hamiltonian  ẋ = (J - R) ∇H + B τ + F, y = Bᵀ ∇H, x = (q, p)
 
 References: Goldstein, Classical Mechanics (1980), 8.1 and 8.3; Kane and Levinson, Dynamics (1985), section 4.11; Gibbs,
@@ -24,6 +25,7 @@ from symdyn.dynamics.mechanism import solve
 from symdyn.dynamics.outputs import Counts
 from symdyn.emit.print.breaking import DIGITS, definitions, refuse_too_long
 from symdyn.emit.print.canonical_pages import hamilton, port_hamiltonian, routh
+from symdyn.emit.print.contact_page import contact
 from symdyn.emit.print.formula_text import Forms, Latex, broken_text, rounded
 from symdyn.emit.print.formulation_groups import (
     LONGEST,
@@ -209,6 +211,7 @@ PAGES: dict[str, Callable[[Scene], Iterator[EquationGroup]]] = {
     "gibbs-appell": appell,
     "udwadia-kalaba": udwadia_kalaba,
     "port-hamiltonian": port_hamiltonian,
+    "contact": contact,
 }
 """Formulations beside Lagrange's and D'Alembert's, each by what writes its page."""
 
