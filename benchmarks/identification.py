@@ -74,11 +74,11 @@ def told(found: Coverage, seconds: float) -> None:
 def noisy(forced: Forced, seeds: int) -> None:
     """Print what was counted by noise of the positions, and in which band."""
     for noise in NOISES:
-        for how in ({}, {"band": WIDEST}):
-            found = coverage_of_noise(forced, noise, FORCE_NOISE, seeds, **how)
+        for wanted in (None, WIDEST):
+            found = coverage_of_noise(forced, noise, FORCE_NOISE, seeds, wanted)
             share = 100 * found.held.mean() / seeds
-            band = identify(forced.scene, forced.log(0, noise, FORCE_NOISE), **how).band
-            asked = " (asked for)" if how else ""
+            band = identify(forced.scene, forced.log(0, noise, FORCE_NOISE), wanted).band
+            asked = " (asked for)" if wanted else ""
             print(f"{forced.name}, {noise:g} rad or m, band {band:.3g} Hz{asked}: held on average {share:.1f} %,")
             print(f"  least {found.held.min()} of {seeds}; joint {found.joint}; errors have rms {found.ratio:.2f}")
 

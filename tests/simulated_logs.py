@@ -308,7 +308,7 @@ def _sprung_arm() -> Scene:
         springs=[
             spring(
                 "balance",
-                ends=[{"body": "ground", "at": [0, 0, 0.5]}, {"body": "fore", "at": [0.15, 0, 0]}],
+                ends=({"body": "ground", "at": [0, 0, 0.5]}, {"body": "fore", "at": [0.15, 0, 0]}),
                 stiffness="k",
                 free=0.2,
             ),
@@ -326,9 +326,11 @@ FORCED: dict[str, Forced] = {
 """Motions of several Hz, far below half the rate of the samples: wide bands are full of noise."""
 
 
-def coverage_of_noise(forced: Forced, noise: float, force_noise: float, seeds: int, **how: float) -> Coverage:
+def coverage_of_noise(
+    forced: Forced, noise: float, force_noise: float, seeds: int, band: float | None = None
+) -> Coverage:
     """Return how often intervals of seeds hold the truth, with so much white noise of positions and forces."""
     model = linear_model(forced.scene)
     truth = dict(zip(model.names, model.prior.tolist(), strict=True))
     logs = [forced.log(seed, noise, force_noise) for seed in range(seeds)]
-    return _counted(forced.name, truth, [identify(forced.scene, log, **how) for log in logs])
+    return _counted(forced.name, truth, [identify(forced.scene, log, band) for log in logs])

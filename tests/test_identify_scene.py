@@ -360,7 +360,7 @@ def test_a_spring_whose_free_length_is_a_number_or_a_parameter_has_its_stiffness
             springs=[
                 spring(
                     "coil",
-                    ends=[{"body": "ground", "at": [0, 0, 0.5]}, {"body": "arm", "at": [0.3, 0, 0]}],
+                    ends=({"body": "ground", "at": [0, 0, 0.5]}, {"body": "arm", "at": [0.3, 0, 0]}),
                     stiffness="k",
                     free="s0" if "s0" in parameters else 0.2,
                 )

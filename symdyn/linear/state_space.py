@@ -210,7 +210,7 @@ class StateSpace(Plotted):
         An entry is zero or not: exact for positions on which nothing depends, of which no entry is made by rounding.
         """
         moves = self.A != 0
-        both = _spread(self.B.any(axis=1), moves) & _spread(self.C.any(axis=0), moves.T)
+        both = _spread(np.any(self.B != 0, axis=1), moves) & _spread(np.any(self.C != 0, axis=0), moves.T)
 
         def of(states: list[int]) -> StateSpace:
             A, B, C = self.A[np.ix_(states, states)], self.B[states], self.C[:, states]
