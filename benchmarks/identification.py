@@ -1,13 +1,15 @@
 """Whether stated intervals hold the truth: base parameters of simulated arms over 100 seeds, and FIGAROH beside.
 
     python benchmarks/identification.py [--arms puma560,arm7] [--gains two_link] [--said puma560]
-        [--seeds 100] [--figaroh PYTHON]
+        [--noise sprung_arm,pendulum,cart_pole] [--seeds 100] [--figaroh PYTHON]
 
 Logs are those of `tests/simulated_logs.py`: friction, encoders that count, noisy torques; seeds are 0, 1, 2, ... and
 none is picked. Counted is for how many the 95 % interval of each base parameter holds its true value, and the joint
 ellipsoid all of them. `--gains` does so where drives show currents, without and with a payload of which the mass is
 told: gains and the payload are among the parameters. `--said` says the gains of all drives, without and with one of
-them wrong, and prints how many times as long that takes as the same logs in N m. `--figaroh` names the Python of an
+them wrong, and prints how many times as long that takes as the same logs in N m. `--noise` counts runs of several Hz
+under known forces, with white noise of positions from 1e-5 to 1e-3 rad and of forces, in the band that is chosen and in
+the widest. `--figaroh` names the Python of an
 environment with `pip install figaroh==1.0.2`, which is given the same log of the first seed and the same motion,
 differentiated and filtered by us, as its own examples do by theirs.
 """
@@ -27,10 +29,25 @@ sys.path[:0] = [str(Path(__file__).resolve().parent), str(ROOT), str(ROOT / "tes
 
 import numpy as np  # noqa: E402
 from scipy.stats import binom  # noqa: E402
-from simulated_logs import ARMS, DRIVEN, TERMS, Arm, Coverage, Driven, coverage, coverage_of_gains  # noqa: E402
+from simulated_logs import (  # noqa: E402
+    ARMS,
+    DRIVEN,
+    FORCED,
+    TERMS,
+    Arm,
+    Coverage,
+    Driven,
+    Forced,
+    coverage,
+    coverage_of_gains,
+    coverage_of_noise,
+)
 
 from symdyn.identification import identify  # noqa: E402
 from symdyn.scene import write_text  # noqa: E402
+
+NOISES, FORCE_NOISE, WIDEST = (1e-5, 1e-4, 1e-3), 0.02, 80.0
+"""Of positions, rad and m, and of forces, N m and N; Hz."""
 
 LEAST, MOST = 90, 99
 """Seeds of 100 that are to hold."""
@@ -52,6 +69,18 @@ def told(found: Coverage, seconds: float) -> None:
     if gains:
         print(f"  of gains least {min(gains.values())}, most {max(gains.values())} of {seeds}: {gains}")
     print(f"  joint ellipsoid: {found.joint} of {seeds}; (β - truth)/error has rms {found.ratio:.3f}")
+
+
+def noisy(forced: Forced, seeds: int) -> None:
+    """Print what was counted by noise of the positions, and in which band."""
+    for noise in NOISES:
+        for wanted in (None, WIDEST):
+            found = coverage_of_noise(forced, noise, FORCE_NOISE, seeds, wanted)
+            share = 100 * found.held.mean() / seeds
+            band = identify(forced.scene, forced.log(0, noise, FORCE_NOISE), wanted).band
+            asked = " (asked for)" if wanted else ""
+            print(f"{forced.name}, {noise:g} rad or m, band {band:.3g} Hz{asked}: held on average {share:.1f} %,")
+            print(f"  least {found.held.min()} of {seeds}; joint {found.joint}; errors have rms {found.ratio:.2f}")
 
 
 def said(driven: Driven, seeds: int) -> None:
@@ -123,6 +152,7 @@ def main() -> None:
     parser.add_argument("--arms", default="puma560,arm7", help=f"of {', '.join(ARMS)}")
     parser.add_argument("--gains", default="", help=f"of {', '.join(DRIVEN)}")
     parser.add_argument("--said", default="", help=f"of {', '.join(DRIVEN)}")
+    parser.add_argument("--noise", default="", help=f"of {', '.join(FORCED)}")
     parser.add_argument("--seeds", type=int, default=100)
     parser.add_argument("--figaroh", metavar="PYTHON", help="of an environment that has it")
     asked = parser.parse_args()
@@ -135,6 +165,8 @@ def main() -> None:
     for name in filter(None, asked.gains.split(",")):
         begin = time.process_time()
         told(coverage_of_gains(DRIVEN[name], asked.seeds), time.process_time() - begin)
+    for name in filter(None, asked.noise.split(",")):
+        noisy(FORCED[name], asked.seeds)
     for name in filter(None, asked.said.split(",")):
         said(DRIVEN[name], asked.seeds)
 

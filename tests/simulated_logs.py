@@ -19,7 +19,7 @@ import numpy.typing as npt
 import symdyn
 from symdyn.identification import Identification, Payload, identify
 from symdyn.identification.linear_model import LinearModel, linear_model, with_terms
-from symdyn.scene import Scene, bind
+from symdyn.scene import Scene, bind, body, revolute, scene, spring
 from symdyn.scene.symbolic import INERTIAL
 from symdyn.scene.values import acceleration_name
 from symdyn.simulation.prescribed.forces import drive_names
@@ -260,3 +260,77 @@ def coverage_of_gains(driven: Driven, seeds: int) -> Coverage:
         for seed in range(seeds)
     ]
     return _counted(driven.arm.name, driven.truth, found)
+
+
+@dataclass(frozen=True)
+class Forced:
+    """A mechanism that known forces move for ten seconds, 200 samples a second: a simulated run.
+
+    Attributes:
+        name: of it.
+        scene: with its true values.
+        forces, start: of the run.
+    """
+
+    name: str
+    scene: Scene
+    forces: Mapping[str, str]
+    start: Mapping[str, float]
+
+    @cached_property
+    def run(self) -> symdyn.Trajectory:
+        """Without noise."""
+        return symdyn.simulate(self.scene, forces=dict(self.forces), start=dict(self.start), until=10, every=0.005)
+
+    def log(self, seed: int, noise: float, force_noise: float) -> dict[str, Array]:
+        """Return a log with white noise of positions, rad and m, and of forces, N m and N."""
+        draw, run = np.random.default_rng(seed), self.run
+        found = {"t": run.t}
+        for names, size in ((self.scene.coordinates, noise), (tuple(self.forces), force_noise)):
+            found |= {name: run[name] + size * draw.normal(size=len(run.t)) for name in names}
+        return found
+
+
+def _sprung_arm() -> Scene:
+    """Return an arm of two links in a vertical plane, held by a spring."""
+    return scene(
+        "sprung_arm",
+        gravity=[0, 0, -9.81],
+        parameters={"k": 120, "c": 0.3},
+        bodies=[
+            body("upper", mass=2, com=[0.2, 0, 0], inertia=[0, 0.03, 0.03], about="com"),
+            body("fore", mass=1.5, com=[0.15, 0, 0], inertia=[0, 0.012, 0.012], about="com"),
+        ],
+        joints=[
+            revolute("shoulder", "ground", "upper", axis=[0, -1, 0], coordinate="q1", damping="c"),
+            revolute("elbow", "upper", "fore", axis=[0, -1, 0], origin=[0.4, 0, 0], coordinate="q2", damping="c"),
+        ],
+        springs=[
+            spring(
+                "balance",
+                ends=({"body": "ground", "at": [0, 0, 0.5]}, {"body": "fore", "at": [0.15, 0, 0]}),
+                stiffness="k",
+                free=0.2,
+            ),
+        ],
+    )
+
+
+FORCED: dict[str, Forced] = {
+    "sprung_arm": Forced(
+        "sprung_arm", _sprung_arm(), {"tau1": "2*sin(3*t)+1.5*cos(7*t)", "tau2": "sin(5*t)"}, {"q1": -1.05, "q2": 0.52}
+    ),
+    "pendulum": Forced("pendulum", symdyn.example("pendulum"), {"tau1": "3*sin(3*t)+2*cos(t)"}, {"q1": 0.1}),
+    "cart_pole": Forced("cart_pole", symdyn.example("cart_pole"), {"F": "6*sin(4*t)+4*cos(9*t)"}, {"theta": 3.0}),
+}
+"""Motions of several Hz, far below half the rate of the samples: wide bands are full of noise."""
+
+
+def coverage_of_noise(
+    forced: Forced, noise: float, force_noise: float, seeds: int, band: float | None = None
+) -> Coverage:
+    """Return how often intervals of seeds hold the truth, with so much white noise of positions and forces."""
+    model = linear_model(forced.scene)
+    truth = dict(zip(model.names, model.prior.tolist(), strict=True))
+    logs = [forced.log(seed, noise, force_noise) for seed in range(seeds)]
+    return _counted(forced.name, truth, [identify(forced.scene, log, band) for log in logs])

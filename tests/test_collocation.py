@@ -7,6 +7,7 @@ import re
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ import symdyn
 from symdyn.algebra.numeric import Batches
 from symdyn.dynamics import LoopChoices
 from symdyn.dynamics.outputs.workspace import Workspace
+from symdyn.errors import SimulateError
 from symdyn.graph import evaluate
 from symdyn.scene import Scene, bind, parse
 from symdyn.scene.toml import read_text
@@ -294,6 +296,7 @@ def test_a_problem_and_its_hessian_pickle():
     assert (again.scene, again.free, again.notes) == (problem.scene, problem.free, problem.notes)
 
 
+REST = "at rest at the end, where positions are given: x_dot"
 FOUR = example("four_bar")
 SLIDES = read_text(
     (EXAMPLES / "cart_pole.toml").read_text().replace('drive = "F"', 'drive = "F"\nlimits = { upper = "2*l" }')
@@ -307,8 +310,13 @@ SLIDES = read_text(
         (CART, {"cost": "abs(F) + 3*x"}, ["slopes of the cost are one-sided where .* turns over, of F: .*flat"]),
         (CART, {"path": {"sign(theta)": (0, 1)}}, ["slopes of the path are one-sided where .*, of theta: "]),
         (CART, {"final_cost": "sqrt(x**2)"}, [r"slopes of the final cost are no number \(NaN\) .*, of x"]),
-        (CART, {"end": {"x": "2*l", "theta": 0}, "free": ("l", "mp")}, ["end: x takes l as the scene has it, not .*"]),
-        (CART, {"end": {"x": "2*l"}}, []),
+        (
+            CART,
+            {"end": {"x": "2*l", "theta": 0}, "free": ("l", "mp")},
+            [REST, "end: x takes l as the scene has it, not .*"],
+        ),
+        (CART, {"end": {"x": "2*l"}}, [REST]),
+        (CART, {"end": {"x": "2*l"}, "end_rates": "free"}, []),
         (SLIDES, {"free": "l"}, ["limits of .* takes l as the scene has it, .*"]),
         (
             FOUR,
@@ -323,3 +331,46 @@ def test_kinks_and_what_stays_as_it_was_given_are_told(scene, given, told):
 
     assert len(notes) == len(told)
     assert all(re.match(one, note) for one, note in zip(told, notes, strict=True)), notes
+
+
+def test_an_end_of_positions_is_at_rest_unless_its_velocities_are_free() -> None:
+    """Velocities there were free without a word, though the start is at rest: a load arrived at 6.6 m/s."""
+
+    def zeros(**how: Any) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        cart = symdyn.example("cart_pole")
+        problem = symdyn.collocation(cart, 2, 4, cost="F**2", end={"x": 1, "theta": "pi"}, **how)
+        last = problem.place["u"][problem.grid.node[-1]]
+        fixed = problem.lower[last] == problem.upper[last]
+        return tuple(np.array(cart.velocities)[fixed]), problem.notes
+
+    assert zeros()[0] == ("x_dot", "theta_dot")
+    (note,) = zeros()[1]
+    assert note == (
+        'at rest at the end, where positions are given: x_dot, theta_dot = 0; end_rates="free" leaves them free'
+    )
+    assert zeros(end_rates="free") == ((), ())
+    assert zeros(end_rates={"x": "free"})[0] == ("theta_dot",)
+    assert zeros(end_rates={"x_dot": 1, "theta": 0}) == (("x_dot", "theta_dot"), ())
+    with pytest.raises(SimulateError, match="end rates: y is not known"):
+        zeros(end_rates={"y": "free"})
+
+
+def test_an_end_of_a_quaternion_is_at_rest() -> None:
+    spun = read_text(
+        """
+        [bodies.b]
+        mass = 1
+        inertia = [1, 2, 3]
+        inertia_about = "com"
+        com = [0, 0, 0.1]
+        [joints.j]
+        type = "spherical"
+        parent = "ground"
+        child = "b"
+        """,
+    )
+
+    problem = symdyn.collocation(spun, 1, 4, end=dict.fromkeys(spun.coordinates[1:], 0))
+
+    last = problem.place["u"][problem.grid.node[-1]]
+    assert not problem.upper[last].any()

@@ -18,6 +18,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import symdyn
+import symdyn.scene as declared
 from symdyn.errors import LinearizeError
 from symdyn.linear import Linearization, StateSpace
 from symdyn.scene import bind
@@ -428,3 +429,55 @@ def test_a_compensator_runs_as_itself_and_by_python_control_about_its_point() ->
 
     assert_allclose(own, other, atol=1e-11)
     assert float(np.abs(own - np.pi).min()) < 0.05  # about the point, not about zero
+
+
+def carriage() -> Linearization:
+    """1/(s + 0.5) from force to speed; nothing depends on where it is."""
+    body, rail = declared.body("b", mass=1), {"axis": [1, 0, 0], "coordinate": "x", "drive": "F", "damping": 0.5}
+    joints = [declared.prismatic("j", "ground", "b", **rail)]
+    scene = declared.scene("carriage", gravity="none", bodies=[body], joints=joints, outputs={"v": "x_dot"})
+    return symdyn.linearize(scene, outputs=["v", "x"])
+
+
+def test_a_position_that_nothing_depends_on_takes_no_part_in_what_does_not_show_it() -> None:
+    """Its pole at zero made the final value the last one, 0.1 % off, and a stable loop an unstable one."""
+    found = carriage()
+    told = found.step("v", "F", points=4001).info()
+
+    assert told["final"] == 2
+    assert told["rise_time"] == pytest.approx(np.log(9) / 0.5, rel=1e-5)
+    assert told["settling_time"] == pytest.approx(np.log(50) / 0.5, rel=1e-5)
+    assert found.margins("v", "F").stable
+    assert np.isnan(found.step("x", "F").final[0, 0])
+    assert np.isnan(found.step().final).tolist() == [[False], [True]]
+
+
+def test_what_grows_beside_a_loop_makes_it_unstable_and_what_drifts_does_not() -> None:
+    for beside, stable in ((-1.0, True), (0.0, True), (1.0, False)):
+        A = np.diag([-1.0, beside])
+        for B, C in (([[1], [0]], [[1, 0]]), ([[1], [1]], [[1, 0]]), ([[1], [0]], [[1, 1]])):
+            assert StateSpace(A, B, C).margins().stable is stable
+            assert StateSpace(np.eye(2) + 0.1 * A, B, C, period=0.1).margins().stable is stable
+
+
+def test_a_regulator_that_leaves_a_cyclic_angle_alone_is_stable() -> None:
+    body, wheel = declared.body("arm", mass=1, com=[0, 0, 0.3]), declared.body("wheel", inertia=[0.01] * 3, about="com")
+    joints = [
+        declared.revolute("pivot", "ground", "arm", axis=[0, 1, 0], coordinate="theta", drive=False),
+        declared.revolute("axle", "arm", "wheel", axis=[0, 1, 0], coordinate="phi", drive="M", origin=[0, 0, 0.3]),
+    ]
+    scene = declared.scene("reaction_wheel", gravity=[0, 0, -9.81], bodies=[body, wheel], joints=joints)
+    regulator = symdyn.linearize(scene).lqr({"theta": 100, "theta_dot": 10, "phi_dot": 1e-5}, 1000)
+
+    assert regulator.loop.margins().stable
+
+
+def test_a_response_that_returns_to_zero_has_no_share_of_its_final_value() -> None:
+    """Its overshoot was 166407 %, of a last value of -1e-5."""
+    spring = StateSpace([[0, 1], [-4, -1]], [[0], [1]], [[0, 1]])
+
+    told = spring.step().info()
+
+    assert told["final"] == 0
+    assert all(np.isnan(told[name]) for name in ("rise_time", "settling_time", "overshoot", "undershoot"))
+    assert told["peak"] > 0.2

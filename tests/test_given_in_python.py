@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import symdyn
-from symdyn.errors import LinearizeError, SimulateError
+from symdyn.errors import LinearizeError, SceneError, SimulateError
 from symdyn.scene import Scene, read
 from symdyn.simulation import inverse, read_forces, read_motion, simulate
 from symdyn.simulation.prescribed.formulas_in_time import read_file
@@ -276,3 +276,11 @@ def test_times_of_inverse_are_given_as_those_of_simulate(scene: Scene) -> None:
         inverse(scene, {"q1": "t"}, 2)
     with pytest.raises(SimulateError, match=r"^times: until and every say them too; leave out either$"):
         inverse(scene, {"q1": "t"}, [0.0, 1.0], until=2)
+
+
+def test_a_scene_is_not_made_of_the_name_of_a_file() -> None:
+    """It was an empty scene without a word."""
+    with pytest.raises(
+        SceneError, match=r'arm\.toml is a file, and a Scene is what is in it: symdyn\.read\("arm\.toml"\)'
+    ):
+        symdyn.scene.Scene("arm.toml")

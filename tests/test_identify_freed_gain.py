@@ -9,9 +9,9 @@ import pytest
 from scipy.optimize import minimize_scalar
 from simulated_logs import DRIVEN
 
-from symdyn.identification import Identification, identify, identify_logs
+from symdyn.identification import Identification, gain_doubts, identify, identify_logs
+from symdyn.identification.gain_doubts import bounds, steps
 from symdyn.identification.gains import Gains
-from symdyn.identification.identify_logs import bounds, steps
 from symdyn.identification.regression import Rows, solve
 
 TERMS = ("viscous", "coulomb")
@@ -135,7 +135,7 @@ def test_a_verdict_is_that_of_all_gains_fitted_again(
     arm: str, loaded: bool, wrong: int | None, fits: list[Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     few, count = said_of(arm, wrong, loaded), len(fits)
-    monkeypatch.setattr(identify_logs, "_in_doubt", lambda drives, *_: [(j, 0.0) for j in drives])
+    monkeypatch.setattr(gain_doubts, "_in_doubt", lambda drives, *_: [(j, 0.0) for j in drives])
     every = said_of(arm, wrong, loaded)
 
     assert few.notes == every.notes

@@ -24,6 +24,7 @@ from symdyn.identification.identified_scene import (
 from symdyn.identification.linear_model import TEN, ten_of_body, unknowns
 from symdyn.identification.report import report, written
 from symdyn.identification.report_sections import TOP, Frame
+from symdyn.scene import body, revolute, scene, spring
 from symdyn.scene.symbolic import bind
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.quantity import Quantity
@@ -345,3 +346,28 @@ def test_the_least_value_of_a_chart_is_at_its_bottom_and_the_largest_at_its_top(
     assert 0 < top < bottom < frame.height
     assert middle == pytest.approx((bottom + top) / 2)
     assert top == pytest.approx(TOP)
+
+
+def test_a_spring_whose_free_length_is_a_number_or_a_parameter_has_its_stiffness_identified() -> None:
+    """It was refused: free length and stiffness multiply each other, and the first of both was the column."""
+    for parameters in ({"k": 120}, {"s0": 0.2, "k": 120}, {"k": 120, "s0": 0.2}):
+        sprung = scene(
+            "sprung",
+            gravity=[0, 0, -9.81],
+            parameters=parameters,
+            bodies=[body("arm", mass=2, com=[0.2, 0, 0])],
+            joints=[revolute("pivot", "ground", "arm", axis=[0, -1, 0], coordinate="q")],
+            springs=[
+                spring(
+                    "coil",
+                    ends=({"body": "ground", "at": [0, 0, 0.5]}, {"body": "arm", "at": [0.3, 0, 0]}),
+                    stiffness="k",
+                    free="s0" if "s0" in parameters else 0.2,
+                )
+            ],
+        )
+        log = symdyn.inverse(sprung, "q=sin(t)+0.4*sin(2.7*t)", np.linspace(0, 10, 1001))
+
+        found = symdyn.identify(sprung, log)
+
+        assert found["k"] == pytest.approx(120, rel=1e-3)

@@ -398,3 +398,31 @@ def test_a_film_moves_the_support(mass: symdyn.Scene, tmp_path: Path) -> None:
     found = places(mass, moved, {"m": 2, "k": 800, "c": 12, "l": 0.5})
     assert_allclose(found.ends[mass.struts[0]][0][:, 0], run["y"], atol=1e-15)
     assert symdyn.film(run, tmp_path / "film.svg").stat().st_size > 1000
+
+
+def test_an_acceleration_that_a_rate_moves_by_cancelling_terms_alone_has_a_transfer_function() -> None:
+    """4e-16 of a sum that is zero was taken for a rate that passes at once: the standard curve of a quarter car."""
+    for ct in (99, 100, 128):
+        car = declared.scene(
+            "quarter_car",
+            gravity="none",
+            parameters={"ct": ct},
+            inputs=[declared.input_signal("zr", rates=1)],
+            bodies=[declared.body("axle", mass=45), declared.body("cabin", mass=320)],
+            joints=[
+                declared.prismatic(
+                    "tyre", "ground", "axle", axis=[0, 0, 1], coordinate="zu", drive=False,
+                    force="-190e3*(zu-zr)-ct*(zu_dot-zr_dot)",
+                ),
+                declared.prismatic(
+                    "strut", "axle", "cabin", axis=[0, 0, 1], coordinate="s", drive="F", damping=1500,
+                    force="-22e3*s",
+                ),
+            ],
+            outputs={"acc": "zu_ddot + s_ddot"},
+        )  # fmt: skip
+        lin = symdyn.linearize(car)
+
+        assert lin.D.tolist() == [[pytest.approx(1 / 320), 0.0, 0.0]]
+        assert lin.transfer("acc", "zr").gain == pytest.approx(ct * 1500 / (45 * 320))
+        assert lin.step("acc", "zr").final[0, 0] == 0

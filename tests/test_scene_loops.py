@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import random
 from fractions import Fraction
+from typing import Any
 
 import pytest
 from mechanisms import AXES, shape
 
+import symdyn.scene as declared
 from symdyn.algebra.numeric import Floats
 from symdyn.errors import SceneError
 from symdyn.graph import Graph, evaluate
-from symdyn.scene import Quantity, read_noting, read_text, write_text
+from symdyn.scene import Quantity, Scene, read_noting, read_text, write_text
 from symdyn.scene.declaration.spanning import turned
 from symdyn.scene.joints import joint_motion
 from symdyn.scene.joints.blocks import inverse
 from symdyn.scene.values import Joint, Pose
+from symdyn.simulation import simulate
 
 BODIES = "".join(f"[bodies.{name}]\nmass = 1\n" for name in ("crank", "coupler", "rocker"))
 
@@ -273,3 +276,39 @@ def test_nothing_is_asked_of_a_joint_that_closes_no_loop(tmp_path):
 def test_a_loop_that_is_no_list_is_refused(tmp_path):
     text = "loop is {x = 1}, not a list of tables; write one [[loop]] and its keys below for each"
     assert text.replace("loop is", "loop: is", 1) in faults(f"loop = {{ x = 1 }}\n{TREE}", tmp_path)
+
+
+def _four_bar(**place: Any) -> Scene:
+    crank, coupler, rocker = (declared.body(name, mass=1) for name in ("crank", "coupler", "rocker"))
+    about = {"axis": [0, 0, 1]}
+    return declared.scene(
+        "four_bar",
+        gravity="none",
+        parameters={"a": 0.08, "b": 0.26, "c": 0.2, "d": 0.25},
+        bodies=[crank, coupler, rocker],
+        joints=[
+            declared.revolute("O", "ground", "crank", **about, coordinate="phi"),
+            declared.revolute("A", "crank", "coupler", **about, origin=["a", 0, 0], drive=False),
+            declared.revolute("C", "ground", "rocker", **about, origin=["d", 0, 0], drive=False),
+        ],
+        loops=[declared.loop("B", "revolute", "coupler", "rocker", **about, origin=["b", 0, 0], **place)],
+    )
+
+
+def test_the_place_of_a_joint_on_its_child_is_a_key_and_is_undone() -> None:
+    """Taken for `tip`, the joint's place on the child closed a mirrored four-bar without a word."""
+    assert _four_bar(child_origin=["c", 0, 0]) == _four_bar(tip=["-c", 0, 0])
+    bent = _four_bar(child_origin=[["Tx", "c"], ["Rz", "0.1"]])
+    assert bent == _four_bar(tip=[["Rz", "-0.1"], ["Tx", "-c"]])
+    assert read_text(write_text(bent, "toml").text) == bent
+    with pytest.raises(SceneError, match=r"loop\.B: tip and child_origin place .*; write one of them"):
+        _four_bar(tip=["-c", 0, 0], child_origin=["c", 0, 0])
+
+
+@pytest.mark.runs("cc")
+def test_a_loop_whose_start_moves_far_says_how_tip_is_measured() -> None:
+    for place in ({"tip": ["c", 0, 0]}, {"child_origin": ["c", 0, 0]}):
+        (note,) = simulate(_four_bar(**place), until=0.01, start={"phi": 1.05}).notes
+        assert note.endswith("tip is the child's frame seen from the joint, child_origin the joint from it")
+    (near,) = simulate(_four_bar(child_origin=["c", 0, 0]), until=0.01, start={"phi": 1.05, "q3": 1.4}).notes
+    assert "child_origin" not in near

@@ -94,7 +94,7 @@ def test_monte_carlo_finds_the_same_standard_deviations() -> None:
         measures=[f"end({name})" for name in columns],
     )  # fmt: skip
     for name in columns:
-        assert float(np.std(runs[f"end({name})"])) == pytest.approx(float(found[name][-1]), rel=0.07)
+        assert float(np.std(runs[f"end({name})"])) == pytest.approx(float(found[f"sd_{name}"][-1]), rel=0.07)
 
 
 @pytest.mark.slow
@@ -116,7 +116,7 @@ def test_forces_of_a_motion_have_the_variance_that_their_formula_says() -> None:
         times=[0.0, 1.0],
         columns="F",
     )  # fmt: skip  F = 2 (mc + mp) + 2 b t, with theta at rest
-    np.testing.assert_allclose(found["F"], np.full(2, 2 * np.hypot(0.1, 0.1 / np.sqrt(12))), rtol=1e-9)
+    np.testing.assert_allclose(found["sd_F"], np.full(2, 2 * np.hypot(0.1, 0.1 / np.sqrt(12))), rtol=1e-9)
     np.testing.assert_allclose(found.shares("F").sum(axis=1), 1.0)
     np.testing.assert_allclose(found.shares("F")[0, 0], 12 / 13, rtol=1e-8)
     assert found.run["F"].tolist() == pytest.approx([2.2, 2.4])
@@ -143,7 +143,7 @@ def test_other_columns_of_a_motion_are_told_by_differences_and_it_is_said() -> N
         times=[0.0, 1.0],
         columns=["drive_power"],
     )
-    assert found["drive_power"].tolist() == pytest.approx([0.0, 0.4])
+    assert found["sd_drive_power"].tolist() == pytest.approx([0.0, 0.4])
     assert "by differences, not by derivatives: drive_power" in found.notes
 
 
@@ -153,7 +153,7 @@ def test_correlation_adds_or_takes_away() -> None:
     for rho, wanted in ((1.0, 0.4), (-1.0, 0.0), (0.0, 0.2 * np.sqrt(2))):
         C = 0.01 * np.array([[1, rho], [rho, 1]])
         found = symdyn.uncertainty(scene, ["mc", "mp"], covariance=C, **motion)  # type: ignore[arg-type]
-        assert float(found["F"][0]) == pytest.approx(wanted, abs=1e-9)
+        assert float(found["sd_F"][0]) == pytest.approx(wanted, abs=1e-9)
 
 
 def test_what_cannot_be_is_refused_in_words_all_at_once() -> None:
@@ -190,7 +190,9 @@ def test_tables_and_pictures_of_error_bars(tmp_path: Path) -> None:
     found = symdyn.uncertainty(symdyn.example("cart_pole"), {"mp": 0.01, "theta": 0.02}, until=1, start=HANGING)
     assert found.to_csv(tmp_path / "found.csv").splitlines()[0].startswith("t,x,sd_x,theta,sd_theta")
     frame = pandas.read_csv(tmp_path / "found.csv")
-    assert np.array_equal(frame["sd_theta"], found["theta"])
+    assert np.array_equal(frame["sd_theta"], found["sd_theta"])
+    assert np.array_equal(frame["theta"], found["theta"])  # which was the standard deviation
+    assert np.array_equal(found["theta"], found.run["theta"])
     assert found.to_pandas().attrs["units"]["sd_theta_dot"] == "rad/s"
     assert found.drawn("svg") == found.drawn("svg")
     assert "image/svg+xml" in found.plot("theta")._repr_mimebundle_()  # type: ignore[attr-defined]

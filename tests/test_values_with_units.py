@@ -468,3 +468,17 @@ def test_a_command_that_stands_in_a_file_keeps_the_spaces_of_units(tmp_path: Pat
     assert main(words) == 0
 
     assert "--bind 'l=400 mm,m=3 N s^2/m'" in (tmp_path / "p.py").read_text()
+
+
+def test_values_of_python_are_asked_about_as_those_of_a_shell_are() -> None:
+    """After "150 g", 100 was 100 kg without a word, and so was "100"."""
+    heavy = pendulum(m='"150 g"', l='"500 mm"')
+    asked = r"values: m is given in g: write m=100g or m=100kg, whichever is meant"
+    for raw in (100, 100.0, np.float64(100), Fraction(100), "100"):
+        with pytest.raises(SceneError, match=asked):
+            symdyn.linearize(heavy, start={"phi": 0}, values={"m": raw})
+    with pytest.raises(SceneError, match=r"m=0\.1g or m=0\.1kg"):
+        symdyn.linearize(heavy, start={"phi": 0}, values={"m": "0.1"})
+    for raw in (0.1, 2, "100 g", "0.1 kg", "1e5 mg", 1e-9, 1e9):
+        symdyn.linearize(heavy, start={"phi": 0}, values={"m": raw})
+    symdyn.linearize(pendulum(), start={"phi": 0}, values={"m": "100", "l": 50})

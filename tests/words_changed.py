@@ -122,7 +122,7 @@ PINION = {
     "bodies__foot": {"inertia": [1, 1, 1], "inertia_about": "com"},
     "joints__foot": {"type": "revolute", "parent": "cart", "child": "foot", "coordinate": "q3"},
 }
-PLACES, TWO = ("origin", "tip"), ([0, 0, 1], [0, 1, 0])
+PLACES, TWO = ("origin", "tip", "child_origin"), ([0, 0, 1], [0, 1, 0])
 HUB = {"points__hub": {"body": "cart", "at": [0, 0, 1]}}
 ENDS = [
     (place, end, {**said, **HUB, f"{place.replace('/', '__')}__{other}": "ground"})
@@ -162,6 +162,7 @@ WORDS: tuple[Row, ...] = (
     row("joints/pin/parent", "cart", "ground"),
     row("joints/pin/origin", [0, 0, 1], [0, 0, 2], joints__pin__axis=[0, 1, 1]),
     row("joints/pin/tip", [0, 0, 1], [0, 0, 2]),
+    row("joints/pin/child_origin", [0, 0, 1], [0, 0, 2]),
     row("joints/pin/axis", [0, 1, 0], [0, 1, 1]),
     row("joints/pin/pitch", 0.1, 0.2, **of("helical", axis=[1, 0, 0])),
     row("joints/pin/second_axis", [0, 1, 0], [0, 1, 1], **of("universal", axis=[1, 0, 0])),
@@ -293,6 +294,7 @@ WORDS: tuple[Row, ...] = (
     row("loop/0/name", "ring", "cut", **RING),
     row("loop/0/origin", [0, 0, 0.1], [0, 0, 0.2], **RING),
     row("loop/0/tip", [0, 0, 0.1], [0, 0, 0.2], **RING),
+    row("loop/0/child_origin", [0, 0, 0.1], [0, 0, 0.2], **RING),
     row("dh/convention", "standard", "modified", dh=DH),
     row("dh/parent", "cart", "arm", dh=DH),
     row("dh/links/0/theta", 0.1, 0.2, dh=DH),

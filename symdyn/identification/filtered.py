@@ -27,12 +27,15 @@ Flags = npt.NDArray[np.bool_]
 Indices = npt.NDArray[np.int64]
 
 ORDER = 4
-EDGE = 3.0
+EDGE = 5.0
 """Periods of the band that are dropped at both ends of a log, where a filter knows one side only."""
 
-ABOVE, SHARE, ROOM = 30.0, 0.9999, 20.0
-"""How far motion stands above the floor of noise, its share of the power of accelerations, and the width of the band
-over it: what lies above the harmonics of the motion is noise alone, and shows how large it is."""
+ABOVE, SHARE = 30.0, 0.9999
+"""How far motion stands above the floor of noise, and its share of the power of accelerations."""
+
+ROOM, LEAST_ROOM = 20.0, 2.0
+"""Widths of bands over the motion's highest frequency: what lies above the harmonics of the motion is noise alone, and
+shows how large it is; in the narrowest band the filter takes nothing of the motion."""
 
 UNEVEN, TOLD = 1e-6, 0.05
 """Part of a step by which steps may differ and are called even, and by which they may without a note."""
@@ -96,8 +99,8 @@ def floor(x: Array, step: float) -> Array:
     return least
 
 
-def choose_band(logs: Iterable[Log]) -> float:
-    """Return a band in Hz, that of the motion and for its harmonics: what stands above the noise of positions."""
+def usual_bands(logs: Iterable[Log]) -> tuple[float, ...]:
+    """Return bands in Hz, widest first: of the motion and its harmonics, that stand above the noise of positions."""
     highest, largest = 0.0, np.inf
     for log in logs:
         step = float(np.median(np.diff(log.t)))
@@ -110,7 +113,12 @@ def choose_band(logs: Iterable[Log]) -> float:
             if summed[-1] > 0:
                 at = int(np.searchsorted(summed, SHARE * summed[-1]))
                 highest = max(highest, float(frequency[at]))
-    return min(largest, ROOM * highest) if highest else largest / 4
+    if not highest:
+        return (largest / 4,)
+    found, narrowest = [min(largest, ROOM * highest)], min(largest, LEAST_ROOM * highest)
+    while found[-1] > narrowest:
+        found.append(max(found[-1] / 2, narrowest))
+    return tuple(found)
 
 
 def motions(log: Log, band: float) -> tuple[tuple[Motion, ...], tuple[str, ...]]:

@@ -56,7 +56,7 @@ class NotIdentifiable:
     Attributes:
         combination: that direction, as a formula of their names.
         why: what the motion lacks, "" where that is not known.
-        helps: what motion would make it identifiable.
+        helps: what would make it identifiable.
         parameters: the names in it.
     """
 
@@ -110,6 +110,9 @@ def not_identifiable(
         reasons = [lacking[j] for j in joints if j in lacking]
         why = "; ".join(dict.fromkeys(one[0] for one in reasons))
         helps = "; ".join(dict.fromkeys(one[1] for one in reasons))
+        if not why and regression.felt(row):
+            why = f"noise of the positions hides it in a band of {fitted.motions[0].band:.3g} Hz"
+            helps = f"a narrower band, less noise or {richer(model.scene)}"
         found.append(NotIdentifiable(formula, why, helps or richer(model.scene), names))
     return tuple(found)
 

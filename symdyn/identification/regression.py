@@ -13,11 +13,16 @@ Directions of β whose effect in the rows is no larger than noise of the motion 
     v = e_k - Σ c_i e_i     for each direction that is mostly noise, of a column k of its own; c is the regression of
                             that column on the others, and of it only what is sure
 
+What noise of the motion pulls the others by is taken out: rows of Y + N fit τ = Y β + e, so that least squares find
+
+    β - A⁻¹ Nᵀ W N β        to the first order (Fuller 1987, section 2.2), N Nᵀ from the same draw
+
 Outliers are left out and reported by joint and time: samples of driving forces that no noise of their joint explains,
 by residuals next to their median absolute deviation, joint by joint (Hampel 1974).
 
 References: Khalil and Dombre (2002), section 12.4; Gautier, Numerical calculation of the base inertial parameters
-(1991); White, A heteroskedasticity-consistent covariance matrix estimator (1980).
+(1991); Fuller, Measurement Error Models (1987); White, A heteroskedasticity-consistent covariance matrix estimator
+(1980).
 """
 
 from __future__ import annotations
@@ -134,6 +139,8 @@ class Regression:
         deviation: standard deviation of the noise of each velocity's rows, shape (nv,); NaN where there are none.
         shares: of each velocity's rows, how many degrees of freedom the estimate took, and how many it left, from
             which its noise was estimated, shape (nv, 2).
+        pull: by how many standard errors noise of the motion pulls each parameter, which is taken out of the estimate,
+            shape (p,).
     """
 
     names: tuple[str, ...]
@@ -151,6 +158,7 @@ class Regression:
     dof: int
     deviation: Array
     shares: Array
+    pull: Array
 
     @property
     def residuals(self) -> Array:
@@ -170,6 +178,11 @@ class Regression:
         """Degrees of freedom of a standard error: the fewest from which the noise of one velocity was estimated."""
         left = self.shares[self.shares[:, 0] > 0, 1]
         return max(1.0, float(left.min())) if len(left) else 1.0
+
+    def felt(self, direction: Array) -> bool:
+        """Whether rows determine a lost direction, in units of `scale`: then noise of the motion hides it."""
+        effect = np.linalg.norm((self.Y * self.weights[:, None] / self.scale) @ direction)
+        return bool(effect > 1e3 * LEAST * np.linalg.norm(direction))
 
     def reach(self, level: float = 0.95) -> float:
         """Return the bound of (β - estimate)ᵀ information (β - estimate) that holds with a probability.
@@ -247,10 +260,23 @@ def solve(names: Sequence[str], rows: Rows, prior: Array, band: float, joints: i
     covariance, information = _covariance(Y * weights[:, None], correlation, joint, rows.group, scale, null_space)
     shares = np.array([(leverage[joint == j].sum(), (1 - leverage[joint == j]).sum()) for j in range(joints)])
     shown = np.array([np.sqrt(np.mean(variance[joint == j])) if (joint == j).any() else np.nan for j in range(joints)])
+    pulled = _pulled(Y * weights[:, None], rows.buried, weights, beta, scale, null_space)
+    errors = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
     return Regression(
-        tuple(names), Y, tau, joint, rows.frequency, weights, beta, covariance, information, null_space, scale,
-        condition, len(tau) - (len(beta) - len(null_space)), shown, shares,
+        tuple(names), Y, tau, joint, rows.frequency, weights, beta - pulled, covariance, information, null_space, scale,
+        condition, len(tau) - (len(beta) - len(null_space)), shown, shares, pulled / errors,
     )  # fmt: skip
+
+
+def _pulled(weighted: Array, buried: Array, weights: Array, beta: Array, scale: Array, null_space: Array) -> Array:
+    """Return by how much noise of the motion pulls an estimate, shape (p,)."""
+    if not buried.size:
+        return np.zeros(len(beta))
+    inside = np.eye(len(beta)) - null_space.T @ null_space
+    S, N = weighted / scale, buried * weights[:, None] / scale
+    inverse = np.linalg.pinv(inside @ S.T @ S @ inside, rcond=1e-15, hermitian=True)
+    found: Array = -inverse @ inside @ N.T @ N @ (beta * scale) / scale
+    return found
 
 
 def _solved(

@@ -48,7 +48,8 @@ MASS = 1e-12
 """Eigenvalues of the reduced mass matrix with unit diagonal that are zero."""
 
 CANCELLED = 1e-12
-"""What is left of a force's slope, over it, where the mechanism's own cancels it: that of a weight compensated."""
+"""What is left of a force's slope, over it, where the mechanism's own cancels it: that of a weight compensated; and of
+an output's own, where accelerations cancel each other, as of a body that only a spring ties to what is driven."""
 
 WELL = 0.02
 """How well a choice of independent velocities has to determine the others, by singular values, to be kept."""
@@ -232,7 +233,9 @@ def matrices(v: Variations, here: LinearPoint, choice: Choice, drives: Sequence[
     upper = rates - _turning(v, here.point.u) @ moves
     whole = np.vstack([upper[list(choice.positions)], a[list(choice.velocities)]])
     A, B = whole[:, :states], whole[:, states:]
-    y = seen["y_"] @ np.vstack([moved, a, multipliers, driven, own])
+    stack = np.vstack([moved, a, multipliers, driven, own])
+    y = seen["y_"] @ stack
+    y = np.where(np.abs(y) <= CANCELLED * (np.abs(seen["y_"]) @ np.abs(stack)), 0.0, y)
     parts = (A, B, y[:, :states], y[:, states:], here.H @ choice.N_h, choice.N_h, rates[:, :states], seen["y"])
     return Matrices(*(part + 0.0 for part in parts))  # -0 is 0
 

@@ -185,6 +185,9 @@ USUAL, ROUND, MOST = 500, 20, 20_000
 SETTLED, GROWN, ROUNDS = 7.0, 100.0, 10.0
 """Time constants after which a mode has settled, how far one grows that is shown, and rounds of what does not decay."""
 
+ROUNDED = 1e-12
+"""Part of its terms that rounding leaves of a final value that is zero."""
+
 RISES, SETTLES = (0.1, 0.9), 0.02
 """Parts of the final value between which a response rises, and within which of it it has settled."""
 
@@ -197,7 +200,8 @@ class TimeResponse(Plotted):
         t: s, shape (N,).
         values: shape (N, y, w); an output to a unit of an input.
         inputs, outputs: names.
-        final: where they end, shape (y, w), of a system that is stable; None of another.
+        final: where they end, shape (y, w); nan of an output that does not come to rest, as states that take part in
+            it do not decay.
         kind: "step" or "impulse".
         period: seconds between samples; None is none.
         name: what it is of.
@@ -207,7 +211,7 @@ class TimeResponse(Plotted):
     values: Array
     inputs: Axis
     outputs: Axis
-    final: Array | None
+    final: Array
     kind: Literal["step", "impulse"]
     period: float | None = None
     name: str = ""
@@ -221,15 +225,15 @@ class TimeResponse(Plotted):
         """Return the response of one output to one input, `response["theta", "F"]`; errors as of a system."""
         i, k = places(self.outputs, self.inputs, channel)
         inputs, outputs, values = self.inputs.of([k]), self.outputs.of([i]), self.values[:, [i]][:, :, [k]]
-        final = None if self.final is None else self.final[[i]][:, [k]]
-        return replace(self, inputs=inputs, outputs=outputs, values=values, final=final)
+        return replace(self, inputs=inputs, outputs=outputs, values=values, final=self.final[[i]][:, [k]])
 
     @checked(LinearizeError)
     def info(self, output: str | None = None, input: str | None = None) -> dict[str, float]:
         """Return the figures of a step response: times in s, overshoot and undershoot in % of the final value.
 
-        It rises from 10 to 90 % of the final value, and has settled when it stays within 2 % of it; of a system that is
-        not stable the last value stands for the final one. What never happens is nan.
+        It rises from 10 to 90 % of the final value, and has settled when it stays within 2 % of it; of an output that
+        does not come to rest the last value stands for the final one. What never happens is nan, and so is all that is
+        a part of a final value of zero.
 
         Raises:
             LinearizeError: it is none of a step; a name that is not known, or none given where there are several.
@@ -238,7 +242,7 @@ class TimeResponse(Plotted):
             raise LinearizeError("info: is of a step response, and this is one of an impulse")
         one = self[output, input]
         y = one.values[:, 0, 0]
-        final = float(y[-1] if one.final is None else one.final[0, 0])
+        final = float(y[-1] if math.isnan(one.final[0, 0]) else one.final[0, 0])
         part = y / final if final else np.full(len(y), math.nan)
         begun, risen = (self._first(part, level) for level in RISES)
         away = np.flatnonzero(~(np.abs(part - 1) < SETTLES))
@@ -249,8 +253,8 @@ class TimeResponse(Plotted):
         return {
             "rise_time": risen - begun,
             "settling_time": settled,
-            "overshoot": 100 * max(0.0, float(part.max()) - 1),
-            "undershoot": 100 * max(0.0, -float(part.min())),
+            "overshoot": 100 * max(0.0, float(part.max()) - 1) if final else math.nan,
+            "undershoot": 100 * max(0.0, -float(part.min())) if final else math.nan,
             "peak": float(abs(y[top])),
             "peak_time": float(self.t[top]),
             "final": final,
@@ -315,14 +319,19 @@ def time_response(
     return TimeResponse(t, found, one.inputs, one.outputs, _final(one, kind), kind, one.period, one.name)
 
 
-def _final(one: StateSpace, kind: str) -> Array | None:
-    """Return where responses end, None where the system is not stable."""
-    if not one.stable:
-        return None
-    if kind == "impulse":
-        return np.zeros_like(one.D)
-    pencil = (0.0 if one.period is None else 1.0) * np.eye(len(one.A)) - one.A
-    return np.asarray(one.C @ np.linalg.solve(pencil, one.B) + one.D)
+def _final(one: StateSpace, kind: str) -> Array:
+    """Return where responses end, shape (y, w); nan of a channel that is not stable."""
+    found = np.full(one.D.shape, math.nan)
+    for i, k in np.ndindex(found.shape):
+        own, _ = one[one.outputs.names[i], one.inputs.names[k]].parted
+        if own.stable and kind == "step":
+            x = np.linalg.solve((0.0 if one.period is None else 1.0) * np.eye(len(own.A)) - own.A, own.B)
+            size = float((np.abs(own.C) @ np.abs(x) + np.abs(own.D))[0, 0])
+            end = float((own.C @ x + own.D)[0, 0])
+            found[i, k] = end if abs(end) > ROUNDED * size else 0.0
+        elif own.stable:
+            found[i, k] = 0.0
+    return found
 
 
 def _usual_end(one: StateSpace) -> float:

@@ -203,6 +203,29 @@ class StateSpace(Plotted):
             return len(self.spectrum.decaying) == len(self.spectrum.modes) and not self.spectrum.zeros
         return bool(np.all(np.abs(self.poles) < 1))
 
+    @property
+    def parted(self) -> tuple[StateSpace, StateSpace]:
+        """The system of the states that inputs move and outputs show, and that of those beside them.
+
+        An entry is zero or not: exact for positions on which nothing depends, of which no entry is made by rounding.
+        """
+        moves = self.A != 0
+        both = _spread(np.any(self.B != 0, axis=1), moves) & _spread(np.any(self.C != 0, axis=0), moves.T)
+
+        def of(states: list[int]) -> StateSpace:
+            A, B, C = self.A[np.ix_(states, states)], self.B[states], self.C[:, states]
+            axes = (self.states.of(states), self.inputs, self.outputs)
+            return StateSpace(A, B, C, self.D, *axes, self.period, self.name)
+
+        return of(np.flatnonzero(both).tolist()), of(np.flatnonzero(~both).tolist())
+
+    @property
+    def drifts_at_most(self) -> bool:
+        """Whether all poles decay but those that are zero, of what stays where it is or drifts."""
+        if self.period is None:
+            return len(self.spectrum.decaying) == len(self.spectrum.modes)
+        return bool(np.all((np.abs(self.poles) < 1) | (np.abs(self.poles - 1) <= STAYS)))
+
     def damp(self) -> Table[str | float]:
         """Return a row a mode: eigenvalue, 1/s, frequency, Hz, damping ratio, and what moves."""
         from symdyn.linear.report import HEAD, eigenvalue, shape
@@ -393,6 +416,13 @@ class StateSpace(Plotted):
             self.A, self.B, self.C, self.D, self.inputs.names, self.outputs.names, period=self.period,
             states=self.states.names,
         )  # fmt: skip
+
+
+def _spread(begun: npt.NDArray[np.bool_], moves: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    """Return the states that some states reach."""
+    for _ in range(len(moves)):
+        begun = begun | (moves @ begun)
+    return begun
 
 
 SHORTEST = 1e-12

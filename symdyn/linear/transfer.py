@@ -313,7 +313,8 @@ class Margins(Answer):
         delay: s of dead time that it stands; inf of none.
         distance: of G(iω) from -1, the least.
         phase_crossover, gain_crossover: where gain and phase margin are, rad/s; nan of none.
-        stable: whether the loop is stable as it is; margins of one that is not are those to become so.
+        stable: whether the loop is stable as it is; margins of one that is not are those to become so. What drifts
+            beside it, as a position on which nothing depends and that y does not show, takes no part.
     """
 
     gain: float
@@ -384,8 +385,10 @@ def margins(one: StateSpace) -> Margins:
     gain, at = min(factors, key=lambda two: abs(math.log(two[0])), default=(math.inf, math.nan))
     phase, crossing = min(lags, key=lambda two: abs(two[0]), default=(math.inf, math.nan))
     delay = min((math.radians(lag % 360) / w for lag, w in lags if w > 0), default=math.inf)
-    closed = replace(one, A=one.A - one.B @ one.C / (1 + one.D[0, 0]))
-    return Margins(gain, phase, delay, _distance(G, grid, values, d), at, crossing, closed.stable)
+    inside, beside = one.parted
+    closed = replace(inside, A=inside.A - inside.B @ inside.C / (1 + one.D[0, 0]))
+    stable = closed.stable and beside.drifts_at_most
+    return Margins(gain, phase, delay, _distance(G, grid, values, d), at, crossing, stable)
 
 
 def _in_w(one: StateSpace) -> StateSpace:

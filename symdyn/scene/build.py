@@ -344,6 +344,7 @@ class JointKeys(TypedDict, total=False):
 
     origin: Placement | None
     tip: Placement | None
+    child_origin: Placement | None
     coordinate: str | None
     coordinates: Sequence[str] | None
     drive: str | bool | Sequence[str | bool]
@@ -388,7 +389,7 @@ def joint(name: str, type: JointType | str, parent: str, child: str, **keys: Unp
         child: the body it carries.
         **keys: as in a TOML file, those of its type (see `JOINTS`) among them:
         origin: from the parent's body frame to the joint frame: {"xyz": .., "rpy": ..}, [x, y, z], steps or a Pose.
-        tip: from the moved joint frame to the child's body frame.
+        tip: from the moved joint frame to the child's body frame; or child_origin: from that to the joint frame.
         coordinate: name of q of a joint that has one; q1, q2, ... when left out.
         coordinates: names of all of its q; a quaternion's four are (w, x, y, z).
         drive: name of the driving force or torque; True for tau1, tau2, ..., False: none; a list of these for several.
@@ -399,8 +400,7 @@ def joint(name: str, type: JointType | str, parent: str, child: str, **keys: Unp
         armature: inertia of a rotor, seen at the joint, kg m^2 or kg; at a ball about all axes alike.
         rotor: {"inertia": ..., "gear": ...} in its place: armature = inertia · gear^2.
         damping: viscous damping of every velocity, N m s/rad or N s/m.
-        friction: dry friction, N m or N, kept as data; or {"coulomb": ..., "static": ..., "stribeck": ...,
-            "smoothing": ...} for friction that enters the equations, see `Friction`.
+        friction: dry friction, N m or N, kept as data; {"coulomb": ..., ...} enters the equations, see `Friction`.
         limits: {"lower": ..., "upper": ..., "velocity": ..., "effort": ...}, data; "restitution" makes stops of two.
         start: position at the start, or a guess of it where loops close; zeros, and no rotation, when left out.
         start_rates: velocities at the start; zeros when left out.

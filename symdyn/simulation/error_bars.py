@@ -218,12 +218,14 @@ class Uncertainty(Shown):
         return tuple(known[name] for name in self.names)
 
     def __getitem__(self, name: str) -> Array:
-        """Return the standard deviation of a column at every time, shape (N,).
+        """Return a column at every time, `bars["theta"]`, or its standard deviation, `bars["sd_theta"]`, shape (N,).
 
         Raises:
             UnknownNameError: there is no such column; it says what it may have been.
         """
-        return np.asarray(self.sd[:, self._place(name)])
+        if name in self.names:
+            return np.asarray(self.values[:, self.names.index(name)])
+        return np.asarray(self.sd[:, self._place(name.removeprefix(SD) if isinstance(name, str) else name)])
 
     def shares(self, name: str) -> Array:
         """Return which part of a column's variance each uncertain name is to blame for, shape (N, k); rows sum to 1.

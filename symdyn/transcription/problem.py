@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from itertools import chain
 from numbers import Real
 from operator import index
+from typing import Literal
 
 import numpy as np
 
@@ -134,13 +135,14 @@ class Layout:
         self,
         end: Mapping[str, Number],
         end_rates: Mapping[str, Number],
+        resting: Sequence[str],
         values: Mapping[str, Quantity],
         lower: Array,
         upper: Array,
         faults: Faults,
     ) -> Start | None:
         """Fix what is given of the end; return a whole state there for the guess, None where none is found."""
-        speeds: dict[str, Number] = {}
+        speeds: dict[str, Number] = dict.fromkeys(resting, 0)
         units = SceneUnits(self.scene).letters
         for name, text in end_rates.items():
             speed = velocity_name(name) if velocity_name(name) in self.scene.velocities else name
@@ -268,6 +270,20 @@ def taken(scene: Scene, free: Sequence[str], given: Mapping[str, Mapping[str, ob
             yield f"{where} takes {listed(unknown)} as the scene has it, not as it is found"
 
 
+def _resting(
+    scene: Scene, end: Mapping[str, Number], end_rates: Mapping[str, Number] | Literal["free"] | None
+) -> tuple[dict[str, Number], list[str]]:
+    """Return velocities that are given at the end, and those that are zero there, as positions alone are given."""
+    if end_rates == "free":
+        return {}, []
+    given = dict(end_rates or {})
+    told = {velocity_name(name) for name in given} | {*given}
+    ended = [(joint, [q for q in joint.coordinates if q in end]) for joint in scene.moving]
+    found = [u for joint, some in ended if some for u in joint.velocities or map(velocity_name, some)]  # a ball's own
+    left = {name for name, x in given.items() if x == "free" and {name, velocity_name(name)} & {*scene.velocities}}
+    return {name: x for name, x in given.items() if name not in left}, [u for u in found if u not in told]
+
+
 MOST = 100_000
 """Intervals that are more than anybody solves."""
 
@@ -283,7 +299,7 @@ def collocation(
     start: Mapping[str, Number] | Start | None = None,
     start_rates: Mapping[str, Number] | None = None,
     end: Mapping[str, Number] | None = None,
-    end_rates: Mapping[str, Number] | None = None,
+    end_rates: Mapping[str, Number] | Literal["free"] | None = None,
     bounds: Mapping[str, Range] | None = None,
     path: Mapping[str, Range] | None = None,
     free: str | Sequence[str] = (),
@@ -312,8 +328,9 @@ def collocation(
         start: coordinates and states at t = 0, as for `simulate`; what is not given is as the scene says, nothing is
             free.
         start_rates: velocities, likewise.
-        end: coordinates and states that are given at the end; the others are free.
-        end_rates: velocities, likewise.
+        end: coordinates, which come to rest there as the start is at rest, and states that are given at the end; the
+            others are free, and so are their velocities.
+        end_rates: velocities there that are another, {"x": 1}, or "free", {"x": "free"}; "free" alone leaves all free.
         bounds: smallest and largest value by the name of a coordinate, velocity, state, drive, or of a parameter or an
             input that is free; None for none; a number is the largest size. They narrow those of the joints' limits.
         path: likewise of formulas without drives and inputs, held at all ends of intervals.
@@ -375,15 +392,18 @@ def collocation(
     found = functions.written
     made = Layout(scene, free, found, grid(METHODS[method], mesh), len(formulas["path"]), span)
     lower, upper = made.bounded(first, bounds or {}, values, faults)
-    last = made.ended(end or {}, end_rates or {}, values, lower, upper, faults)
+    rates, resting = _resting(scene, end or {}, end_rates)
+    last = made.ended(end or {}, rates, resting, values, lower, upper, faults)
     around = np.array([ends_of(one, f"path: {name}", faults) for name, one in (path or {}).items()]).reshape(-1, 2)
     faults.close(SimulateError)
     rows_lower, rows_upper = np.zeros(made.rows), np.zeros(made.rows)
     rows_lower[made.row["path"]], rows_upper[made.row["path"]] = around.T
     guess = np.clip(made.guessed(first, last, values), lower, upper)
-    given = {"start": problem.start, "start rates": problem.start_rates, "end": end, "end rates": end_rates}
+    given = {"start": problem.start, "start rates": problem.start_rates, "end": end, "end rates": rates}
     holds = tuple(f"input {one.name} is held at {spell(one.value)} {one.unit}".rstrip() for one in kept)
-    notes = (*holds, *first.notes, *taken(scene, free, {k: x for k, x in given.items() if isinstance(x, Mapping)}))
+    rests = f'at rest at the end, where positions are given: {listed(resting)} = 0; end_rates="free" leaves them free'
+    told = taken(scene, free, {k: x for k, x in given.items() if isinstance(x, Mapping)})
+    notes = (*([rests] if resting else []), *holds, *first.notes, *told)
     return Collocation(
         scene, METHODS[method], made.grid, free, tuple(made.names[k] for k in found.driven), found.driven,
         made.place, made.row, made.size, made.rows, sum(span) / 2, lower, upper, rows_lower, rows_upper, guess,

@@ -10,8 +10,9 @@ The parameters that a scene's driving forces are linear in, as symbols: what col
 
     τ = Y(q, q̇, q̈) π + r           r: what depends on none of π
 
-Parameters that forces are not linear in, such as a spring's free length, keep their values. Where two of them multiply
-each other, the first is a column and the other one keeps its value.
+Parameters that forces are not linear in, such as a length, keep their values. Where two of them multiply each other,
+one is a column and the other one keeps its value: of a spring the stiffness and not the free length, as without the
+stiffness nothing is left of either; else the first.
 
 Reference: Atkeson, An and Hollerbach, Estimation of inertial parameters of manipulator loads and links (1986).
 """
@@ -94,15 +95,25 @@ def linear(w: Workspace) -> Linear:
     values = {p.name: p.value.express(there.graph) for p in added if p.value is not None}
     ten = {p.name for p in added if p.value is None}
     symbols = {name: there.graph.symbol(name) for name in (*(p.name for p in added), *own)}
+    rows = dict(_slopes(driving(there), symbols))
+    own_symbols = {*symbols.values()}
+    met = {name: {str(node.value) for node in reachable(rows[name]) if node in own_symbols} for name in rows}
+    possible = [name for name, slopes in rows.items() if name not in met[name] and (name in ten or _any(slopes))]
+    nothing = {symbols[name]: there.graph.zero for name in possible}
+    alone = ten.union(name for name in possible if _any(substitute(rows[name], nothing)))
     kept: list[str] = []
-    for name, slopes in _slopes(driving(there), symbols):
-        met = {str(node.value) for node in reachable(slopes) if node in symbols.values()}
-        if not met & {name, *kept} and (name in ten or any(not slope.is_zero for slope in slopes)):
+    for name in sorted(possible, key=lambda name: name not in alone):
+        if not met[name] & {*kept}:
             kept.append(name)  # all ten of a body, whether they are felt or not
+    kept = [name for name in possible if name in kept]
     known = {symbols[name]: value for name, value in values.items() if name not in kept}
     declared = [entry for body in scene.bodies for entry in _declared(body_inertia(body, there.graph))]
     declared += [values.get(name, symbols[name]) for name in kept if name not in ten]
     return Linear(there, tuple(kept), known, tuple(declared), w)
+
+
+def _any(slopes: Sequence[Expr]) -> bool:
+    return any(not slope.is_zero for slope in slopes)
 
 
 def _declared(body: Inertia) -> tuple[Expr, ...]:

@@ -16,7 +16,7 @@ from symdyn.scene.declaration.coupling import LOCKED, MIMIC, RATIOS, Mimic, coup
 from symdyn.scene.declaration.description import DESCRIBED
 from symdyn.scene.forces.force_kind import Scope
 from symdyn.scene.forces.force_table import read_rubbing, table_of
-from symdyn.scene.joints.joint_table import ARMATURE, DAMPING, DRY, JOINTS, LIMITED, ORIGIN, TIP, own_keys
+from symdyn.scene.joints.joint_table import ARMATURE, BEHIND, DAMPING, DRY, JOINTS, LIMITED, ORIGIN, own_keys
 from symdyn.scene.values.dimensional_analysis import fits_place
 from symdyn.scene.values.entry import Entry, EntryReader, Faults, as_list, plain, quantities, show
 from symdyn.scene.values.folding import mul
@@ -33,7 +33,7 @@ CHILD = word("child", "name of the body it carries", "the body that it carries")
 def place_keys() -> tuple[Part, ...]:
     """Return what all joints say of type, bodies and frames, the types being those that are known by now."""
     type_ = word("type", "what kind of joint", f"one of {', '.join(JOINTS)}", shape=choice_of(*JOINTS))
-    return (type_, DESCRIBED, PARENT, CHILD, ORIGIN, TIP)
+    return (type_, DESCRIBED, PARENT, CHILD, ORIGIN, BEHIND)
 
 
 @dataclass(frozen=True)
@@ -328,7 +328,7 @@ SINGLE: tuple[Part, ...] = (FOLLOWED, ROTORS, LIMITED, MOTION)
 def said_place(joint: Joint) -> dict[str, object]:
     """Return what the table of a joint says of type, bodies and frames."""
     shape = {key.name: key.of(joint) for key in JOINTS[joint.type].keys}
-    parts = raw_of((DESCRIBED, PARENT, CHILD), joint), raw_of((ORIGIN, TIP), joint)
+    parts = raw_of((DESCRIBED, PARENT, CHILD), joint), raw_of((ORIGIN, BEHIND), joint)
     return {"type": joint.type, **parts[0], **shape, **parts[1]}
 
 
@@ -408,7 +408,7 @@ def _type(table: EntryReader) -> str:
 
 def _placed(table: EntryReader, kind: str, shape: tuple[tuple[str, Any], ...]) -> Joint:
     """Return a joint of its type and frames, without coordinates."""
-    return Joint(table.entry.name, kind, shape=shape, **fields_of((DESCRIBED, PARENT, CHILD, ORIGIN, TIP), table))
+    return Joint(table.entry.name, kind, shape=shape, **fields_of((DESCRIBED, PARENT, CHILD, ORIGIN, BEHIND), table))
 
 
 def _joint(table: EntryReader, joint: Joint, nq: int, nv: int, follows: bool) -> Joint:

@@ -43,14 +43,14 @@ from symdyn.scene.joints.joint_kind import (
     MarkPart,
     PageSign,
 )
-from symdyn.scene.values.body import UNMOVED
+from symdyn.scene.values.body import UNMOVED, Pose
 from symdyn.scene.values.dimension import FORCE_UNITS
 from symdyn.scene.values.entry import EntryReader, as_list, plain, show
 from symdyn.scene.values.joint import Joint, Limits
-from symdyn.scene.values.key import OWN, Key, keys_of, number, optional, placement, shape_of
+from symdyn.scene.values.key import OWN, Key, KeyGroup, keys_of, number, optional, placement, shape_of
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import Quantity
-from symdyn.scene.values.shape import NUMBER, choice_of, several
+from symdyn.scene.values.shape import NUMBER, choice_of, not_both, several
 
 
 def _units(table: EntryReader, name: str, default: tuple[str, ...]) -> tuple[str, ...]:
@@ -230,6 +230,26 @@ JOINTS: dict[str, JointKind] = {
 ORIGIN = placement("origin", "from the frame of the parent to that of the joint")
 
 TIP = placement("tip", "from the moved frame of the joint to that of the child")
+
+CHILD_ORIGIN = placement("child_origin", "from the frame of the child to that of the joint, in place of tip")
+
+
+def _tip(table: EntryReader) -> dict[str, Pose]:
+    """Return where the child's frame is in the moved joint's, which may be said the other way round."""
+    if CHILD_ORIGIN.name not in table:
+        return TIP.fields(table, None)
+    if TIP.name in table:
+        table.fault("tip and child_origin place the child in the joint and the joint in the child; write one of them")
+    return {TIP.name: inverse(CHILD_ORIGIN.declared(table))}
+
+
+BEHIND = KeyGroup(
+    {**TIP.words, **CHILD_ORIGIN.words},
+    lambda table, scope: _tip(table),
+    TIP.raw,
+    rules=not_both([(TIP.name, CHILD_ORIGIN.name)]),
+)
+"""Where the frame of the child is."""
 
 LIMITS: tuple[Key[Quantity | None], ...] = (
     Key("lower", optional(EntryReader.quantity), None, unit=("rad", "m"), shape=NUMBER),

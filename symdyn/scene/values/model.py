@@ -72,8 +72,7 @@ class Scene(Shown):
         signals: formulas with names that others use; they stand in place of their names.
         dimensionless: whether it is without dimensions on purpose, `units = "none"`, so that none is checked.
         source: where it was read from, for messages; not compared.
-        text: a description, which lessons are titled with.
-        texts: the same in other languages: ("sk", description).
+        text, texts: a description, which lessons are titled with, and it in other languages: ("sk", description).
 
     Raises:
         SceneError: a field is not what it holds, such as text among the bodies.
@@ -101,6 +100,8 @@ class Scene(Shown):
     """The name of body 0, which does not move."""
 
     def __post_init__(self) -> None:
+        if self.name.endswith((".toml", ".urdf", ".xml", ".par")):
+            raise SceneError(f'{self.name} is a file, and a Scene is what is in it: symdyn.read("{self.name}")')
         lists = [one.name for one in fields(self) if one.type not in ("str", "bool") and one.name != "texts"]
         vars(self).update(zip(lists, walked(Scene, vars(self), *lists, error=SceneError), strict=True))
 
