@@ -7,6 +7,7 @@ from fractions import Fraction
 
 import pytest
 from mechanisms import AXES, shape
+from placeless import placeless
 
 from symdyn.algebra.numeric import Floats
 from symdyn.errors import SceneError
@@ -42,7 +43,7 @@ def noting(text, tmp_path, cuts=None):
 def faults(text, tmp_path, cuts=None):
     with pytest.raises(SceneError) as caught:
         noting(text, tmp_path, cuts)
-    return [line.split("four_bar.toml: ")[1] for line in caught.value.faults]
+    return [placeless(line).split("four_bar.toml: ")[1] for line in caught.value.faults]
 
 
 def test_a_four_bar_is_cut_where_the_search_from_ground_meets_itself(tmp_path):
