@@ -142,7 +142,7 @@ def test_a_fault_of_ours_is_a_message_and_the_page_goes_on(monkeypatch: pytest.M
     def broken(*given: Any) -> Any:
         raise TypeError("a\x1b[2J")
 
-    monkeypatch.setitem(ANSWERS, "scene", broken)  # type: ignore[call-overload]
+    monkeypatch.setitem(ANSWERS, "scene", broken)
     told = answer("scene", TWO_LINK, {})["failed"]
 
     assert told.startswith("symdyn itself has failed (TypeError: a")
@@ -415,7 +415,7 @@ def test_a_scene_is_written_in_the_page_and_in_another_program(tmp_path: Path) -
             page.goto("about:blank")
         process.send_signal(signal.SIGINT)
         assert process.wait(timeout=HANG) == 0
-        said = process.stderr.read()
+        said = process.stderr.read() if process.stderr else ""
     assert said == "symdyn: open this address in a browser; Ctrl-C ends it\n"
     assert sorted(one.name for one in work.iterdir()) == ["arm.toml"]
     assert not [one for one in (tmp_path / "home").rglob("*") if one.is_file()]
@@ -507,6 +507,36 @@ HOSTILE = {
     **{"bodies": 1, "joints": 1, "loops": 0, "freedoms": 1, "svg": "<svg/>", "sliders": [], "unpulled": []},
     **{"files": {"<b>": "<b>"}, "page": "<script>parent.canary = 1</script>"},
 }
+
+
+@pytest.mark.parametrize(
+    ("arguments", "there", "settings"),
+    [
+        (["play", "two_link.toml"], "", Settings("two_link.toml")),
+        (["play", "two_link.toml", "--bind", "g=9.81"], "9.81", Settings("two_link.toml")),
+        (["play", "two_link.toml", "--symbolic", "all"], "", Settings("two_link.toml")),
+        (["play", "two_link.toml", "--no-units"], "", Settings("two_link.toml", dimensionless=True)),
+        (
+            ["draw", "two_link.toml", "--watch", "--at", "q1=1", "--frames", "--labels", "bodies"],
+            "",
+            Settings("two_link.toml", at=(("q1", 1.0),), frames=True, labels=("bodies",)),
+        ),
+    ],
+)
+def test_the_command_line_says_how_a_file_is_read_and_drawn(
+    arguments: list[str], there: str, settings: Settings, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found: list[Any] = []
+    monkeypatch.setattr("symdyn.cli.play.play", lambda *given: found.extend(given))
+    monkeypatch.chdir(EXAMPLES)
+    assert main(arguments) == 0
+    path, text_of, asked, _ = found
+
+    assert (str(path), asked) == ("two_link.toml", settings)
+    assert (text_of is None) == (not {"--bind", "--symbolic"} & {*arguments})
+    if text_of is not None:  # the scene as it is read, which the page never writes
+        assert there in text_of()
+        assert "faults" not in answer("scene", text_of(), {})
 
 
 @pytest.mark.parametrize(

@@ -65,7 +65,7 @@ LINES = {  # what a verb is asked, its exit status, what its result must hold
 
 
 def test_every_verb_is_asked() -> None:
-    assert set(LINES) == set(VERBS)
+    assert set(LINES) == set(VERBS) - {"play"}  # a page is no JSON
 
 
 @pytest.mark.heavy("bench")

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -34,10 +35,9 @@ def served(options: argparse.Namespace, **drawn: Any) -> int:
     path = None if options.scene is None else Path(options.scene)
     if path is not None and (options.scene == STDIN or not path.is_file()):
         raise SceneError(f"the page follows a file; {options.scene} is none: give a file that is there")
-    file = {} if path is None else {"source": str(path.with_suffix(".toml"))}
-    settings = Settings(
-        **file, **drawn, allow_invalid_inertia=options.allow_invalid_inertia, dimensionless=options.no_units
-    )
+    settings = Settings(**drawn, allow_invalid_inertia=options.allow_invalid_inertia, dimensionless=options.no_units)
+    if path is not None:
+        settings = replace(settings, source=str(path.with_suffix(".toml")))
 
     def text_of() -> str:
         scene, _ = scene_and_notes(options)

@@ -67,8 +67,11 @@ class Asked:
     """
 
     def __init__(self, text: str, settings: Settings) -> None:
-        more = {"allow_invalid_inertia": settings.allow_invalid_inertia, "dimensionless": settings.dimensionless}
-        reading = read_noting(_Text(text or "\n", settings.source), **more)
+        reading = read_noting(
+            _Text(text or "\n", settings.source),
+            allow_invalid_inertia=settings.allow_invalid_inertia,
+            dimensionless=settings.dimensionless,
+        )
         self.scene, self.notes, self.settings = reading.scene, reading.notes, settings
 
     @cached_property

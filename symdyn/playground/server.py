@@ -135,13 +135,15 @@ class _Handler(BaseHTTPRequestHandler):
     def do_GET(self) -> None:
         """Answer with a file of the page, or with what is told to it."""
         path = self._allowed()
+        if path is None:
+            return
         if path == "events":
             self._events()
         elif path in FILES:
             body = (folder("templates") / "playground" / (path or "index.html")).read_bytes()
-            nobody = {"Content-Security-Policy": f"frame-ancestors {chr(39)}{'none' if not path else 'self'}{chr(39)}"}
-            self._answer(HTTPStatus.OK, body, FILES[path], nobody if "html" in FILES[path] else None)
-        elif path is not None:
+            framed = "'self'" if path else "'none'"
+            self._answer(HTTPStatus.OK, body, FILES[path], {"Content-Security-Policy": f"frame-ancestors {framed}"})
+        else:
             self._refuse(HTTPStatus.NOT_FOUND)
 
     def do_POST(self) -> None:

@@ -35,13 +35,15 @@ const TAGS = new Set(`math mrow mi mn mo ms mtext mspace msup msub msubsup mover
 const ATTRIBUTES = new Set(`class stretchy fence accent minsize maxsize width height depth lspace rspace mathvariant
   displaystyle scriptlevel linethickness columnalign rowalign open alttext colspan rowspan`.split(/\s+/));
 
-/** Take from markup what is not known here. */
-function cleaned(root) {
+/** Take from markup what is not known here; return what is left. */
+function cleaned(node) {
+  const root = node.ownerDocument.createDocumentFragment(); // still where nothing runs and nothing is loaded
+  root.append(node);
   for (const element of root.querySelectorAll("*")) {
     if (!TAGS.has(element.localName)) { element.replaceWith(element.textContent); continue; }
     for (const { name } of [...element.attributes]) if (!ATTRIBUTES.has(name)) element.removeAttribute(name);
   }
-  return root;
+  return document.importNode(root, true);
 }
 
 const later = () => new Promise(done => setTimeout(done));
@@ -50,13 +52,13 @@ const later = () => new Promise(done => setTimeout(done));
 async function fill(place, html, mine) {
   if (place.shown === html) return;
   place.shown = null;
-  const body = cleaned(new DOMParser().parseFromString(html, "text/html").body);
+  const { body } = new DOMParser().parseFromString(html, "text/html"); // where nothing runs and nothing is loaded
   const long = body.querySelector(":scope > .long"), blocks = [...(long ?? body).childNodes];
   const fresh = document.createElement("div");
   fresh.className = "symdyn-shown";
   place.replaceChildren(fresh);
   for (let begun = performance.now(); blocks.length;) {
-    fresh.append(document.importNode(blocks.shift(), true));
+    fresh.append(cleaned(blocks.shift()));
     if (performance.now() - begun < SLICE) continue;
     await later();
     if (mine !== version) return;
