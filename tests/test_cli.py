@@ -251,6 +251,7 @@ sys.modules["numpy"] = sys.modules["scipy"] = None  # an import of it fails
 import symdyn
 from symdyn.dynamics import derive
 from symdyn.emit import TARGETS, emit
+from symdyn.playground import answer
 from symdyn.program import lower
 for path in sys.argv[1:]:
     scene = symdyn.read(path)
@@ -259,11 +260,15 @@ for path in sys.argv[1:]:
     program = lower(derive(scene))
     for target in TARGETS:
         assert target == "fmu" or emit(program, target).texts
+    text = open(path, encoding="utf-8").read()
+    for what in ("scene", "equations", "coefficients", "code"):
+        told = answer(what, text, {"target": "js"})
+        assert not {"faults", "refused", "failed"} & set(told), told
 """
 
 
 @pytest.mark.runs
-def test_reading_equations_of_trees_and_code_take_no_numpy() -> None:
+def test_reading_equations_of_trees_code_and_their_page_take_no_numpy() -> None:
     scenes = [str(EXAMPLES / f"{name}.toml") for name in ("two_link", "cart_pole")]
     command = [sys.executable, "-c", ROADS, *scenes]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=HANG)
