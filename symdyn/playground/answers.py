@@ -133,9 +133,9 @@ def _picture(asked: Asked, how: How) -> dict[str, Any]:
 
 def _motion(asked: Asked, how: How) -> dict[str, Any]:
     """Return the page that moves the mechanism."""
-    from symdyn.teach import Handout
+    from symdyn.teach import interactive_page
 
-    return {"page": Handout(asked.scene, _language(how)).page()}
+    return {"page": interactive_page(asked.scene, language=_language(how))}
 
 
 def _lesson(asked: Asked, how: How) -> dict[str, Any]:

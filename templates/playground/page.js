@@ -137,20 +137,17 @@ async function shows(what, mine) {
   since = 0;
   if (answer.ended) return ended();
   if (answer.faults) return faulty(answer.faults);
-  if (answer.refused) {
-    refused(what, answer.refused);
-    return true;
-  }
-  if (answer.failed) {
-    refused(what, [answer.failed]);
-    return true;
+  const none = answer.refused ?? (answer.failed ? [answer.failed] : null);
+  if (none) {
+    refused(what, none);
+    return what !== "scene";
   }
   await SHOWS[what](answer, mine);
   return true;
 }
 
 function refused(what, lines) {
-  if (what === "scene") return listed(find("faults"), lines);
+  if (what === "scene") return state(lines.join(" "), true);
   const list = document.createElement("ul");
   list.className = "notes";
   listed(list, lines);
