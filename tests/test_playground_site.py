@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import pytest
 from browser import chromium, window
@@ -78,7 +78,7 @@ def address() -> Iterator[str]:
         pytest.skip("make playground writes what is tested here")
 
     class Files(SimpleHTTPRequestHandler):
-        extensions_map: ClassVar[dict[str, str]] = {
+        extensions_map = {  # noqa: RUF012  as the class has it
             **SimpleHTTPRequestHandler.extensions_map,
             ".mjs": "text/javascript",
             ".wasm": "application/wasm",

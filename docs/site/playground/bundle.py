@@ -167,7 +167,7 @@ def beforehand() -> dict[str, object]:
     from symdyn.playground import answer
 
     begin = answer("begin", "", {})
-    found = {question("begin", "", {}): begin}
+    found: dict[str, object] = {question("begin", "", {}): begin}
     for name in begin["examples"]:
         found[question("example", "", {"name": name})] = answer("example", "", {"name": name})
     text = answer("example", "", {"name": FIRST})["text"]
@@ -190,8 +190,8 @@ def question(what: str, text: str, how: Mapping[str, object]) -> str:
     return json.dumps([what, text, how], separators=(",", ":"), ensure_ascii=False)
 
 
-def bundle(place: Path) -> dict[str, dict[str, str]]:
-    """Write the playground into an empty folder, and return its manifest."""
+def bundle(place: Path) -> None:
+    """Write the playground into an empty folder."""
     place.mkdir(parents=True)
     with tempfile.TemporaryDirectory() as aside:
         every = packages(Path(aside)) | own()
@@ -224,7 +224,6 @@ def bundle(place: Path) -> dict[str, dict[str, str]]:
     for name, text in contents.items():
         (place / name).parent.mkdir(exist_ok=True)
         (place / name).write_bytes(text)
-    return manifest
 
 
 def _is_first(name: str, first: Iterable[str]) -> bool:
