@@ -96,7 +96,7 @@ def packages(folder: Path) -> dict[str, bytes]:
     ]
     command += [*where, "--python-version", "314", "--implementation", "cp", "--abi", "cp314"]
     subprocess.run([*command, "-r", str(HERE / "requirements.txt"), "-d", str(folder / "wheels")], check=True)
-    found = {}
+    found: dict[str, bytes] = {}
     for wheel in sorted((folder / "wheels").iterdir()):
         with zipfile.ZipFile(wheel) as archive:
             found |= {name: archive.read(name) for name in archive.namelist() if _taken(name)}
@@ -115,7 +115,7 @@ def _taken(name: str) -> bool:
 
 def _lazy(source: str) -> str:
     """Return the module that loads a name's extension when the name is asked for, of one that loads all."""
-    places = {}
+    places: dict[str, tuple[str | None, str]] = {}
     for node in ast.parse(source).body:
         if isinstance(node, ast.ImportFrom) and node.level == 1:
             places |= {one.asname or one.name: (node.module, one.name) for one in node.names}
@@ -171,7 +171,7 @@ def beforehand() -> dict[str, object]:
     for name in begin["examples"]:
         found[question("example", "", {"name": name})] = answer("example", "", {"name": name})
     text = answer("example", "", {"name": FIRST})["text"]
-    asked = [
+    asked: list[tuple[str, dict[str, object]]] = [
         ("scene", {}),
         ("equations", {}),
         ("coefficients", {}),

@@ -25,7 +25,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from symdyn.algebra import Floats
 from symdyn.dynamics.mechanism.linear_solve import Singular, solve, vanishes
 from symdyn.dynamics.mechanism.state import refuse_ideal_friction
 from symdyn.dynamics.outputs import result_labels as labels
@@ -143,6 +142,8 @@ def _unmatched(w: Workspace, name: str, left: Expr) -> str:
     values |= {q: round(0.3 + 0.2 * k, 1) for k, q in enumerate(w.state.q)}
     values |= {x: round(1 - 0.4 * k, 1) for k, x in enumerate(u)}
     idle = [values[x] for x in u]
+    from symdyn.algebra import Floats  # with NumPy, which what asks for no shaping can do without
+
     (rate,) = evaluate([left], Floats(), values)
     at = ", ".join(f"{x.value} = {values[x]:g}" for x in w.state.q)
     return (
