@@ -134,6 +134,8 @@ def _shaping(w: Workspace, name: str, formulation: str) -> list[Expr]:
 
 def _unmatched(w: Workspace, name: str, left: Expr) -> str:
     """Return which part does not match, and a state that shows it."""
+    from symdyn.algebra import Floats  # with NumPy, which what asks for no shaping can do without
+
     u, graph = w.state.qd, w.graph
     slow = substitute(gradient(left, u), dict.fromkeys(u, graph.zero))
     part = "kinetic" if all(map(vanishes, slow)) else "potential"
@@ -142,8 +144,6 @@ def _unmatched(w: Workspace, name: str, left: Expr) -> str:
     values |= {q: round(0.3 + 0.2 * k, 1) for k, q in enumerate(w.state.q)}
     values |= {x: round(1 - 0.4 * k, 1) for k, x in enumerate(u)}
     idle = [values[x] for x in u]
-    from symdyn.algebra import Floats  # with NumPy, which what asks for no shaping can do without
-
     (rate,) = evaluate([left], Floats(), values)
     at = ", ".join(f"{x.value} = {values[x]:g}" for x in w.state.q)
     return (
