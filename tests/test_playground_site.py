@@ -20,7 +20,7 @@ from patience import HANG
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "docs" / "site" / "playground"))
 
-import bundle
+import bundle  # type: ignore[import-not-found, unused-ignore]
 
 ROOT = bundle.ROOT
 pytestmark = pytest.mark.playground
