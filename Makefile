@@ -5,7 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo quick net test slow targets fuzz viewers lint types doctest wheel golden docs notebooks closed-forms bench bars accuracy clean
+.PHONY: playground playground-test demo quick net test slow targets fuzz viewers lint types doctest wheel golden docs notebooks closed-forms bench bars accuracy clean
 
 demo: $(READY)  ## print the two-link equations, generate and verify the PUMA 560 modules
 	$(BIN)/symdyn equations examples/two_link.toml
@@ -57,9 +57,17 @@ wheel: $(READY)  ## the sdist, the wheel that it builds, and that wheel alone in
 golden: $(READY)  ## rewrite generated/, docs/walkthroughs/ and what the verbs take after a change that is meant
 	$(BIN)/python -m pytest tests/test_options_table.py tests/test_generated.py tests/test_fmu.py tests/test_teach_examples.py --update-golden
 
-docs: $(READY)  ## the site of documentation, in build/site; a warning is an error
+playground: $(READY)  ## the page on which scenes are written, with Python inside, in build/playground; takes npm
+	$(BIN)/python docs/site/playground/bundle.py build/playground
+	@echo "python3 -m http.server -d build/playground"
+
+playground-test: playground  ## that page in Chromium, and its stand-in for NumPy against NumPy
+	$(BIN)/python -m pytest -m playground tests/test_playground_site.py
+
+docs: $(READY)  ## the site of documentation, in build/site, with the playground where it is made; a warning is an error
 	$(BIN)/sphinx-build -q -W --keep-going -E -c docs/site -d build/doctrees docs build/site
 	$(BIN)/python tests/searched.py build/site
+	if [ -d build/playground ]; then rm -rf build/site/playground && cp -r build/playground build/site/playground; fi
 	@echo build/site/index.html
 
 notebooks: $(READY)  ## run every notebook of docs and write what its cells show

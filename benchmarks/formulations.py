@@ -48,8 +48,8 @@ than Coriolis terms. Routh's page is no longer than Hamilton's, and has fewer eq
 half as long as Kane's, which needs no energy and no derivative of one. Of loops Udwadia and Kalaba's is mostly the
 shorter page, for its M, Q, A and b are not put together.
 
-[`symdyn walkthrough --formulation`](lessons.md) explains each page, with these counts of its own scene, and proves it equal to
-Lagrange's equations.
+[`symdyn walkthrough --formulation`](lessons.md) explains each page, with these counts of its own scene, and proves it
+equal to Lagrange's equations.
 """
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
 
 
 def printable(text: str, keep: str = "\n\t") -> str:
@@ -84,13 +85,34 @@ class _FaultsError(SymdynError):
         self.faults: tuple[str, ...] = tuple(_told(fault, keep="") for fault in every)
         super().__init__("\n".join(self.faults))
 
-    def __reduce__(self) -> tuple[type[_FaultsError], tuple[tuple[str, ...]]]:
+    def __reduce__(self) -> tuple[type[_FaultsError], tuple[Any, ...]]:
         """Return how to make it again in another process."""
         return type(self), (self.faults,)
 
 
+class Place(NamedTuple):
+    """Where something stands in a text: line and column of its first character, from 1, and how many they are."""
+
+    line: int
+    column: int
+    length: int = 1
+
+
 class SceneError(_FaultsError):
-    """A scene that cannot be built; carries all of its faults, one line each."""
+    """A scene that cannot be built; carries all of its faults, one line each.
+
+    Attributes:
+        places: where each fault stands in the text of a TOML file; empty for all else.
+    """
+
+    def __init__(self, faults: str | Sequence[str], places: Sequence[Place] = ()) -> None:
+        """Store the faults, and their places."""
+        super().__init__(faults)
+        self.places = tuple(places)
+
+    def __reduce__(self) -> tuple[type[_FaultsError], tuple[Any, ...]]:
+        """Return how to make it again in another process."""
+        return type(self), (self.faults, self.places)
 
 
 class SymdynWarning(RuntimeWarning):

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from options_tried import BAR, CART, OPTIONS, ROD, TWO, Verb, read
 
+TALK = ("--json", "--quiet", "--digits")
+
 LOG = f"{OPTIONS}/log.csv"
 FILES = f"generate {CART} -o out --functions mass_matrix"
 
@@ -106,6 +108,7 @@ CHECKED: dict[str, Verb] = {
     ),
     "completion": Verb("bash", {"--json": ""}),
     "doctor": Verb("", {"--json": ""}),
+    "play": Verb("", {}),
 }
 
 NOTHING: dict[str, tuple[str, ...]] = {
@@ -117,7 +120,8 @@ NOTHING: dict[str, tuple[str, ...]] = {
 ELSEWHERE: dict[tuple[str, str], str] = {
     ("bench", "--digits"): "of times, which differ each time: the same table as of stress, tests/test_shell.py",
     ("info", "--schema"): "of no scene: tests/test_scene_schema.py",
-    ("draw", "--watch"): "ends with Ctrl-C: tests/test_watch.py",
+    ("draw", "--watch"): "ends with Ctrl-C: tests/test_playground.py",
+    **{("play", option): "ends with Ctrl-C: tests/test_playground.py" for option in (*read(), *TALK, "--bind")},
     ("sweep", "--scheduler"): "where it is computed, the same numbers: tests/test_sweep_cluster.py",
     ("sweep", "--workers"): "likewise: tests/test_sweep.py",
     **{("sweep", option): "of places: tests/test_sweep_places.py" for option in ("--function", "--at")},

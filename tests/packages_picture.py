@@ -35,8 +35,8 @@ PACKAGES = {  # package: the packages it may import, and with them those below
     "identification": ["simulation"],
     "study": ["simulation"],
     "notebook": ["teach", "transcription", "identification", "study"],
-    "watch": ["notebook"],
-    "cli": ["watch", "bench", "teach"],
+    "playground": ["notebook"],
+    "cli": ["playground", "bench", "teach"],
 }
 
 FOLDERS = {  # package: folder: the folders of the same package that it may import; "" are the package's own files

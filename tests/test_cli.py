@@ -245,6 +245,37 @@ def test_what_computes_with_no_arrays_starts_without_numpy(words: list[str], tmp
     assert done.stdout.splitlines()[-1] == "False"
 
 
+ROADS = """
+import sys
+sys.modules["numpy"] = sys.modules["scipy"] = None  # an import of it fails
+import symdyn
+from symdyn.dynamics import derive
+from symdyn.emit import TARGETS, emit
+from symdyn.playground import answer
+from symdyn.program import lower
+for path in sys.argv[1:]:
+    scene = symdyn.read(path)
+    equations = symdyn.equations(scene)
+    assert equations.latex() and equations.text()
+    program = lower(derive(scene))
+    for target in TARGETS:
+        assert target == "fmu" or emit(program, target).texts
+    text = open(path, encoding="utf-8").read()
+    for what in ("scene", "equations", "coefficients", "code"):
+        told = answer(what, text, {"target": "js"})
+        assert not {"faults", "refused", "failed"} & set(told), told
+"""
+
+
+@pytest.mark.runs
+def test_reading_equations_of_trees_code_and_their_page_take_no_numpy() -> None:
+    scenes = [str(EXAMPLES / f"{name}.toml") for name in ("two_link", "cart_pole")]
+    command = [sys.executable, "-c", ROADS, *scenes]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=HANG)
+
+    assert done.stderr == ""
+
+
 def test_lists_are_split_by_one_reader() -> None:
     verbs = sorted((Path(symdyn.__file__).parent / "cli").glob("*.py"))
     assert [path.name for path in verbs if re.search(r"split\(\s*[\"'],", path.read_text(encoding="utf-8"))] == []

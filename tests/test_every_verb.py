@@ -38,6 +38,7 @@ WORDS = {  # verb: command lines behind the scene, each with its exit status
         ("-o disc.svg --body disc", 0),
         ("-o pendulum.svg --body pendulum", 0),
     ],
+    "play": [],  # ends with Ctrl-C alone
     "convert": [("copy.toml", 0), ("copy.urdf", 1)],  # F has no value
     "new": [],  # takes no scene, nor do these two
     "completion": [],

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
+from placeless import placeless
 
 from symdyn.errors import SceneError
 from symdyn.scene import Scene, body, dh_table, parameter, point, read, read_text, revolute, scene
@@ -51,9 +52,9 @@ body = "link2"
 
 
 def faults(text):
-    with pytest.raises(SceneError, match=r"^arm\.toml: ") as caught:
+    with pytest.raises(SceneError, match=r"^arm\.toml:\d+: ") as caught:
         read_text(text, "arm.toml")
-    return caught.value.faults
+    return tuple(map(placeless, caught.value.faults))
 
 
 def test_the_scene_that_the_faults_are_put_into_is_good():
@@ -226,10 +227,10 @@ EDITS = [
     ("force =", "origin = 4\nforce =",
      "joints.elbow: origin = 4 is not a placement; give { xyz = [0, 0, 0], rpy = [0, 0, 0] }"),
     ("[points.tool]", "[bodies.link1]\n[points.tool]",
-     "line 30, column 14: bodies.link1 is declared twice; give each table a name of its own"),
+     "column 14: bodies.link1 is declared twice; give each table a name of its own"),
     ("mass = 1\n", "mass = 1\nmass = 2\n",
-     "line 16, column 9: a key is given twice in one table; remove one of them"),
-    ("mass = 1\n", "mass = \n", "line 15, column 8: is not valid TOML: Invalid value"),
+     "column 9: a key is given twice in one table; remove one of them"),
+    ("mass = 1\n", "mass = \n", "column 8: is not valid TOML: Invalid value"),
 ]  # fmt: skip
 
 
@@ -313,7 +314,7 @@ def test_files_that_cannot_be_read_are_named(tmp_path):
     with pytest.raises(SceneError, match="is a folder; give a scene file"):
         read(tmp_path)
     (tmp_path / "latin.toml").write_bytes("name = 'größe'".encode("latin-1"))
-    with pytest.raises(SceneError, match=r"latin\.toml: byte 10 is not UTF-8"):
+    with pytest.raises(SceneError, match=r"latin\.toml:1: byte 10 is not UTF-8"):
         read(tmp_path / "latin.toml")
     with pytest.raises(SceneError, match="cannot be read"):
         read("a\0b")

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 from mechanisms import AXES, shape
+from placeless import placeless
 
 import symdyn.scene as declared
 from symdyn.algebra.numeric import Floats
@@ -45,7 +46,7 @@ def noting(text, tmp_path, cuts=None):
 def faults(text, tmp_path, cuts=None):
     with pytest.raises(SceneError) as caught:
         noting(text, tmp_path, cuts)
-    return [line.split("four_bar.toml: ")[1] for line in caught.value.faults]
+    return [placeless(line).split("four_bar.toml: ")[1] for line in caught.value.faults]
 
 
 def test_a_four_bar_is_cut_where_the_search_from_ground_meets_itself(tmp_path):

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from symdyn.dynamics import derive
 from symdyn.dynamics.loops.mobility import mobility
+from symdyn.dynamics.mechanism.angles import three_angles
 from symdyn.emit.targets.fmu import starting_state
 from symdyn.errors import DerivationError, EmitError, SimulateError
 from symdyn.scene import Scene, read, read_text
@@ -152,3 +155,19 @@ def test_a_motion_is_idle_only_where_it_stays_so() -> None:
     scene = read(Path(__file__).parent / "data" / "contacts" / "universal.toml")
 
     assert mobility(scene).idle == ("ring spins about the line of its joints",)
+
+
+@pytest.mark.parametrize("axes", [a + b + c for a in "xyz" for b in "xyz" for c in "xyz" if b not in (a, c)])
+def test_three_angles_of_a_rotation_are_those_of_scipy(axes: Any) -> None:
+    draw = np.random.default_rng(len(axes))
+    for singular in (False, True):
+        for _ in range(20):
+            angles = draw.uniform(-3, 3, 3)
+            angles[1] = (0.0 if axes[0] == axes[2] else np.pi / 2) if singular else angles[1]
+            turned = Rotation.from_euler(axes.upper(), angles)
+            x, y, z, w = turned.as_quat()
+            found = three_angles(axes, w, x, y, z)
+            assert (turned.inv() * Rotation.from_euler(axes.upper(), found)).magnitude() < 1e-14
+            if not singular:
+                off = np.array(found) - turned.as_euler(axes.upper())
+                assert np.abs(off - 2 * np.pi * np.round(off / (2 * np.pi))).max() < 1e-14

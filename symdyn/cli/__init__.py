@@ -35,6 +35,7 @@ VERBS = {
     "stress": "hard cases for the numerics",
     "info": "show the mechanism and what its functions cost",
     "draw": "draw the mechanism",
+    "play": "write a scene on a page that shows what it is",
     "convert": "write a scene in another format",
     "new": "write a commented scene to start from",
     "completion": "print what completes all this in a shell",

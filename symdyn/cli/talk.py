@@ -19,7 +19,7 @@ from collections.abc import Callable, Sequence
 from contextvars import ContextVar
 from typing import TYPE_CHECKING, Any, Self
 
-from symdyn.errors import printable
+from symdyn.errors import SceneError, printable
 from symdyn.rounding import digits_or, finite
 
 if TYPE_CHECKING:  # help imports nothing that it does not need
@@ -44,17 +44,19 @@ class Answer:
         files: what was written.
         notes: what was said on the way, one line each, every line once.
         errors: why nothing was found, or not all.
+        places: where in the scene's file each error is; empty where none has a place there.
     """
 
     def __init__(self, quiet: bool = False, json: bool = False) -> None:
         self.quiet, self.json = quiet, json
         self.result: Any = None
         self.files, self.notes, self.errors = list[str](), list[str](), list[str]()
+        self.places = list[dict[str, int]]()
 
     def as_dict(self, verb: str, scene: str | None, status: int) -> dict[str, Any]:
         """Return the object that `--json` prints, the same of every verb (docs/shell.md)."""
         told = {"verb": verb, "scene": scene, "status": status, "result": finite(self.result)}
-        return told | {"files": self.files, "notes": self.notes, "errors": self.errors}
+        return told | {"files": self.files, "notes": self.notes, "errors": self.errors, "places": self.places}
 
 
 _ANSWER: ContextVar[Answer] = ContextVar("answer")
@@ -87,6 +89,7 @@ def fail(text: object) -> None:
     """Say on stderr why a command fails, however quiet it is to be."""
     words = printable(str(text))
     _answer().errors += words.splitlines()
+    _answer().places += [place._asdict() for place in text.places] if isinstance(text, SceneError) else []
     print(f"{PREFIX}{words}", file=sys.stderr)
 
 

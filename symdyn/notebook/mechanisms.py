@@ -6,31 +6,25 @@ Equations are shown as they are read, where they are not too long for it.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from symdyn.algebra import Array
-from symdyn.draw import picture as drawn
-from symdyn.dynamics import ClosedForm, Equations, Function
-from symdyn.emit.print import (
-    BREAK,
-    EquationsOfMotion,
-    Printable,
-    SympyEquations,
-    latex_symbols,
-    printed_text,
-    value_text,
-)
+from symdyn.emit.print import BREAK, Printable, latex_symbols, printed_text, value_text
 from symdyn.errors import SymdynError
 from symdyn.extras import EXTRAS, install
-from symdyn.identification import Identification, Identified, OutputFit
-from symdyn.linear import Formulas, Linearization
 from symdyn.notebook.page import Markup, beside, formula, formulas, head, note, notes, picture, shown, table, verdict
-from symdyn.program import Program
-from symdyn.runtime import Loaded, NumericFunction
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import spell
-from symdyn.simulation import Sensitivity
 from symdyn.table import Table
+
+if TYPE_CHECKING:  # one of these is shown, and its package is there then
+    from symdyn.algebra import Array
+    from symdyn.dynamics import ClosedForm, Equations, Function
+    from symdyn.emit.print import EquationsOfMotion, SympyEquations
+    from symdyn.identification import Identification, Identified, OutputFit
+    from symdyn.linear import Formulas, Linearization
+    from symdyn.program import Program
+    from symdyn.runtime import Loaded, NumericFunction
+    from symdyn.simulation import Sensitivity
 
 
 def scene(result: Scene) -> list[Markup]:
@@ -39,6 +33,8 @@ def scene(result: Scene) -> list[Markup]:
 
 
 def _picture(result: Scene) -> Markup:
+    from symdyn.draw import picture as drawn  # with NumPy, which equations can do without
+
     try:
         return picture(drawn(result), "svg", f"picture of {result.name}")
     except SymdynError as fault:  # a mechanism that cannot be assembled is still one that has a table

@@ -11,9 +11,7 @@ from __future__ import annotations
 import random
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
-
-import numpy as np
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from symdyn.arguments import argument
 from symdyn.dynamics import Argument, LoopChoices
@@ -22,6 +20,11 @@ from symdyn.errors import DerivationError
 from symdyn.program.lower import formulate, lower
 from symdyn.program.routine import Program
 from symdyn.scene import Scene
+
+if TYPE_CHECKING:  # code is written where there is no NumPy
+    import numpy as np
+
+    Array = np.ndarray[Any, Any]
 
 
 def tunable(
@@ -67,8 +70,6 @@ RANGES = {
 }  # half-widths of the sampled states, SI
 RANGES |= dict.fromkeys((*DIRECTIONS.values(), "weights", "p"), 2.0)
 
-Array = np.ndarray[Any, Any]
-
 
 @dataclass(frozen=True)
 class Sampling:
@@ -94,6 +95,8 @@ class Sampling:
 
     def state(self, widen: float = 1.0) -> list[Array]:
         """Return the values of the arguments at one state, in ranges wider than usual by a factor."""
+        import numpy as np
+
         drawn = []
         for one in self.arguments:
             wide = RANGES.get(one.name)

@@ -25,6 +25,7 @@ from symdyn.scene.declaration.states import SIGNAL, STATE
 from symdyn.scene.declaration.tables import TABLE
 from symdyn.scene.forces.force_kind import Scope
 from symdyn.scene.forces.force_table import place_of, sections, table_of
+from symdyn.scene.places import place_at, placing
 from symdyn.scene.values.body import Pose
 from symdyn.scene.values.entry import Entry, Faults, shorten, show
 from symdyn.scene.values.folding import tables_in
@@ -58,7 +59,10 @@ def read(path: Path | Opened, options: ReadOptions) -> Reading:
     try:
         text = content.decode("utf-8")
     except UnicodeDecodeError as error:
-        raise SceneError(f"{path}: byte {error.start} is not UTF-8; save the file as UTF-8 text") from None
+        before = content[: error.start].decode("utf-8", "replace")
+        place = place_at(before, len(before))
+        told = f"{path}:{place.line}: byte {error.start} is not UTF-8; save the file as UTF-8 text"
+        raise SceneError(told, [place]) from None
     return _reading(text, Faults(str(path)), options)
 
 
@@ -77,7 +81,8 @@ def read_text(text: str, source: str = "scene.toml") -> Scene:
 
 
 def _reading(text: str, faults: Faults, options: ReadOptions) -> Reading:
-    return reading_of(_declaration(tables_of(text, faults.source), faults.source, faults), faults, options)
+    with placing(text, faults.source):
+        return reading_of(_declaration(_tables_of(text, faults.source), faults.source, faults), faults, options)
 
 
 def tables_of(text: str, source: str) -> dict[str, object]:
@@ -86,6 +91,11 @@ def tables_of(text: str, source: str) -> dict[str, object]:
     Raises:
         SceneError: it is no TOML, or has more values, or deeper ones, than any file of ours.
     """
+    with placing(text, source):
+        return _tables_of(text, source)
+
+
+def _tables_of(text: str, source: str) -> dict[str, object]:
     _refuse_long_keys(text, source)
     try:
         root = tomllib.loads(text.removeprefix("\ufeff"), parse_float=_decimal)

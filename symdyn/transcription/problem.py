@@ -52,9 +52,8 @@ def ends_of(given: Range, where: str, faults: Faults) -> tuple[float, float]:
         first, last = (-given, given) if isinstance(given, Real) else given  # type: ignore[misc]
         least, most = (-np.inf if first is None else float(first)), (np.inf if last is None else float(last))
     except (TypeError, ValueError, OverflowError):
-        faults.add(
-            where, f"{given!r} is neither a size nor a smallest and a largest value, such as (-1, 1) or (None, 5)"
-        )
+        told = "is neither a size nor a smallest and a largest value, such as (-1, 1) or (None, 5)"
+        faults.add(where, f"{given!r} {told}")
         return -np.inf, np.inf
     if not least <= most:
         faults.add(where, f"nothing lies between {least:g} and {most:g}; give the smaller value first")
@@ -325,8 +324,7 @@ def collocation(
         method: a key of `METHODS`.
         cost: what is integrated over time and made small.
         final_cost: what is made small at the end, without drives and inputs.
-        start: coordinates and states at t = 0, as for `simulate`; what is not given is as the scene says, nothing is
-            free.
+        start: coordinates and states at t = 0, as for `simulate`; what is not given is as the scene says.
         start_rates: velocities, likewise.
         end: coordinates, which come to rest there as the start is at rest, and states that are given at the end; the
             others are free, and so are their velocities.
@@ -334,8 +332,7 @@ def collocation(
         bounds: smallest and largest value by the name of a coordinate, velocity, state, drive, or of a parameter or an
             input that is free; None for none; a number is the largest size. They narrow those of the joints' limits.
         path: likewise of formulas without drives and inputs, held at all ends of intervals.
-        free: name of a parameter that is an unknown, or of an input that is one over time as drives are, or names; the
-            scene's values are their guess.
+        free: names of parameters that are unknown, and of inputs that are so over time; a scene's values are the guess.
 
     Raises:
         SimulateError: with every fault of the arguments, one line each.

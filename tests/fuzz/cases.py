@@ -188,7 +188,7 @@ def case(seed: str, number: int) -> Case:
 
 def _line(rng: Random) -> Case:
     """Return a command line of any verb, right or wrong, for no scene or a pendulum."""
-    name = rng.choice((*sorted(verbs()), str(rng.choice(NASTY))))
+    name = rng.choice((*sorted({*verbs()} - {*ENDLESS}), str(rng.choice(NASTY))))
     words = _options(rng, name, 0.15)
     first = int(name in ("bench", "stress"))
     if first:  # no file to work on, or they would; nothing in front, which might swallow its name
@@ -225,8 +225,8 @@ def _options(rng: Random, verb: str, share: float) -> list[str]:
     return words
 
 
-ENDLESS = ("watch",)
-"""Options of commands that end with Ctrl-C alone."""
+ENDLESS = ("watch", "play")
+"""Options of commands, and a verb, that end with Ctrl-C alone."""
 
 
 LENGTHS = ("0", "0.01", "1 ms", "-1", "nan", "inf", "1e-300", "later", "")

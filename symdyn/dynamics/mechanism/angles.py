@@ -14,7 +14,7 @@ That of three turns about moving axes is the product e = (w, x, y, z) of theirs.
 
 from __future__ import annotations
 
-import warnings
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
@@ -150,14 +150,37 @@ def _quaternion(axes: str, angles: Array) -> Array:
 
 def _angles(joint: Joint, e: Array, near: Array) -> Array:
     """Return the nearest of the angles of a rotation: they come in two kinds, each modulo a turn."""
-    from scipy.spatial.transform import Rotation
-
     axes = _turns(joint)
-    sequence: Any = axes.upper()  # about moving axes
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # that they are singular is told elsewhere
-        one = np.asarray(Rotation.from_quat([*e[1:], e[0]]).as_euler(sequence), dtype=np.float64)
+    one = np.array(three_angles(axes, *e.tolist()), dtype=np.float64)
     middle = -one[1] if axes[0] == axes[2] else np.pi - one[1]
     both = [one, np.array([one[0] + np.pi, middle, one[2] + np.pi])]
     both = [angles + 2 * np.pi * np.round((near - angles) / (2 * np.pi)) for angles in both]
     return min(both, key=lambda angles: float(np.abs(angles - near).max()))
+
+
+def three_angles(axes: str, w: float, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """Return angles about moving axes of a rotation by its quaternion; where they are singular, the last is 0.
+
+    Reference: Bernardes and Viollet, Quaternion to Euler angles conversion, PLOS ONE (2022), algorithm 1, which takes
+    the axes backwards.
+    """
+    k, j, i = ("xyz".index(axis) for axis in axes)
+    same, part = i == k, (x, y, z)
+    k = 3 - i - j if same else k
+    sign = (i - j) * (j - k) * (k - i) // 2
+    a, b, c, d = w, part[i], part[j], part[k] * sign
+    if not same:
+        a, b, c, d = a - c, b + d, c + a, d - b
+    middle = 2 * math.atan2(math.hypot(c, d), math.hypot(a, b))
+    half_sum, half_difference = math.atan2(b, a), math.atan2(d, c)
+    if middle < SINGULAR:
+        first, last = 2 * half_sum, 0.0
+    elif middle > math.pi - SINGULAR:
+        first, last = 2 * half_difference, 0.0
+    else:
+        last, first = half_sum - half_difference, half_sum + half_difference
+    return (first, middle, last) if same else (sign * first, middle - math.pi / 2, last)
+
+
+SINGULAR = 1e-7
+"""rad between two axes below which two of three angles turn about one axis."""

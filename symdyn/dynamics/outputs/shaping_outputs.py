@@ -25,7 +25,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from symdyn.algebra import Floats
 from symdyn.dynamics.mechanism.linear_solve import Singular, solve, vanishes
 from symdyn.dynamics.mechanism.state import refuse_ideal_friction
 from symdyn.dynamics.outputs import result_labels as labels
@@ -135,6 +134,8 @@ def _shaping(w: Workspace, name: str, formulation: str) -> list[Expr]:
 
 def _unmatched(w: Workspace, name: str, left: Expr) -> str:
     """Return which part does not match, and a state that shows it."""
+    from symdyn.algebra import Floats  # with NumPy, which what asks for no shaping can do without
+
     u, graph = w.state.qd, w.graph
     slow = substitute(gradient(left, u), dict.fromkeys(u, graph.zero))
     part = "kinetic" if all(map(vanishes, slow)) else "potential"

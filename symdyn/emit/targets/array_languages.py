@@ -23,9 +23,10 @@ the type of the arguments, T(9.81). The text is proved and never run, since no J
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import product
 
 from symdyn.emit.code.spelling import ATOM, OPERATORS, PRODUCT, REALS, SIGN, Printer, Spelling, call, digits
 from symdyn.emit.code.target import BATCH, Contents, Draft, FunctionText, Line, Target, alone
@@ -138,23 +139,24 @@ def _gateway(draft: Draft) -> dict[str, Contents]:
 
 def by_columns(program: Program) -> Program:
     """Return a program whose results are those of another, transposed: entries as MATLAB stores them."""
-    import numpy as np  # with arrays, which verbs that write none can do without
-
     functions = []
     for routine in program.routines:
         function = routine.function
-        places = np.arange(len(function.entries)).reshape(function.shape).ravel(order="F")
-        entries = tuple(function.entries[place] for place in places)
+        entries = tuple(function.entries[place] for place in _by_columns(function.shape))
         functions.append(replace(function, shape=function.shape[::-1], entries=entries, solve=None))
     return assemble(program.scene, program.graph, tuple(functions))
 
 
 def _entries(function: FunctionText) -> list[tuple[int, Line]]:
     """Return each entry of a result with its row: columns one after the other, as MATLAB stores a matrix."""
-    import numpy as np
+    rows = {place: row for row, place in enumerate(_by_columns(function.shape), start=1)}
+    return [(rows[place], line) for place, line in enumerate(function.outputs)]
 
-    places = np.arange(1, len(function.outputs) + 1).reshape(function.shape, order="F").ravel()
-    return list(zip(places.tolist(), function.outputs, strict=True))
+
+def _by_columns(shape: Sequence[int]) -> list[int]:
+    """Return the places of entries that are kept row by row, column by column."""
+    every = list(product(*map(range, shape)))
+    return sorted(range(len(every)), key=lambda place: every[place][::-1])
 
 
 MATLAB = Target(

@@ -1,0 +1,42 @@
+// What the page says, in its languages.
+
+export const WORDS = {
+  en: {
+    playground: "playground", examples: "Examples", open: "Open", save: "Save", share: "Share", language: "Language",
+    reload: "Load it", loading: "loading …", hint: "Ctrl+Space completes, Ctrl+S saves", picture: "Picture", pull: "Pull it",
+    back: "As it is written", equations: "Equations of motion", coefficients: "Coefficients", motion: "Motion",
+    motion_is: "sliders, energy, phase portrait", lesson: "Lesson", lesson_is: "the derivation, step by step",
+    code: "Code", target: "Language of the code", copy: "Copy", download: "Download", editor: "The scene, in TOML",
+    faulty: n => (n === 1 ? "1 mistake; what is shown is the scene before it" : `${n} mistakes; what is shown is the scene before them`),
+    counts: s => `${one(s.bodies, "body", "bodies")}, ${one(s.joints + s.loops, "joint", "joints")}, ` +
+      one(s.freedoms, "velocity", "velocities"),
+    line: n => `line ${n}`, working: "working …", ended: "symdyn has ended; start it again to go on",
+    saved: name => `${name} is written`, copied: "The link is copied; the scene is in it", linked: "The link stands in the address; the scene is in it",
+    local: "It opens wherever this page runs",
+    changed: name => `${name} was changed by another program`, unreadable: why => `The link cannot be read: ${why}`,
+    large: "The file is too large for a page", picture_of: name => `picture of ${name}`, taken: "Copied",
+  },
+  sk: {
+    playground: "ihrisko", examples: "Príklady", open: "Otvoriť", save: "Uložiť", share: "Zdieľať", language: "Jazyk",
+    reload: "Načítať", loading: "načítava sa …", hint: "Ctrl+medzera dopĺňa, Ctrl+S ukladá", picture: "Obrázok",
+    pull: "Pohnúť", back: "Ako je napísané", equations: "Pohybové rovnice", coefficients: "Koeficienty", motion: "Pohyb",
+    motion_is: "posuvníky, energia, fázový portrét", lesson: "Lekcia", lesson_is: "odvodenie, krok za krokom",
+    code: "Kód", target: "Jazyk kódu", copy: "Kopírovať", download: "Stiahnuť", editor: "Scéna v TOML",
+    faulty: n => `${n} ${n === 1 ? "chyba" : n < 5 ? "chyby" : "chýb"}; zobrazená je scéna predtým`,
+    counts: s => `${few(s.bodies, "teleso", "telesá", "telies")}, ${few(s.joints + s.loops, "väzba", "väzby", "väzieb")}, ` +
+      few(s.freedoms, "rýchlosť", "rýchlosti", "rýchlostí"),
+    line: n => `riadok ${n}`, working: "počíta sa …", ended: "symdyn skončil; spustite ho znova",
+    saved: name => `${name} je zapísaný`, copied: "Odkaz je skopírovaný; scéna je v ňom", linked: "Odkaz je v adrese; scéna je v ňom",
+    local: "Otvorí sa všade, kde beží táto stránka",
+    changed: name => `${name} zmenil iný program`, unreadable: why => `Odkaz sa nedá prečítať: ${why}`,
+    large: "Súbor je pre stránku priveľký", picture_of: name => `obrázok: ${name}`, taken: "Skopírované",
+  },
+};
+
+function one(n, single, several) {
+  return `${n} ${n === 1 ? single : several}`;
+}
+
+function few(n, single, some, many) {
+  return `${n} ${n === 1 ? single : n > 1 && n < 5 ? some : many}`;
+}

@@ -1,0 +1,172 @@
+"""The playground of the site: its files, its stand-in for NumPy against NumPy, and the page in a browser."""
+
+from __future__ import annotations
+
+import gzip
+import json
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
+
+import pytest
+from browser import chromium, window
+from patience import HANG
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "docs" / "site" / "playground"))
+
+import bundle  # type: ignore[import-not-found, unused-ignore]
+
+ROOT = bundle.ROOT
+pytestmark = pytest.mark.playground
+
+BUILT = ROOT / "build" / "playground"
+
+ANSWERS = """
+import json, sys
+if sys.argv[1]:
+    sys.path.insert(0, sys.argv[1])
+from symdyn.playground import answer
+from symdyn.scene import examples
+found = {}
+for name in examples():
+    text = answer("example", "", {"name": name})["text"]
+    asked = {"scene": {}, "equations": {}, "coefficients": {}, "picture": {}}
+    for what, how in [*asked.items(), ("code", {"target": "js"}), ("code", {"target": "c"})]:
+        told = answer(what, text, how)
+        told.pop("sliders", None)  # positions of assembled loops, to the last digit
+        found[f"{name}: {what} {how}"] = told
+    if name in ("two_link", "cart_pole", "puma560"):
+        found[f"{name}: motion"] = answer("motion", text, {})
+    elif name in ("four_bar", "rssr"):
+        found[f"{name}: motion"] = [*answer("motion", text, {})]
+print(json.dumps(found))
+"""
+
+
+@pytest.mark.runs
+def test_the_stand_in_gives_the_texts_and_pictures_of_numpy() -> None:
+    """Of all examples, byte for byte."""
+
+    def answers(folder: str) -> dict[str, Any]:
+        command = [sys.executable, "-c", ANSWERS, folder]
+        done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT, timeout=HANG)
+        found: dict[str, Any] = json.loads(done.stdout)
+        return found
+
+    real, other = answers(""), answers(str(bundle.HERE / "standin"))
+
+    assert len(real) > 200
+    assert [name for name, told in real.items() if told != other[name]] == []
+    assert not [name for name, told in real.items() if "failed" in told]
+
+
+def test_archives_are_the_same_bytes_each_time() -> None:
+    files = {"b/c.py": b"1", "a.py": b"2" * 2000}
+    assert bundle.archive(files) == bundle.archive(dict(reversed(files.items())))
+
+
+@pytest.fixture(scope="module")
+def address() -> Iterator[str]:
+    """Serve the folder that `make playground` writes, as any server of files does."""
+    if not (BUILT / "manifest.json").is_file():
+        pytest.skip("make playground writes what is tested here")
+
+    class Files(SimpleHTTPRequestHandler):
+        extensions_map = {  # noqa: RUF012  as the class has it
+            **SimpleHTTPRequestHandler.extensions_map,
+            ".mjs": "text/javascript",
+            ".wasm": "application/wasm",
+            ".gz": "application/octet-stream",
+        }
+
+        def log_message(self, format: str, *args: Any) -> None:
+            """Say nothing."""
+
+    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Files, directory=str(BUILT)))
+    server.daemon_threads = True
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    yield f"http://127.0.0.1:{server.server_address[1]}/"
+    server.shutdown()
+
+
+def sent(path: Path) -> int:
+    """Return how many bytes a server sends of a file that compresses."""
+    text = path.read_bytes()
+    return len(text) if path.suffix in (".gz", ".zip") else len(gzip.compress(text, 9))
+
+
+def test_what_travels_is_bounded(address: str) -> None:
+    every = {path: sent(path) for path in BUILT.rglob("*") if path.is_file()}
+    rest = sum(size for path, size in every.items() if path.name.startswith("rest-"))
+
+    assert sum(every.values()) - rest < 13.6e6
+    assert sum(every.values()) < 15.8e6
+
+
+def until(page: Any, true: str, seconds: float = 120.0) -> None:
+    begun = time.monotonic()
+    while not page.evaluate(true):  # the page's policy lets nobody wait inside it
+        assert time.monotonic() - begun < seconds, f"{true}: {page.inner_text('#writing')[-800:]}"
+        time.sleep(0.02)
+
+
+def edited(page: Any, text: str) -> None:
+    """Write a text, and wait until all of it is shown or a mistake is."""
+    until(page, "document.body.dataset.shown")
+    before = page.evaluate("document.body.dataset.shown")
+    page.fill("#text", text)
+    until(page, f"document.body.dataset.shown !== {before!r} || document.querySelectorAll('#faults li').length")
+
+
+def turned(page: Any, name: str) -> None:
+    """Fold a part of the page, or unfold it, by the keyboard."""
+    page.focus(f"#d-{name} summary")
+    page.keyboard.press("Enter")
+
+
+@pytest.mark.runs("chromium")
+def test_the_page_shows_an_example_at_once_then_whatever_is_written_and_needs_no_network_again(address: str) -> None:
+    said: list[str] = []
+    with chromium() as browser:
+        page = window(browser)
+        page.on("request", lambda one: None if one.url.startswith((address, "data:")) else said.append(one.url))
+        page.on("pageerror", lambda fault: said.append(str(fault)))
+        page.on("console", lambda message: said.append(message.text))
+        page.goto(address)
+        until(page, "document.body.dataset.shown", 30)
+        assert page.locator("#equations math").count() > 3
+        assert not page.evaluate("document.documentElement.dataset.python")  # it is on its way
+        until(page, "document.documentElement.dataset.python")
+
+        text = page.input_value("#text")
+        edited(page, text.replace('"-h2"', '"-2*h2"'))
+        assert "4" in page.text_content("#equations")
+        assert page.locator("#picture img").count() == 1
+        edited(page, text.replace("axis =", "axi =", 1))
+        assert "did you mean axis?" in page.text_content("#faults")
+        edited(page, text.replace('name = "two_link"', 'name = "mine"'))
+        page.select_option("#target", "js")
+        until(page, "document.querySelector('#code').textContent.includes('forward_dynamics')")
+        turned(page, "motion")
+        page.frame_locator("#motion iframe").locator("[data-do=play]").click()
+        turned(page, "motion")
+        turned(page, "lesson")
+        until(page, "document.querySelector('#lesson').textContent.includes('symdyn walkthrough')")
+        turned(page, "lesson")
+
+        until(page, "navigator.serviceWorker.controller !== null", 30)
+        page.reload()  # with the worker that keeps what is loaded
+        until(page, "document.documentElement.dataset.python")
+        edited(page, text)
+        page.context.set_offline(True)
+        page.reload()
+        until(page, "document.documentElement.dataset.python")
+        edited(page, text.replace('"-h2"', '"-3*h2"'))
+        assert page.locator("#equations math").count() > 3
+    assert not said
