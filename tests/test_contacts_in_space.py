@@ -186,6 +186,47 @@ def test_a_box_that_falls_askew_comes_to_rest_and_never_gains_energy() -> None:
     assert np.abs(run["energy_error"]).max() < 1e-7
 
 
+@pytest.mark.parametrize("mass", [1e-9, 1e9])
+def test_what_is_heavy_or_light_strikes_as_anything_else(mass: float) -> None:
+    """Rows of forces and of velocities have one scale."""
+    run = moved(
+        read_text(BALL.replace("mass = 2", f"mass = {mass}").replace("0.2, 0.2, 0.2", ", ".join([f"{mass / 10}"] * 3))),
+        (0, 0, 1.5, 1, 0, 0, 0),
+        [3, 4, 0, 0, 0, 0],
+        until=0.6,
+        values={"e": 0.5},
+    )
+    strikes = run.impacts[0]
+    assert strikes.impulse[0] == pytest.approx(1.5 * mass * sqrt(2 * G), rel=1e-9)
+    assert np.hypot(*strikes.impulse[1:]) == pytest.approx(mass * min(0.45 * sqrt(2 * G), 10 / 7), rel=1e-8)
+
+
+def test_four_legs_share_a_load_as_equal_springs_do() -> None:
+    """Forces of least size, which do not depend on where the mass is beside their balance."""
+    run = box([0] * 6, 0.1, cx=0.12, cy=0.05)
+    balance = np.array([[1, 1, 1, 1], [-0.3, -0.3, 0.3, 0.3], [-0.2, 0.2, -0.2, 0.2]])
+    shares = np.linalg.lstsq(balance, 2 * G * np.array([1, 0.12, 0.05]), rcond=None)[0]
+    assert [run[f"normal_{name}"][-1] for name in "abcd"] == pytest.approx(shares, rel=1e-7)
+
+
+@pytest.mark.parametrize(("x", "y"), [(0.2, 0.12), (-0.25, 0.15)])
+def test_a_box_that_is_loaded_askew_sticks_as_long_as_all_of_it_does(x: float, y: float) -> None:
+    run = box([0] * 6, 0.5, slope=atan(0.2999), cx=x, cy=y)
+    assert not run.impacts
+    assert abs(run["q1"][-1]) < 1e-12
+    loads, forces = ([run[f"{word}_{name}"][0] for name in "abcd"] for word in ("normal", "friction_along"))
+    assert forces == pytest.approx(-0.2999 * np.array(loads), rel=1e-7, abs=1e-9)
+
+
+@pytest.mark.parametrize("apart", [0.1, 0.003])
+def test_feet_that_are_close_to_each_other_hold_what_they_hold(apart: float) -> None:
+    """Their rows are nearly the same, and the body does not turn."""
+    text = on_feet({"a": (-apart, -0.1), "b": (apart, -0.1), "c": (0, 0.1)}).replace("0.05, 0.06, 0.07", "1, 1, 1")
+    feet = read_text(text + '[loads.turns]\nbody = "b"\ncouple = [0, M, 0]\n'.replace("M", repr(-apart * G / 2)))
+    run = moved(feet, LEVEL, [0] * 6, until=3)
+    assert max(np.abs(run[f"gap_{name}"]).max() for name in "abc") < 1e-11
+
+
 def drawn(rng: np.random.Generator, k: int) -> tuple[Laws, np.ndarray]:
     B, W = rng.normal(size=(12, 12)), rng.normal(size=(3 * k, 12))
     D = W @ np.linalg.solve(B @ B.T + 0.1 * np.eye(12), W.T)
@@ -216,6 +257,31 @@ def test_cases_and_projections_find_impulses_that_keep_all_laws() -> None:
         lost = -laws.impact(v, [True] * k) @ (v + laws.D @ laws.impact(v, [True] * k) / 2)
         assert lost >= -1e-12
     assert count >= 22
+
+
+def test_a_pendulum_that_hangs_just_above_its_floor_swings_and_rests() -> None:
+    """The floor touches it where its gap has no slope, so that nothing presses."""
+    text = """
+    gravity = [0, 0, -9.81]
+    [bodies.p]
+    mass = 1
+    com = [0, 0, -1]
+    [joints.a]
+    type = "revolute"
+    parent = "ground"
+    child = "p"
+    axis = [0, 1, 0]
+    coordinate = "a"
+    [contacts.c]
+    body = "p"
+    at = [0, 0, -1]
+    friction = 0.2
+    plane = { at = [0, 0, -1], normal = [0, 0, 1] }
+    """
+    assert not np.any(symdyn.simulate(read_text(text), until=1)["a"])
+    free = text.split("[contacts", maxsplit=1)[0]
+    fast, still = (symdyn.simulate(read_text(one), until=1, start_rates={"a_dot": 2}) for one in (text, free))
+    assert fast["a"] == pytest.approx(still["a"], abs=1e-9)
 
 
 def test_the_dynamics_of_a_mode_slip_along_the_direction_that_is_given() -> None:

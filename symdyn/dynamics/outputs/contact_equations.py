@@ -12,10 +12,11 @@ A mode is numbers, which say which rows of D λ + W a + γ are zero:
 So one set of formulas holds for all modes: what is not closed has the row λ = 0 in place of its own.
 
 Four corners of a box hold more than there is to hold: D is singular, accelerations are unique, forces are not. Runs
-take those of least size: E makes D regular, and what E changes in the rows is taken back by two steps, so that they
-hold to rounding. Along the plane each contact takes as much as its normal force lets it, by `yields`.
+take those of least size: E makes D regular, and what E changes in the rows is taken back by steps, so that they
+hold to rounding. Along the plane each contact takes as much as its normal force lets it, by `yields`. E is the same for
+all contacts, else forces would be least in another measure.
 
-    (D + E) λ = b,      λ + (D + E)⁻¹ (b - D λ),      E = diag(ε D_kk, ε D_kk yields)
+    (D + E) λ = b,      λ + (D + E)⁻¹ (b - D λ),      E = ε d diag(1, yields),      d = Σ D_kk of what is closed
 
 Reference: Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts (1996), chapter 5.
 """
@@ -33,8 +34,9 @@ from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.graph import Expr, tangents
 from symdyn.unlocked import cached_property
 
-SOFT = Fraction(1, 10**6)
-"""ε: small beside what rows that differ leave, large beside rounding."""
+SOFT, STEPS = Fraction(1, 10**7), 4
+"""ε, large beside rounding and small beside what rows that differ leave, as those of feet that are close to each other;
+and the steps that take it back."""
 
 
 @dataclass(frozen=True)
@@ -71,17 +73,23 @@ class ContactEquations:
     def forces(self) -> list[Expr]:
         """λ in the mode, shape (m,), N."""
         A, b = [list(row) for row in self.delassus], [-one for one in self.drift]
-        one, at, soft = self.free[0].graph.one, 0, list[Expr]()
+        graph = self.free[0].graph
+        one, at, soft = graph.one, 0, list[Expr]()
+        diagonal = self.parts([row[k] for k, row in enumerate(A)])
+        size = SOFT * graph.total(
+            touch.mode[0] * next(iter(along), graph.zero) if first is None else touch.mode[0] * first
+            for touch, (first, along) in zip(self.touches, diagonal, strict=True)
+        )
         for touch in self.touches:
             closed, sticks, _, yields = touch.mode
             normal = at if touch.normal else None
             if touch.normal:
-                soft.append(SOFT * closed * A[at][at])
+                soft.append(closed * size)
                 _hold(A, b, at, closed)
                 at += 1
             for direction in touch.directions[: len(touch.tangents)]:
                 held = closed * sticks
-                soft.append(SOFT * held * yields * A[at][at])
+                soft.append(held * yields * size)
                 _hold(A, b, at, held)
                 limit = (one - held) * direction * touch.friction
                 if normal is None:
@@ -123,7 +131,7 @@ def _least(A: list[list[Expr]], b: Sequence[Expr], soft: Sequence[Expr]) -> list
     """Return the x of least size, shape (m,), with A x = b to rounding, A singular or not."""
     regular = [[x + soft[i] if i == j else x for j, x in enumerate(row)] for i, row in enumerate(A)]
     found = _eliminated(regular, b)
-    for _ in range(2):
+    for _ in range(STEPS):
         missed = [one - dot(row, found) for row, one in zip(A, b, strict=True)]
         found = [x + more for x, more in zip(found, _eliminated(regular, missed), strict=True)]
     return found

@@ -28,6 +28,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
+from math import pi
 
 import numpy as np
 
@@ -39,8 +40,8 @@ FEW = 2
 PIVOTS = 500
 """Pivots at most."""
 
-TURNS, SWEEPS = 60, 4000
-"""Steps of Newton's method for the directions of slips, and of projections, at most."""
+TURNS, SWEEPS, GUESSED = 60, 4000, 100
+"""Steps of Newton's method for the directions of slips, of projections, and of those that only guess, at most."""
 
 UNEVEN = 100.0
 """How much more than another a contact that sticks may take along the plane."""
@@ -125,6 +126,8 @@ class Laws:
         """Yield cases, one for each contact, and λ, shape (m,), that keep all laws; `near` is a guess of λ."""
         shift = np.zeros(len(self.normals)) if offset is None else offset
         goal = np.zeros(len(d)) if target is None else target
+        if near is None and len(options) > 1 and any(case.slips and not case.way for some in options for case in some):
+            near = self._projected(d, shift, goal, GUESSED)
         for cases in product(*options):
             for some in self._directed(cases, d - goal, shift, near):
                 found, missed = self._solved(some, d - goal, shift)
@@ -140,19 +143,20 @@ class Laws:
                     break
 
     def _system(self, cases: Sequence[Case], d: Array, shift: Array) -> tuple[Array, Array]:
-        """Return A and b of A λ = b, which forces keep in some cases."""
+        """Return A and b of A λ = b, which forces keep in some cases, all rows in the unit of ξ."""
         A, b = self.D.copy(), -d
+        unit = np.where(np.diag(A) > 0.0, np.diag(A), 1.0)
         for k, case in enumerate(cases):
             n, along = self.normals[k], self.tangents[k]
             if n is not None and not case.held:
-                A[n], b[n] = 0.0, shift[k]
-                A[n, n] = 1.0
+                A[n], b[n] = 0.0, unit[n] * shift[k]
+                A[n, n] = unit[n]
             if case.slip == STICK:
                 continue
             for t, way in zip(along, case.way or (0.0,) * len(along), strict=True):
                 A[t], b[t] = 0.0, 0.0
-                A[t, t] = 1.0
-                limit = way * self.friction[k]
+                A[t, t] = unit[t]
+                limit = unit[t] * way * self.friction[k]
                 if n is None:
                     b[t] = -limit
                 else:
@@ -196,8 +200,16 @@ class Laws:
             guesses += [[way] for way in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))]
         for guess in guesses:
             angles = self._turned(cases, unknown, d, shift, np.array([np.arctan2(y, x) for x, y in guess]))
-            if angles is not None:
-                yield self._along(cases, unknown, angles)
+            if angles is None:
+                continue
+            some = self._along(cases, unknown, angles)
+            yield some
+            xi = self.D @ self._solved(some, d, shift)[0] + d
+            back = [float(np.dot(some[k].way, xi[list(self.tangents[k])])) < 0.0 for k in unknown]
+            if any(back):  # it is along a line, and friction would push
+                angles = self._turned(cases, unknown, d, shift, angles + pi * np.array(back))
+                if angles is not None:
+                    yield self._along(cases, unknown, angles)
 
     @staticmethod
     def _along(cases: tuple[Case, ...], unknown: Sequence[int], angles: Array) -> tuple[Case, ...]:
@@ -219,7 +231,8 @@ class Laws:
             for j, k in enumerate(unknown):  # what λ changes by an angle
                 n = self.normals[k]
                 assert n is not None, "friction of two directions has a normal force"
-                change[list(self.tangents[k]), j] = -self.friction[k] * found[n] * np.array([-z[1, j], z[0, j]])
+                along = list(self.tangents[k])
+                change[along, j] = -self.friction[k] * found[n] * A[along, along] * np.array([-z[1, j], z[0, j]])
             slopes = self.D @ inverse @ change
             across, turns = np.zeros(len(unknown)), np.zeros((len(unknown), len(unknown)))
             for j, k in enumerate(unknown):
@@ -335,12 +348,22 @@ class Laws:
         self, d: Array, options: Sequence[Sequence[Case]], offset: Array, target: Array
     ) -> Iterator[tuple[tuple[Case, ...], Array]]:
         """Yield what `solutions` yields, of the cases that projections end at; nothing where they do not."""
-        found, chosen = np.zeros(len(d)), list[Sequence[Case]]()
-        for _ in range(SWEEPS):
+        found, chosen = self._projected(d, offset, target, SWEEPS), list[Sequence[Case]]()
+        for k, n in enumerate(self.normals):
+            size, most = float(np.linalg.norm(found[list(self.tangents[k])])), self.static[k] * found[n]
+            held, stuck = n is None or found[n] > offset[k], size < most * (1 - 1e-7)
+            wanted = [one for one in options[k] if one.held == held and (one.slip == STICK) >= stuck]
+            chosen.append(wanted or options[k])
+        yield from self.solutions(d, chosen, offset, target, found)
+
+    def _projected(self, d: Array, offset: Array, target: Array, sweeps: int) -> Array:
+        """Return λ to which projections come, shape (m,)."""
+        found = np.zeros(len(d))
+        for _ in range(sweeps):
             before = found.copy()
             for k, n in enumerate(self.normals):
                 along = list(self.tangents[k])
-                if n is None:
+                if n is None or not self.D[n, n]:
                     continue
                 found[n] = max(offset[k], found[n] - (self.D[n] @ found + d[n] - target[n]) / self.D[n, n])
                 if along:
@@ -349,12 +372,7 @@ class Laws:
                     found[along] = pushed * min(1.0, most / max(size, 1e-300))
             if np.abs(found - before).max() <= CLOSE * np.abs(found).max():
                 break
-        for k, n in enumerate(self.normals):
-            size, most = float(np.linalg.norm(found[list(self.tangents[k])])), self.static[k] * found[n]
-            held, stuck = n is None or found[n] > offset[k], size < most * (1 - 1e-7)
-            wanted = [one for one in options[k] if one.held == held and (one.slip == STICK) >= stuck]
-            chosen.append(wanted or options[k])
-        yield from self.solutions(d, chosen, offset, target, found)
+        return found
 
     def _least(self, v: Array, options: Sequence[Sequence[Case]], offset: Array, target: Array) -> Array:
         found = list[Array]()

@@ -144,7 +144,18 @@ class Settling:
             name = self.contacts.name(k)
             what = OF_ROPES.get(what, what) if self.contacts.kinds[k] == "slack" else what
             told.append(
-                Impact(self.t, name, what, before, rate, impulse, lost, words, flights.get(k), self.contacts.units[k])
+                Impact(
+                    self.t,
+                    name,
+                    what,
+                    before,
+                    rate,
+                    impulse,
+                    max(lost, 0.0),
+                    words,
+                    flights.get(k),
+                    self.contacts.units[k],
+                )
             )
         return x
 
@@ -223,7 +234,11 @@ class Settling:
                 held = tuple(one for one in held if one.slips)
             elif self._moves(slip, rest) and held[0].slip:
                 held = (Case(True, SLIP, tuple((slip / np.linalg.norm(slip)).tolist()), True),)
-            found.append(held if n is None else (*held, FREE))
+            if (
+                n is not None
+            ):  # what nothing moves at first order, as a pendulum that hangs above its floor, presses nothing
+                held = (*held, FREE) if self.n.laws.D[n, n] > 0.0 else (FREE,)
+            found.append(held)
         return found
 
     def _mode(
