@@ -46,6 +46,9 @@ TURNS, SWEEPS, GUESSED = 60, 4000, 100
 UNEVEN = 100.0
 """How much more than another a contact that sticks may take along the plane."""
 
+EVENED = 12
+"""Shares along the plane that are tried, at most."""
+
 CLOSE = 1e-9
 """What is smaller, over the largest of its kind, is zero."""
 
@@ -135,10 +138,16 @@ class Laws:
                     yield some, found
                     break
                 evened = self._evened(some, found)
-                if evened is None:
+                for _ in range(EVENED):
+                    if evened is None:
+                        break
+                    found, missed = self._solved(evened, d - goal, shift)
+                    if self._kept(evened, found, missed, self.D @ found + d - goal, shift):
+                        break
+                    evened = self._eased(evened, found)
+                else:
                     continue
-                found, missed = self._solved(evened, d - goal, shift)
-                if self._kept(evened, found, missed, self.D @ found + d - goal, shift):
+                if evened is not None:
                     yield evened, found
                     break
 
@@ -173,14 +182,29 @@ class Laws:
         return found, np.asarray(A @ found - b)
 
     def _evened(self, cases: tuple[Case, ...], found: Array) -> tuple[Case, ...] | None:
-        """Return cases in which what sticks takes as much as its normal force lets it; None where one sticks alone."""
+        """Return cases in which what sticks takes as much as its normal force lets it; None where one sticks alone.
+
+        Where forces of least size pull, as of a ball between floor and wall, friction takes little before others.
+        """
         rows = {k: n for k, n in enumerate(self.normals) if cases[k].slip == STICK and n is not None}
         stuck = {k: float(found[n]) for k, n in rows.items()}
-        if len(stuck) < 2 or min(stuck.values()) < 0.0 or max(stuck.values()) == 0.0:
+        if len(stuck) < 2 or not any(stuck.values()):
             return None
-        largest = max(stuck.values())
-        shares = {k: largest / max(force, largest / UNEVEN) for k, force in stuck.items()}
+        largest, pulls = max(stuck.values()), min(stuck.values()) < 0.0
+        shares = {k: UNEVEN if pulls else largest / max(force, largest / UNEVEN) for k, force in stuck.items()}
         return tuple(replace(one, yields=shares.get(k, 1.0)) for k, one in enumerate(cases))
+
+    def _eased(self, cases: tuple[Case, ...], found: Array) -> tuple[Case, ...] | None:
+        """Return cases in which what is beyond its cone takes less beside the others; None where nothing is."""
+        eased, beyond = list(cases), False
+        for k, (n, along) in enumerate(zip(self.normals, self.tangents, strict=True)):
+            most = 0.0 if n is None or cases[k].slip != STICK else float(self.static[k] * found[n])
+            if most > 0.0:
+                share = float(np.linalg.norm(found[list(along)])) / most
+                beyond = beyond or share > 1.0
+                yields = cases[k].yields * max(share, 1 / UNEVEN)
+                eased[k] = replace(cases[k], yields=min(max(yields, 1 / UNEVEN), UNEVEN**2))
+        return tuple(eased) if beyond else None
 
     def _directed(
         self, cases: tuple[Case, ...], d: Array, shift: Array, near: Array | None
