@@ -69,7 +69,8 @@ body = "rod"
 at = [0, "-l", 0]
 plane = { normal = [0, 1, 0] }
 friction = "mu"
-LAW
+restitution = 0.5
+law = "newton"
 """
 BAT = """
 name = "bat"
@@ -122,7 +123,7 @@ def number(node: Expr | None, given: dict[str, float]) -> float:
     return float(evaluate([node], Floats(), known)[0])
 
 
-@pytest.mark.parametrize("text", [BAT, ROD.replace("LAW", "restitution = 0.5")], ids=["bat", "rod"])
+@pytest.mark.parametrize("text", [BAT, ROD], ids=["bat", "rod"])
 def test_formulas_are_worth_what_their_names_are(text: str) -> None:
     document = lesson_of(read_text(text))
     given, seen = values(document), 0
@@ -140,7 +141,7 @@ def test_formulas_are_worth_what_their_names_are(text: str) -> None:
 @pytest.mark.parametrize("seed", range(6))
 def test_the_table_of_an_impact_is_the_output(seed: int) -> None:
     """By Newton's law there is one phase: the line that holds first is what `impact:foot` gives."""
-    scene = read_text(ROD.replace("LAW", 'restitution = 0.5\nlaw = "newton"'))
+    scene = read_text(ROD)
     document = lesson_of(scene)
     given = values(document, seed) | {"y_dot": -3.0, "x_dot": 2.0 * (-1) ** seed * seed}
     (table, *_) = next(one for one in contacts(document).steps if one.key.startswith("impact:foot")).blocks
@@ -185,3 +186,24 @@ def test_loops_with_contacts_are_refused_in_words() -> None:
 def test_variants_leave_planes_and_what_strikes_them() -> None:
     for seed in range(6):
         assert {one.key for one in variant(BALL, seed).changes} <= {"variant.mass", "variant.spring"}
+
+
+def test_dry_friction_of_a_joint_has_its_modes() -> None:
+    text = """
+gravity = [0, 0, 0]
+[bodies.rotor]
+inertia = [2, 2, 2]
+inertia_about = "com"
+[joints.shaft]
+type = "revolute"
+parent = "ground"
+child = "rotor"
+axis = [0, 0, 1]
+coordinate = "phi"
+drive = false
+start_rates = 3
+friction = { coulomb = 3 }
+"""
+    shown = str(next(iter(markdown(lesson_of(read_text(text))).values())))
+    assert "| sticks | $s$ = 0 | the amount of $\\lambda_t$ is" in shown
+    assert "| 2 s | shaft\\_friction sticks |" in shown

@@ -18,10 +18,10 @@ import numpy as np
 from symdyn.algebra import Form, Number, Symbol
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.mechanism import vector
-from symdyn.dynamics.outputs import contact_equations
+from symdyn.dynamics.outputs import contact_equations, lacks_modes, with_modes
 from symdyn.errors import SymdynError
 from symdyn.graph import Expr, gradient, reachable, substitute, tangents
-from symdyn.scene import Scene
+from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import PlaneContact
 from symdyn.simulation import Trajectory, simulate
@@ -38,6 +38,9 @@ BEHIND = ("explicit", "equations", "by.equations", "reactions")
 HORIZONS, LONGEST_RUN = (2.0, 20.0), 120.0
 """s: until when a run looks for what happens, and how long it may be until flights end."""
 
+STRIKES = ("strikes", "becomes taut")
+"""Events that are impacts, of contacts and of ropes."""
+
 EVENTS = 6
 """Events of a run that are listed."""
 
@@ -46,6 +49,16 @@ JUST_BEFORE = 1e-9
 
 AGREE = 1e-6
 """Of a formula and a run, relative."""
+
+
+def without_contacts(scene: Scene) -> Scene:
+    """Return a scene that is open and does not stick, with letters that keep the units that contacts tell."""
+    if not lacks_modes(scene):
+        return scene
+    told = SceneUnits(scene).inferred
+    parameters = tuple(one if one.unit else replace(one, unit=told[one.name]) for one in scene.parameters)
+    others = tuple(one for one in scene.elements if one not in scene.unilaterals)
+    return replace(scene, parameters=parameters, joints=with_modes(scene).joints, elements=others)
 
 
 def with_contacts(document: Document, scene: Scene) -> Document:
@@ -97,12 +110,12 @@ def _numbers(lesson: Lesson, struck: Sequence[Struck], scene: Scene) -> Iterator
     run = _followed(scene, struck[0].chosen)
     if run is None:
         return
-    first = next((event for event in run.impacts if event.what == "strikes"), None)
+    first = next((event for event in run.impacts if event.what in STRIKES), None)
     rows = list[list[str | Words]]()
     for event in run.impacts[:EVENTS]:
         what = lesson.say(f"contacts.event.{event.what}", contact=event.contact)
         told = (event.before, f"{event.unit}/s"), (event.after, f"{event.unit}/s"), (event.lost, "J")
-        numbers = [_shown(lesson, x, unit) if event.what == "strikes" else "" for x, unit in told]
+        numbers = [_shown(lesson, x, unit) if event.what in STRIKES else "" for x, unit in told]
         rows.append([_shown(lesson, event.t, "s"), what, *(numbers if first else ())])
     heads = ["contacts.time", "contacts.event"]
     heads += ["contacts.rate.before", "contacts.rate.after", "contacts.lost"] if first else []
@@ -127,7 +140,7 @@ def _shown(lesson: Lesson, value: float, unit: str) -> str:
 def _agree(one: Struck, run: Trajectory, here: Chosen) -> bool:
     """Tell whether the first impact of a run is as formulas say at the state before it; with friction, as D says."""
     assert one.columns is not None, "asked for where there are forms"
-    graph, size, first = one.lesson.graph, len(one.rows), next(x for x in run.impacts if x.what == "strikes")
+    graph, size, first = one.lesson.graph, len(one.rows), next(x for x in run.impacts if x.what in STRIKES)
     v, d = np.split(np.array(here.of(*one.speeds, *(x.express(graph) for row in one.columns[1] for x in row))), [size])
     D, impulse = d.reshape(size, size), np.array(first.impulse[:size])
     e, mu = here.of(one.e.express(graph), one.mu.express(graph))

@@ -90,7 +90,7 @@ class Struck:
             blocks.append(_written(lesson, self.letter("gap", "g", "", gap), gap))
         blocks += [_written(lesson, symbol, x) for symbol, x in zip(self.v, self.speeds, strict=True)]
         key = "contacts.dry" if self.touch.normal is None else "contacts.slips" if self.has_friction else "contacts.gap"
-        said = lesson.once("contacts.before")
+        said = lesson.once("contacts.before.dry" if self.touch.normal is None else "contacts.before")
         return Step(f"contacts:rates:{self.name}", lesson.say(key, contact=self.name), tuple(blocks), said)
 
     # Impact
@@ -142,14 +142,15 @@ class Struck:
             if isinstance(x := self.D[i][j], Symbol)
         ]
         key = "contacts.delassus.friction" if self.has_friction else "contacts.delassus"
-        claim = lesson.say(key, contact=self.name, D=self.D[0][0])
+        W = "W" if self.has_friction else "n"
+        row, turned = (lesson.called(f"rows{above}:", Letter(W, above=above)) for above in ("", "T"))
+        product = Form.product((row, lesson.called("inverse:", Letter("M", above="-1")), turned))
+        claim = lesson.say(key, contact=self.name, D=self.D[0][0], product=product, rows=row)
         turns = ".turns" if self.touch.unit == "rad" else ""
         said = lesson.say(f"contacts.delassus.reason{turns}", feels=self.D[0][0].power(-1))
         yield Step(f"contacts:delassus:{self.name}", claim, tuple(shown), said)
         claim = lesson.say("contacts.impact", contact=self.name)
-        law = lesson.say(f"contacts.{self.touch.law.law if self.e.terms else 'plastic'}", e=self.e, rate=self.v[0])
-        reason = lesson.once("contacts.impact.reason")
-        yield Step(f"contacts:impact:{self.name}", claim, (*self._percussion(), law), reason)
+        yield Step(f"contacts:impact:{self.name}", claim, self._percussion(), lesson.once("contacts.impact.reason"))
         yield self._rough() if self.has_friction else self._smooth()
 
     @cached_property
@@ -160,7 +161,7 @@ class Struck:
     @cached_property
     def more(self) -> Form:
         """1 + e."""
-        return Number(1 + self.e.value) if isinstance(self.e, Number) else Form.sum((ONE, self.e))
+        return Number(1 + self.e.value) if isinstance(self.e, Number) else Form.sum((self.e, ONE))
 
     @cached_property
     def mu(self) -> Form:
@@ -219,7 +220,10 @@ class Struck:
         lost = Form.sum((ONE, Form.product((MINUS, self.e.power(2)))))
         left = Number(1 - self.e.value**2) if isinstance(self.e, Number) else lost
         blocks.append(Formula(K.name, Form.product((Number(Fraction(-1, 2)), left, v.power(2), D.power(-1)))))
-        claim, reason = lesson.say("contacts.smooth", force=force, K=K), lesson.once("contacts.smooth.reason", e=self.e)
+        claim, reason = (
+            lesson.say("contacts.smooth", force=force, K=K, e=self.e),
+            lesson.once("contacts.smooth.reason", e=self.e),
+        )
         return Step(f"impact:{self.name}", claim, tuple(blocks), reason)
 
     def _rough(self) -> Step:
@@ -240,7 +244,9 @@ class Struck:
             rows.append((mode, pushed, Form.product((z, mu, normal)), lesson.say(f"contacts.{mode}.if", rate=after)))
         shown = [(lesson.say(f"contacts.{mode}"), x, y, where) for mode, x, y, where in rows]
         table = lesson.table(("contacts.mode", normal, along, "contacts.holds"), shown)
-        claim = lesson.say("contacts.rough.newton" if newton else "contacts.rough", contact=self.name)
+        law = lesson.say(f"contacts.{self.touch.law.law if self.e.terms else 'plastic'}", e=self.e, rate=v)
+        told = lesson.say("contacts.rough.newton" if newton else "contacts.rough")
+        claim = Words((*law.parts, " ", *told.parts))
         places = {"normal": normal, "along": along, "e": self.e, "slip": s, "D": c}
         key = "newton.gains" if newton else "expansion" if self.e.terms else "no.expansion"
         reason = lesson.say(f"contacts.{key}", **places)

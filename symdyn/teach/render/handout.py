@@ -18,7 +18,7 @@ from symdyn.scene import Quantity, Scene, SceneLike, SceneUnits, scene_of, with_
 from symdyn.scene.forces import FORCES
 from symdyn.spatial import zero_vector
 from symdyn.teach.derivations import lagrange, multipliers, quaternions
-from symdyn.teach.derivations.contact_runs import with_contacts
+from symdyn.teach.derivations.contact_runs import with_contacts, without_contacts
 from symdyn.teach.derivations.dalembert import walkthrough as dalembert
 from symdyn.teach.derivations.dalembert.side_by_side import side_by_side
 from symdyn.teach.derivations.formulations import UNTIL, WAYS, formulation_walkthrough, with_cost
@@ -148,7 +148,7 @@ def walkthrough(
     if until not in chosen.until:
         raise EmitError(f"until {until!r} is no part of the formulation {formulation}; {choice(until, chosen.until)}")
     touched = scene
-    scene = replace(scene, elements=tuple(one for one in scene.elements if one not in scene.unilaterals))
+    scene = without_contacts(scene)
     try:
         document = chosen.walkthrough(scene, language, until)
     except NoValueError as fault:
