@@ -147,7 +147,7 @@ def test_the_table_of_an_impact_is_the_output(seed: int) -> None:
     (table, *_) = next(one for one in contacts(document).steps if one.key.startswith("impact:foot")).blocks
     assert isinstance(table, Table), "the modes are a table"
     speed = number(document.names["slip:"].node, given)
-    D = {key: number(document.names[f"{key}:"].node, given) for key in ("Dnt", "Dtt")}
+    D = {key: number(document.names[f"{key}:"].node, given) for key in ("Dnn", "Dnt", "Dtt")}
     for k, (_, normal, along, _) in enumerate(table.rows):
         first, second = normal.parts[0], along.parts[0]
         assert isinstance(first, Form), "each force is a formula"
@@ -155,8 +155,9 @@ def test_the_table_of_an_impact_is_the_output(seed: int) -> None:
         forces = [number(document.value(first), given)]
         given["percussionn:"] = forces[0]
         forces.append(number(document.value(second), given))
+        steep = D["Dnn"] > given["mu"] * D["Dnt"]
         slip = speed + D["Dnt"] * forces[0] + D["Dtt"] * forces[1]
-        if (abs(forces[1]) <= given["mu"] * forces[0], slip > 0, True)[k]:
+        if (abs(forces[1]) <= given["mu"] * forces[0], slip > 0 and steep, True)[k]:
             break
     w = Workspace(scene)
     found = evaluate(derive_one(w, "impact:foot").entries, Floats(), {w.graph.symbol(x): y for x, y in given.items()})

@@ -44,7 +44,7 @@ STRIKES = ("strikes", "becomes taut")
 EVENTS = 6
 """Events of a run that are listed."""
 
-JUST_BEFORE = 1e-9
+JUST_BEFORE = 1e-12
 """s: how long before an impact its state is read."""
 
 AGREE = 1e-6
@@ -121,7 +121,7 @@ def _numbers(lesson: Lesson, struck: Sequence[Struck], scene: Scene) -> Iterator
     heads += ["contacts.rate.before", "contacts.rate.after", "contacts.lost"] if first else []
     blocks: list[Block] = [lesson.table(heads, rows)]
     one = next((x for x in struck if first is not None and x.name == first.contact), None)
-    if first is not None and one is not None and one.columns is not None and len(one.touch.tangents) < 2:
+    if first and first.impulse[0] and one and one.columns is not None and len(one.touch.tangents) < 2:
         agree = _agree(one, run, _just_before(one, run, first.t))
         assert agree or len(struck) > 1, "an impact that its formulas do not tell"
         key = "together" if not agree else "agrees.rough" if one.has_friction else "agrees"

@@ -239,9 +239,12 @@ class Struck:
             sticks = [Form.product((MINUS, x, D.power(-1))) for x, D in ((struck, a), (s, c))]
         rows.append(("sticks", sticks[0], sticks[1], lesson.say("contacts.inside", mu=mu, normal=normal, along=along)))
         for mode, z in (("ahead", MINUS), ("back", ONE)):
-            pushed = Form.product((MINUS, struck, _sum((a,), (z, mu, b)).power(-1)))
+            under = _sum((a,), (z, mu, b))
+            pushed = Form.product((MINUS, struck, under.power(-1)))
             after = Form.sum((s, Form.product((_sum((b,), (z, mu, c)), normal))))
-            rows.append((mode, pushed, Form.product((z, mu, normal)), lesson.say(f"contacts.{mode}.if", rate=after)))
+            key = "contacts.back.if" if mode == "back" else "contacts.ahead.both" if b.terms else "contacts.ahead.if"
+            where = lesson.say(key, rate=after, under=under)
+            rows.append((mode, pushed, Form.product((z, mu, normal)), where))
         shown = [(lesson.say(f"contacts.{mode}"), x, y, where) for mode, x, y, where in rows]
         table = lesson.table(("contacts.mode", normal, along, "contacts.holds"), shown)
         law = lesson.say(f"contacts.{self.touch.law.law if self.e.terms else 'plastic'}", e=self.e, rate=v)
