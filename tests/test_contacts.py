@@ -403,7 +403,6 @@ def test_a_contact_that_begins_inside_its_plane_is_told() -> None:
     "ask",
     [
         symdyn.linearize,
-        symdyn.teach.walkthrough,
         lambda scene: symdyn.sensitivity(scene, until=0.1),
         lambda scene: symdyn.inverse(scene, motion="x=t,y=1,theta=0", until=1),
         lambda scene: symdyn.collocation(scene, until=1, cost="1"),

@@ -21,6 +21,8 @@ CASES = [
     ("examples/pendulum.toml", "pendulum-hamilton.md", ("--formulation", "hamilton")),
     ("examples/pendulum.toml", "pendulum-kane-sk.md", ("--formulation", "kane", "--language", "sk")),
     ("examples/four_bar.toml", "four_bar-udwadia-kalaba.md", ("--formulation", "udwadia-kalaba")),
+    ("tests/data/impacts/scenes/bouncing_ball.toml", "bouncing_ball.md", ()),
+    ("tests/data/impacts/scenes/bouncing_ball.toml", "bouncing_ball-sk.md", ("--language", "sk")),
     ("examples/two_link.toml", "two_link.html", ("--format", "html")),
     ("examples/two_link.toml", "two_link-sk.html", ("--format", "html", "--language", "sk")),
     ("examples/two_link.toml", "two_link-exercises.html", ("--format", "html", "--exercises")),
@@ -31,6 +33,7 @@ CASES = [
 
 @pytest.mark.heavy("spatial_3r.md", "two_link-sk.html")
 @pytest.mark.long
+@pytest.mark.runs
 @pytest.mark.parametrize(("scene", "name", "words"), CASES, ids=[name for _, name, _ in CASES])
 def test_walkthroughs_are_what_the_command_line_writes(
     scene: str,

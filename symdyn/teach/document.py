@@ -268,13 +268,13 @@ ERRATA = "errata:"
 """What stands before the key of a step that tells what the textbook has wrong in it."""
 
 
-RESULTS = ("lagrangian", "equation", "explicit", "reduced", "eliminated", "nutation", "result")
+RESULTS = ("lagrangian", "equation", "explicit", "reduced", "eliminated", "nutation", "result", "impact")
 """Steps that end in what a lesson is for, by their key or what stands there before a colon; others are the way."""
 
 BRIEF = frozenset(
     (
         *("scene", "task", "coordinates", "acting", "notation", "tie", "ties.silent", "unknowns", "count", "free"),
-        *(*RESULTS, "derived", "multipliers", "ratios", "substituted", "law:system", "solved", "reactions"),
+        *(*RESULTS, "derived", "multipliers", "ratios", "substituted", "law:system", "solved", "reactions", "contacts"),
         *("equilibria", "near:stable", "steady", "energy", "limits", "power", "formulations", "momenta", "matter"),
         *("ties.solved", "equilibria.one", "steady.curve", "forced", "forced.response", "kept", "spins", "states"),
         *("euler", "precession", "upright:0", "variant", "given", "physics", "solution", "follows", "later", "errata"),

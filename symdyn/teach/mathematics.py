@@ -159,7 +159,7 @@ def letter(look: Letter) -> str:
     r"""Return \dot x_{2}, v_{2}^{2} or \bar F_{22}^{A}."""
     shown = PrintName.of(look.letter, *map(_index, look.index))
     if look.dots:
-        return shown.accented("d" * look.dots + "ot")
+        return shown.accented("d" * look.dots + "ot") + (f"^{{{look.above}}}" if look.above else "")
     text = shown.accented(look.accent) if look.accent else str(shown)
     if look.above:
         return f"{text}^{{{look.above}}}"

@@ -129,7 +129,7 @@ def _mass(scene: Scene, rng: random.Random) -> Drawn:
 
 
 def _length(scene: Scene, rng: random.Random) -> Drawn:
-    if scene.is_constrained:  # its loops would not close any more
+    if _held(scene):  # its loops would not close any more
         return None
     long = [body for body in scene.bodies if _stretched(scene, body, FACTORS[0]) != scene]
     if not long:
@@ -186,7 +186,7 @@ def _longer(pose: Pose, c: Quantity) -> Pose:
 
 
 def _sense(scene: Scene, rng: random.Random) -> Drawn:
-    able = [one for one in _single(scene) if JOINTS[one.type].turned is not None and not scene.is_constrained]
+    able = [one for one in _single(scene) if JOINTS[one.type].turned is not None and not _held(scene)]
     if not able:
         return None
     joint = rng.choice(able)
@@ -198,7 +198,7 @@ def _sense(scene: Scene, rng: random.Random) -> Drawn:
 
 def _direction(scene: Scene, rng: random.Random) -> Drawn:
     """Turn the axis of a slide in its plane; in space that of any joint: what moves in a plane stays there."""
-    able = [one for one in _single(scene) if not scene.is_constrained and "axis" in dict(one.shape)]
+    able = [one for one in _single(scene) if not _held(scene) and "axis" in dict(one.shape)]
     across = _plane(scene)
     if across is not None:
         able = [one for one in able if _units(scene)[one.coordinate] == "m"]
@@ -215,7 +215,7 @@ def _direction(scene: Scene, rng: random.Random) -> Drawn:
 
 def _gravity(scene: Scene, rng: random.Random) -> Drawn:
     along = [k for k, x in enumerate(scene.gravity) if x != Quantity.ZERO]
-    if len(along) != 1 or scene.constraints:
+    if len(along) != 1 or scene.constraints or scene.unilaterals:
         return None
     size, across = scene.gravity[along[0]], _plane(scene)
     ways = [(k, sign) for k in range(3) for sign in (1, -1) if k != across and (k, sign) != (along[0], 1)]
@@ -250,6 +250,11 @@ def _single(scene: Scene) -> list[Joint]:
     """Return the joints with one coordinate of their own that no formula of time leads and no other joint follows."""
     followed = scene.followed
     return [x for x in scene.moving if len(x.coordinates) == 1 and x.motion is None and x.coordinate not in followed]
+
+
+def _held(scene: Scene) -> bool:
+    """Whether loops, rows or planes that it strikes hold places and directions."""
+    return scene.is_constrained or bool(scene.unilaterals)
 
 
 def _plane(scene: Scene) -> int | None:

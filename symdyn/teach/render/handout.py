@@ -18,6 +18,7 @@ from symdyn.scene import Quantity, Scene, SceneLike, SceneUnits, scene_of, with_
 from symdyn.scene.forces import FORCES
 from symdyn.spatial import zero_vector
 from symdyn.teach.derivations import lagrange, multipliers, quaternions
+from symdyn.teach.derivations.contact_runs import with_contacts, without_contacts
 from symdyn.teach.derivations.dalembert import walkthrough as dalembert
 from symdyn.teach.derivations.dalembert.side_by_side import side_by_side
 from symdyn.teach.derivations.formulations import UNTIL, WAYS, formulation_walkthrough, with_cost
@@ -130,8 +131,9 @@ def walkthrough(
         NoValueError: a formula has no value where the lesson shows numbers.
     """
     scene = scene_of(scene)
-    scene.refuse_contacts("a lesson", EmitError)
     formulation = formulation or usual_formulation(scene)
+    if scene.is_constrained or _turns_by_quaternion(scene):
+        scene.refuse_contacts("a lesson of loops, rows or quaternions", EmitError)
     declared, scene = scene, scene.as_parameters()
     for name, value, known in (
         ("language", language, languages()),
@@ -145,12 +147,14 @@ def walkthrough(
     until = until or chosen.until[-1]
     if until not in chosen.until:
         raise EmitError(f"until {until!r} is no part of the formulation {formulation}; {choice(until, chosen.until)}")
+    touched = scene
+    scene = without_contacts(scene)
     try:
         document = chosen.walkthrough(scene, language, until)
     except NoValueError as fault:
         raise NoValueError(f"{scene.name}: where the lesson shows numbers, such as at a dead centre: {fault}") from None
     document = with_cost(document, declared) if formulation in WAYS else document
-    document = _with_matter(document)
+    document = with_contacts(_with_matter(document), touched)
     document = with_states(document, declared) if declared.states else document
     document = replace(document, brief=detail == "brief")
     refuse_too_long(scene.name, f"the lesson by {formulation}", document.forms(), _shorter())

@@ -1,0 +1,210 @@
+"""Lessons of contacts and impact: formulas by value, the run, series and sweet spot, and what is refused."""
+
+from __future__ import annotations
+
+import random
+from pathlib import Path
+
+import pytest
+
+import symdyn
+from symdyn.algebra import Floats, Form
+from symdyn.dynamics import Workspace, derive_one
+from symdyn.errors import EmitError
+from symdyn.graph import Expr, Op, evaluate, reachable
+from symdyn.scene import Scene, read_text
+from symdyn.table import Table
+from symdyn.teach import walkthrough
+from symdyn.teach.document import Document, Formula, Section
+from symdyn.teach.languages import languages
+from symdyn.teach.practice.variants import variant
+from symdyn.teach.render.markdown import markdown
+from tests.lessons import lesson_of
+
+pytestmark = pytest.mark.runs
+
+SCENES = Path(__file__).parent / "data" / "impacts" / "scenes"
+BALL = symdyn.read(SCENES / "bouncing_ball.toml")
+ROD = """
+name = "falling_rod"
+gravity = [0, "-g", 0]
+[parameters]
+m = 1
+l = 0.5
+I = "1/12"
+mu = 0.36
+g = 9.81
+[bodies.slide]
+[bodies.lift]
+[bodies.rod]
+mass = "m"
+inertia = ["I", "I", "I"]
+inertia_about = "com"
+[joints.px]
+type = "prismatic"
+parent = "ground"
+child = "slide"
+axis = [1, 0, 0]
+coordinate = "x"
+drive = false
+[joints.py]
+type = "prismatic"
+parent = "slide"
+child = "lift"
+axis = [0, 1, 0]
+coordinate = "y"
+drive = false
+start = 1
+[joints.turn]
+type = "revolute"
+parent = "lift"
+child = "rod"
+axis = [0, 0, 1]
+coordinate = "theta"
+drive = false
+start = 0.3
+[contacts.foot]
+type = "point"
+body = "rod"
+at = [0, "-l", 0]
+plane = { normal = [0, 1, 0] }
+friction = "mu"
+restitution = 0.5
+law = "newton"
+"""
+BAT = """
+name = "bat"
+gravity = [0, 0, 0]
+[parameters]
+m = 0.9
+l = 0.55
+I = 0.05
+d = 0.7
+[bodies.bat]
+mass = "m"
+com = [0, "-l", 0]
+inertia = ["I", "I/10", "I"]
+inertia_about = "com"
+[joints.hinge]
+type = "revolute"
+parent = "ground"
+child = "bat"
+axis = [0, 0, 1]
+coordinate = "phi"
+drive = false
+start = 0.5
+start_rates = -2
+[contacts.post]
+type = "point"
+body = "bat"
+at = [0, "-d", 0]
+plane = { normal = [1, 0, 0] }
+restitution = 0.5
+"""
+
+
+def contacts(document: Document) -> Section:
+    (found,) = (one for one in document.sections if one.key == "contacts")
+    return found
+
+
+def values(document: Document, seed: int = 1) -> dict[str, float]:
+    rng = random.Random(seed)
+    scene = document.scene
+    return {
+        name: rng.uniform(0.3, 1.2)
+        for name in (*(p.name for p in scene.parameters), *scene.coordinates, *scene.velocities)
+    }
+
+
+def number(node: Expr | None, given: dict[str, float]) -> float:
+    assert node is not None
+    known = {x: given[str(x.value)] for x in reachable([node]) if x.op is Op.SYMBOL}
+    return float(evaluate([node], Floats(), known)[0])
+
+
+@pytest.mark.parametrize("text", [BAT, ROD], ids=["bat", "rod"])
+def test_formulas_are_worth_what_their_names_are(text: str) -> None:
+    document = lesson_of(read_text(text))
+    given, seen = values(document), 0
+    for step in contacts(document).steps:
+        for block in step.opened():
+            if not isinstance(block, Formula) or not block.left:
+                continue
+            node = document.names[block.left].node
+            if node is not None:
+                assert number(document.value(block.form), given) == pytest.approx(number(node, given))
+                seen += 1
+    assert seen >= 5
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_table_of_an_impact_is_the_output(seed: int) -> None:
+    """By Newton's law there is one phase: the line that holds first is what `impact:foot` gives."""
+    scene = read_text(ROD)
+    document = lesson_of(scene)
+    given = values(document, seed) | {"y_dot": -3.0, "x_dot": 2.0 * (-1) ** seed * seed}
+    (table, *_) = next(one for one in contacts(document).steps if one.key.startswith("impact:foot")).blocks
+    assert isinstance(table, Table), "the modes are a table"
+    speed = number(document.names["slip:"].node, given)
+    D = {key: number(document.names[f"{key}:"].node, given) for key in ("Dnn", "Dnt", "Dtt")}
+    for k, (_, normal, along, _) in enumerate(table.rows):
+        first, second = normal.parts[0], along.parts[0]
+        assert isinstance(first, Form), "each force is a formula"
+        assert isinstance(second, Form), "each force is a formula"
+        forces = [number(document.value(first), given)]
+        given["percussionn:"] = forces[0]
+        forces.append(number(document.value(second), given))
+        steep = D["Dnn"] > given["mu"] * D["Dnt"]
+        slip = speed + D["Dnt"] * forces[0] + D["Dtt"] * forces[1]
+        if (abs(forces[1]) <= given["mu"] * forces[0], slip > 0 and steep, True)[k]:
+            break
+    w = Workspace(scene)
+    found = evaluate(derive_one(w, "impact:foot").entries, Floats(), {w.graph.symbol(x): y for x, y in given.items()})
+    assert found[-2:] == pytest.approx(forces, rel=1e-9)
+
+
+def test_a_ball_rests_when_its_series_says() -> None:
+    for language in languages():
+        text = str(next(iter(markdown(lesson_of(BALL, language)).values())))
+        assert r"\Delta t = \frac{2 \dot{\delta}^{+}}{g (1 - e)}" in text
+        assert "4.064" in text or "4,064" in text
+
+
+def test_the_sweet_spot_is_the_centre_of_percussion() -> None:
+    text = str(next(iter(markdown(lesson_of(read_text(BAT))).values())))
+    assert r"d = \frac{I}{l m} + l" in text
+
+
+def test_loops_with_contacts_are_refused_in_words() -> None:
+    scene: Scene = symdyn.example("four_bar")
+    text = symdyn.scene.write_text(scene, "toml").text
+    body = scene.bodies[-1].name
+    with pytest.raises(EmitError, match=r"a lesson of loops, rows or quaternions knows no contacts .* floor; take"):
+        walkthrough(read_text(f'{text}\n[contacts.floor]\nbody = "{body}"\n'))
+
+
+def test_variants_leave_planes_and_what_strikes_them() -> None:
+    for seed in range(6):
+        assert {one.key for one in variant(BALL, seed).changes} <= {"variant.mass", "variant.spring"}
+
+
+def test_dry_friction_of_a_joint_has_its_modes() -> None:
+    text = """
+gravity = [0, 0, 0]
+[bodies.rotor]
+inertia = [2, 2, 2]
+inertia_about = "com"
+[joints.shaft]
+type = "revolute"
+parent = "ground"
+child = "rotor"
+axis = [0, 0, 1]
+coordinate = "phi"
+drive = false
+start_rates = 3
+friction = { coulomb = 3 }
+"""
+    shown = str(next(iter(markdown(lesson_of(read_text(text))).values())))
+    assert "| sticks | $s$ = 0 | the amount of $\\lambda_t$ is" in shown
+    assert "| 2 s | shaft\\_friction sticks |" in shown
