@@ -799,6 +799,14 @@ def test_a_pendulum_on_a_rope_leaves_its_circle_where_its_closed_form_says() -> 
     assert read_text(write_text(scene, "toml").text) == scene
 
 
+def test_a_slack_rope_around_a_wheel_is_told() -> None:
+    over = ', { body = "ground", at = [0, 0, 1], radius = 0.1, axis = [0, 1, 0], turn = "left" }, "b"]'
+    with pytest.raises(
+        SceneError, match="ropes.r: a rope that may be slack leaves a wheel, and its length jumps there"
+    ):
+        read_text(ROPE.replace(', "b"]', over))
+
+
 def test_what_is_not_active_passes_its_plane() -> None:
     """A compass walker scuffs with its swinging leg; every published gait lets it."""
     scene = read_text(FALL.replace('restitution = "e"', 'restitution = "e"\nactive = "z + 2"'))

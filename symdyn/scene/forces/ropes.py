@@ -22,7 +22,7 @@ from symdyn.scene.forces.force_kind import ForceKind, Hold
 from symdyn.scene.forces.unilateral import RESTITUTION, check_law
 from symdyn.scene.values.entry import Entry, Number, entry
 from symdyn.scene.values.joint import Place, Row
-from symdyn.scene.values.key import number
+from symdyn.scene.values.key import Stand, number
 from symdyn.scene.values.quantity import Quantity, spell
 from symdyn.scene.values.unilateral import Unilateral
 
@@ -92,6 +92,13 @@ class SlackRope(Unilateral):
         return Rope(self.name, self.ends, self.length)
 
 
+def _check_slack(one: SlackRope, stand: Stand) -> None:
+    """Report what a contact may not have, and wheels, which a slack rope leaves."""
+    check_law(one, stand)
+    if any(end.turn for end in one.ends):
+        stand.fault("a rope that may be slack leaves a wheel, and its length jumps there; let it run through points")
+
+
 SLACK = replace(
     ROPE,
     noun=SlackRope,
@@ -99,7 +106,7 @@ SLACK = replace(
     parts=(*ROPE.parts, RESTITUTION),
     law_words=lambda rope: f"{ROPE.law_words(rope)} at most, restitution {spell(rope.restitution)}",
     words={"en": "rope that may be slack", "sk": "lano, ktoré sa môže uvoľniť"},
-    check=check_law,
+    check=_check_slack,
 )
 
 
