@@ -7,7 +7,7 @@ import sympy
 import symdyn
 from symdyn.emit.print.formula_text import text_of
 from symdyn.errors import SceneError
-from symdyn.scene import lock
+from symdyn.scene import bind, lock
 from symdyn.scene.scene_files import write_text
 from symdyn.scene.toml import read_text
 from tests.lessons import lesson_of
@@ -71,6 +71,109 @@ child = "hand"
 origin = ["2*l", 0, 0]
 mimic = { joint = "a", ratio = "n" }
 """
+
+ATWOOD = """
+name = "double_atwood"
+gravity = [0, 0, "-g"]
+[parameters]
+g = { unit = "m/s^2" }
+R = { unit = "m" }
+r = { unit = "m" }
+I1 = { unit = "kg m^2" }
+I2 = { unit = "kg m^2" }
+M = { unit = "kg" }
+m1 = { unit = "kg" }
+m2 = { unit = "kg" }
+m3 = { unit = "kg" }
+[bodies.drum]
+inertia = ["I1/2", "I1/2", "I1"]
+inertia_about = "com"
+[bodies.first]
+mass = "m1"
+[bodies.block]
+mass = "M"
+[bodies.pulley]
+inertia = ["I2/2", "I2/2", "I2"]
+inertia_about = "com"
+[bodies.second]
+mass = "m2"
+[bodies.third]
+mass = "m3"
+[joints.fall]
+type = "prismatic"
+axis = [0, 0, -1]
+parent = "ground"
+child = "first"
+coordinate = "x"
+drive = false
+[joints.drum]
+type = "revolute"
+axis = [0, 0, 1]
+origin = { rpy = ["pi/2", 0, 0] }
+parent = "ground"
+child = "drum"
+mimic = { joint = "fall", ratio = "1/R" }
+[joints.rise]
+type = "prismatic"
+axis = [0, 0, 1]
+parent = "ground"
+child = "block"
+mimic = { joint = "fall" }
+[joints.lower]
+type = "prismatic"
+axis = [0, 0, -1]
+parent = "block"
+child = "second"
+coordinate = "y"
+drive = false
+[joints.turn]
+type = "revolute"
+axis = [0, 0, 1]
+origin = { rpy = ["pi/2", 0, 0] }
+parent = "block"
+child = "pulley"
+mimic = { joint = "lower", ratio = "1/r" }
+[joints.upper]
+type = "prismatic"
+axis = [0, 0, 1]
+parent = "block"
+child = "third"
+mimic = { joint = "lower" }
+"""
+
+
+@pytest.mark.runs
+def test_drums_of_a_double_atwood_turn_by_symbolic_ratios():
+    """Lagrange's equations in SymPy: an axisymmetric rotor follows a thread, θ = x/R, and no angle is in them."""
+    t = sympy.Symbol("t")
+    g, R, r, I1, I2, M, m1, m2, m3 = sympy.symbols("g R r I1 I2 M m1 m2 m3")
+    x, y = sympy.Function("x")(t), sympy.Function("y")(t)
+    heights = ((m1, -x), (M, x), (m2, x - y), (m3, x + y))
+    turning = I1 * (x.diff(t) / R) ** 2 + I2 * (y.diff(t) / r) ** 2
+    L = turning / 2 + sum(m * (z.diff(t) ** 2 / 2 - g * z) for m, z in heights)
+    by_hand = [sympy.expand(L.diff(q.diff(t)).diff(t) - L.diff(q)) for q in (x, y)]
+    scene = read_text(ATWOOD)
+
+    printed = symdyn.equations(scene).text().replace(" = 0", "").splitlines()
+
+    names = {f"{q.func}_ddot": q.diff(t, 2) for q in (x, y)}
+    known = {str(one): one for one in (g, R, r, I1, I2, M, m1, m2, m3)}
+    assert [
+        sympy.simplify(sympy.sympify(row, names | known) - one) for row, one in zip(printed, by_hand, strict=True)
+    ] == [0, 0]
+    assert symdyn.certify(scene, ("inverse_dynamics", "mass_matrix"), targets=["numpy"]).passed
+
+
+def test_threads_over_light_drums_fall_as_in_morin():
+    """Introduction to Classical Mechanics, 3.2: a₁ = g (4 m₂ m₃ - m₁ (m₂ + m₃))/(4 m₂ m₃ + m₁ (m₂ + m₃)), upwards."""
+    m1, m2, m3 = 4.0, 1.0, 2.0
+    light = bind(
+        read_text(ATWOOD), {"g": 9.81, "R": 0.2, "r": 0.1, "I1": 0, "I2": 0, "M": 0, "m1": m1, "m2": m2, "m3": m3}
+    )
+
+    fall = symdyn.lambdify(light, "forward_dynamics")([0.3, 0.1], [0, 0], [0, 0])[0]
+
+    assert -fall == pytest.approx(9.81 * (4 * m2 * m3 - m1 * (m2 + m3)) / (4 * m2 * m3 + m1 * (m2 + m3)), rel=1e-14)
 
 
 def test_a_planetary_gear_has_the_equations_of_its_energies_by_hand():
@@ -145,6 +248,8 @@ RATIOS = '{ ratios = { s = "zs/(zs + zr)", r = "zr/(zs + zr)" } }'
         ('{ ratios = { s = 1, ring = 1 } }', 'mimic.ratios.ring is neither a joint nor a coordinate; known are'),
         ('{ ratios = { s = 1, c = 1 } }', "mimic: the joint follows itself: c -> c; give one a coordinate"),
         ('{ ratios = {} }', "ratios names no joint; write mimic = { ratios ="),
+        ('{ ratios = { s = 0, r = "0*zr" } }', 'joints.c: mimic: ratios are all zero, and the joint follows nothing; '
+         'write type = "fixed", or mimic = { ratios = { left = "1/2", right = "1/2" } }'),
         ('{ ratios = 2 }', "ratios = 2 is not a table; write mimic = { ratios ="),
         ('{ joint = "s", ratios = { r = 1 } }', "ratios names all that it follows; leave joint out"),
         ('{ ratios = { s = "1 m", r = 1 } }', "mimic"),

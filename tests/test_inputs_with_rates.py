@@ -245,6 +245,32 @@ def test_transmissibility_is_den_hartogs(mass: symdyn.Scene) -> None:
     assert "mass: only inputs with rates move it, by which no regulator acts" in str(found.value)
 
 
+def test_a_full_car_answers_four_roads_as_by_hand() -> None:
+    """H = (K + iωC - ω²M)⁻¹ B of heave, pitch, roll and four wheels: Rajamani, Vehicle Dynamics, section 10."""
+    car, omega = symdyn.example("full_car"), np.geomspace(0.5, 200, 30)
+    x, y = np.array([1.1, 1.1, -1.5, -1.5]), 0.75 * np.array([1, -1, 1, -1])
+    k, c = np.array([18e3, 18e3, 16e3, 16e3]), np.array([1200, 1200, 1100, 1100])
+    ends = np.column_stack([np.ones(4), x, y, -np.eye(4)])  # how much each suspension gets longer
+    M, tyres = np.diag([1080, 1760, 380, 40, 40, 40, 40]), 180e3 * np.eye(7, 4, -3)
+    K, C = ends.T * k @ ends + np.diag([0] * 3 + [180e3] * 4), ends.T * c @ ends
+    by_hand = np.linalg.inv(K + 1j * omega[:, None, None] * C - omega[:, None, None] ** 2 * M) @ tyres
+
+    lin = symdyn.linearize(car, outputs=list(car.coordinates))
+
+    assert_allclose(
+        lin.A, np.block([[np.zeros((7, 7)), np.eye(7)], [-np.linalg.inv(M) @ np.hstack([K, C])]]), atol=1e-9
+    )
+    found = lin.bode(omega=omega).response
+    assert_allclose(found, by_hand, rtol=1e-10, atol=1e-12)
+    assert_allclose(lin.bode("phi", "front_left", omega).response[:, 0, 0], by_hand[:, 2, 0], rtol=1e-10)
+    assert_allclose(found[:, 2, :2].sum(axis=1), 0, atol=1e-12)  # both sides alike: no roll
+    assert_allclose(lin.bode(omega=[1e-6]).response[0] @ np.ones(4), [1, 0, 0, 1, 1, 1, 1], atol=1e-9)
+
+
+def test_two_derivations_of_a_full_car_agree() -> None:
+    assert symdyn.certify(symdyn.example("full_car"), ("inverse_dynamics",), targets=["numpy"]).passed
+
+
 @pytest.mark.parametrize("above", [False, True])
 def test_a_prescribed_joint_drives_by_its_acceleration_alone(table: symdyn.Scene, above: bool) -> None:
     """About a pendulum on a table: l theta'' = (g + zf'') theta, and a trolley instead: l phi'' = -g phi - s''."""
@@ -324,6 +350,19 @@ def test_ensembles_and_sensitivities_start_where_the_input_does(table: symdyn.Sc
     slopes = symdyn.sensitivity(scene, forces=forces, until=0.1, start={"theta": 0.2})
     z, a = slopes.rows.index("z"), slopes.columns.index("a")
     assert slopes.matrix[z, a] == pytest.approx(np.cos(5), abs=1e-9)
+
+
+@pytest.mark.parametrize("value", [0.0, 0.02])
+def test_a_number_is_a_constant_whose_rates_are_zero(table: symdyn.Scene, mass: symdyn.Scene, value: float) -> None:
+    """The table stands there from the start; on its support the block swings about where that is."""
+    stands = symdyn.simulate(table, forces={"zf": value}, until=0.1, start={"theta": 0.1})
+    swings = symdyn.simulate(mass, forces={"y": value}, until=0.5)
+
+    assert_allclose(stands["z"], value, atol=1e-12)
+    assert_allclose([stands["zf_dot"], stands["zf_ddot"], stands["z_dot"]], 0, atol=1e-12)
+    decay, omega = 12 / (2 * 2), np.sqrt(800 / 2 - 3**2)
+    step = 1 - np.exp(-decay * swings.t) * (np.cos(omega * swings.t) + decay / omega * np.sin(omega * swings.t))
+    assert_allclose(swings["x"], value * step, atol=1e-9)
 
 
 REFUSED: dict[str, Any] = {

@@ -61,6 +61,28 @@ def cylinder(t: float, x: Any) -> list[float]:
     return [v, (8e-4 * (p1 - p2) - 300 * v) / 50, *rates]
 
 
+def pneumatic(t: float, x: Any) -> list[float]:
+    """ISO 6358: C p ρ ψ, sonic below 0.3, 0.4 open; no pressure gets near that behind its port here."""
+    x, v, p1, p2 = x
+
+    def volume(above: float, below: float) -> float:
+        over = max(below / above - 0.3, 0) / 0.7
+        return 0.4 * 4e-8 * above * sqrt(1 - over**2)
+
+    rates = (1e5 * volume(7e5, p1) - 8e-4 * p1 * v, 8e-4 * p2 * v - 1e5 * volume(p2, 1e5))
+    return [
+        v,
+        (8e-4 * (p1 - p2) - 5e3 * x - 50 * v) / 5,
+        1.2 * rates[0] / (3e-4 + 8e-4 * x),
+        1.2 * rates[1] / (3e-4 - 8e-4 * x),
+    ]
+
+
+def dahl(t: float, x: Any) -> list[float]:
+    _, v, F = x
+    return [v, (15 * sin(10 * t) - F) / 2, 1e4 * (v - abs(v) * F / 10)]
+
+
 def delay(t: float, x: Any) -> list[float]:
     """Padé's quotient as it is written: y = z - T z'/2 + T² z''/12 where u = z + T z'/2 + T² z''/12."""
     x, v, z, dz = x
@@ -92,6 +114,8 @@ HAND: Mapping[str, tuple[Rates, list[float], float]] = {
     "muscle": (muscle, [0, 0, 0.05], 0.5),
     "caster": (caster, [0.01, 0, 0], 0.5),
     "cylinder": (cylinder, [0, 0, 5e6, 5e6], 0.05),
+    "pneumatic": (pneumatic, [0, 0, 4e5, 4e5], 0.1),
+    "dahl": (dahl, [0, 0, 0], 1.0),
     "delay": (delay, [0, 0, 0, 0], 1.0),
     "warm_motor": (warm_motor, [0, 0, 0, 0], 2.0),
     "worm": (worm, [0, -0.003, 0, 0], 0.1),
@@ -124,6 +148,33 @@ def test_a_caster_shimmies_from_the_speed_on_that_routh_and_hurwitz_say() -> Non
         assert (system.poles.real.max() < 0) == stable
         expected = np.roots([J, d + J * V / s, (d * V + C * a**2) / s, C * a * V / s])
         np.testing.assert_allclose(np.sort_complex(system.poles), np.sort_complex(expected), rtol=1e-9)
+
+
+@pytest.mark.runs("cc")
+def test_a_piston_rests_where_the_spring_holds_what_the_supply_pushes() -> None:
+    run = symdyn.simulate(symdyn.example("pneumatic"), until=1, forces={"y": -1}, method="lsoda", rtol=1e-5)
+    assert run["x"][-1] == pytest.approx(-8e-4 * (7e5 - 1e5) / 5e3, rel=1e-3)
+
+
+@pytest.mark.runs("cc")
+def test_friction_follows_dahl_s_loop() -> None:
+    """F = ±Fc + (F₀ ∓ Fc) exp(∓s (x - x₀)/Fc) from where the block turned, whatever the time that it takes."""
+    run = symdyn.simulate(symdyn.example("dahl"), until=1.0, every=1e-3, method="dop853", rtol=1e-12)
+    x, v, F = (run[name] for name in ("x", "x_dot", "F"))
+    turns = [0, *(k for k in range(1, len(v)) if v[k - 1] * v[k] < 0)]
+    assert len(turns) > 3
+    for k, end in zip(turns, [*turns[1:], len(x)], strict=True):
+        way = np.sign(v[k + 1])
+        closed = 10 * way + (F[k] - 10 * way) * np.exp(-1e3 * way * (x[k:end] - x[k]))
+        np.testing.assert_allclose(F[k:end], closed, atol=1e-6)
+
+
+@pytest.mark.parametrize("n", [1.0, 1.4])
+def test_air_in_a_shut_cylinder_is_a_spring(n: float) -> None:
+    """2 n p A²/V: its stiffness, air on both sides of a piston in the middle."""
+    poles = symdyn.linearize(symdyn.example("pneumatic"), values={"n": n, "c": 0}, forces={"y": 0}, anywhere=True).poles
+    omega = sqrt((5e3 + 2 * n * 4e5 * 8e-4**2 / 3e-4) / 5)
+    np.testing.assert_allclose(np.sort(poles.imag), [-omega, 0, 0, omega], rtol=1e-9, atol=1e-9)
 
 
 def test_a_delay_has_the_poles_of_pade_s_quotient() -> None:

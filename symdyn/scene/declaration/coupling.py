@@ -122,6 +122,9 @@ def read_mimic(table: EntryReader) -> Mimic | None:
         if not ratios:
             inner.fault(f"ratios names no joint; {SEVERAL}")
             return Mimic((("", Quantity.ONE),))
+        if all(ratio.known_at({}) == 0 for _, ratio in ratios):
+            instead = SEVERAL.removeprefix("write ")
+            inner.fault(f'ratios are all zero, and the joint follows nothing; write type = "fixed", or {instead}')
         return Mimic(ratios, OFFSET.declared(inner), RATIOS.name)
     if "coordinate" in inner and "joint" in inner:
         inner.fault("joint and coordinate both name what it follows; write one of them")
