@@ -39,7 +39,6 @@ from symdyn.simulation.equations.system import Projection, StateEquations
 from symdyn.simulation.equations.variational import WIDTH, Flow, smooth_flow
 from symdyn.simulation.forward import Control, is_stiff, ready, simulate
 from symdyn.simulation.initial import Start
-from symdyn.simulation.integrate import METHODS
 from symdyn.simulation.integrate.integration import IntegrationError
 from symdyn.simulation.integrate.tape import Section, taped
 from symdyn.simulation.problem import Problem, Run
@@ -251,7 +250,8 @@ class Returned(NamedTuple):
             A = A if rank == len(A) else U[:, :rank].T @ A @ U[:, :rank]
         found = np.linalg.eigvals(A).astype(complex)
         found = found[np.abs(found) > ZERO]
-        return found[np.lexsort((-found.imag, -np.round(np.abs(found), 9)))]
+        order = np.lexsort((-found.imag, -np.round(np.abs(found), 9)))
+        return np.asarray(found[order])
 
 
 @dataclass(frozen=True)
@@ -363,7 +363,9 @@ class ReturnMap:
             size = float(np.abs(missed).max(initial=0.0))
             if size <= CLOSE * max(1.0, float(np.abs(x).max())):
                 return x, there
-            step = np.linalg.lstsq(np.eye(len(missed)) - there.slope, missed, rcond=1e-9)[0]
+            step = np.asarray(
+                np.linalg.lstsq(np.eye(len(missed)) - there.slope, missed, rcond=1e-9)[0], dtype=np.float64
+            )
             better = here._better(x, there, step, size)
             if better is None:
                 break
@@ -372,8 +374,8 @@ class ReturnMap:
         if size <= ENOUGH * max(1.0, float(np.abs(x).max())):
             return x, there
         raise SimulateError(
-            f"{self.flow.system.scene.name}: no state next to the start returns to itself: {size:.3g} is the least that "
-            "one misses itself by; give a start nearer to a periodic motion"
+            f"{self.flow.system.scene.name}: no state next to the start returns to itself: one that was found misses "
+            f"itself by {size:.3g}, and others by more; give a start nearer to a periodic motion"
         )
 
     def _better(self, x: Array, there: Returned, step: Array, size: float) -> tuple[Array, Returned, Array] | None:

@@ -334,9 +334,9 @@ def sensitivity(
     faults.close(SimulateError)
     system, x = ready(problem, forces, (), initial, run.until, Control())
     if system.contacts is not None and (closed := system.contacts.closed(x)):
-        names = listed(map(system.contacts.name, closed))
-        told = "contacts that are closed at the start, where not all can be varied; start where they are open"
-        raise SimulateError(f"{scene.name}: {names}: {told}")
+        which = listed(map(system.contacts.name, closed))
+        why = "contacts that are closed at the start, where not all can be varied; start where they are open"
+        raise SimulateError(f"{scene.name}: {which}: {why}")
     outlook, told = Outlook(run.until, say), progress or UNHEARD
 
     def look(t: float) -> None:

@@ -25,8 +25,8 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.simulation.equations.control_loop import NOTHING
 from symdyn.simulation.equations.contact_modes import PASSED, STRIKES
+from symdyn.simulation.equations.control_loop import NOTHING
 from symdyn.simulation.equations.system import Projection, StateEquations
 from symdyn.simulation.equations.variational import Flow
 from symdyn.simulation.integrate.integration import LIBRARIES_RAISE, SAME, Hit, InitialValueProblem, IntegrationError
@@ -248,7 +248,6 @@ def taped(
                 events.stand(float(times[0]), x)
             while solver.status == "running":
                 old, message = solver.t, solver.step()
-                h = solver.t - old
                 if solver.status == "failed" or not np.all(np.isfinite(solver.y)):
                     words = (message or "a state is not finite").rstrip(".")
                     raise IntegrationError(f"the run cannot go on after t = {solver.t:g} s: {words}")
@@ -259,18 +258,9 @@ def taped(
                     solver = kind(rates, old, solver.y_old, end_at, **first, **options)
                     if not at_once:
                         solver.step()
-                    h = solver.t - old
-                if h:
-                    parts = ((times[(times > old) & (times <= solver.t)] - old) / h).tolist()
-                    dense = solver.dense_output() if any(part != 1 for part in parts) else None
-                    found += [
-                        solver.y[:n] if part == 1 or dense is None else dense(old + part * h)[:n] for part in parts
-                    ]
-                    K = None if stiff else solver.K[: len(b)] if dense is None else solver.K_extended
-                    inside = solver.Z if K is None else h * (a[: len(K), : len(K)] @ K)
-                    steps.append(Taken(float(old), float(h), (solver.y_old + inside)[:, :n], tuple(parts)))
-                else:
-                    steps.append(Taken(float(old), 0.0, np.tile(solver.y[:n], (len(b), 1)), ()))
+                step, samples = _taken(solver, float(old), times, a, len(b), n, stiff)
+                steps.append(step)
+                found += samples
                 look(float(solver.t))
                 if events is not None and hits and solver.t < times[-1]:
                     passed = [hit.event for hit in hits]
@@ -290,6 +280,21 @@ def taped(
     return Tape("radau" if stiff else "dop853", a, b, c, within, tuple(steps), np.array(found), end)
 
 
+def _taken(
+    solver: Any, old: float, times: Array, a: Array, stages: int, n: int, stiff: bool
+) -> tuple[Taken, list[Array]]:
+    """Return the last step of a solver, of length 0 where an event is at once, and states of samples inside."""
+    h = float(solver.t - old)
+    if not h:
+        return Taken(old, 0.0, np.tile(solver.y[:n], (stages, 1)), ()), []
+    parts = ((times[(times > old) & (times <= solver.t)] - old) / h).tolist()
+    dense = solver.dense_output() if any(part != 1 for part in parts) else None
+    found = [solver.y[:n] if part == 1 or dense is None else dense(old + part * h)[:n] for part in parts]
+    K = None if stiff else solver.K[:stages] if dense is None else solver.K_extended
+    inside = solver.Z if K is None else h * (a[: len(K), : len(K)] @ K)
+    return Taken(old, h, (solver.y_old + inside)[:, :n], tuple(parts)), found
+
+
 class _Events:
     """Looks for events at which something jumps."""
 
@@ -307,7 +312,7 @@ class _Events:
         )
 
     def within(self, solver: Any, begin: float) -> list[Hit]:
-        """Return the first events, at once, of the last step of a solver at which something jumps, or of the section."""
+        """Return the first events, at once, of the last step of a solver: jumps, or of the section."""
         n, dense = len(self.watch.problem.x), solver.dense_output()
         step = IntegrationStep(begin, solver.t, solver.y[:n].copy(), lambda times: dense(times).T[:, :n])
         kinds, section = self.system.kinds, self.section
