@@ -159,11 +159,13 @@ class Flow:
         every = np.eye(n + np_ + 1)
         dq, du = (np.ascontiguousarray(part) for part in self._parts(every[:, :n]))
         slopes = np.eye(n + 1, n + np_ + 1, -1)
+        given = (q, u, system.given(t, q, u), t, dq, du, every[:, n:])
+        whole = self.calls["guards"](*given).T if _guarded(system) else np.zeros((0, n + np_ + 1))
+        guards = dict(zip([k for k, kind in enumerate(system.kinds) if not kind.update], whole, strict=False))
         for k in events:
-            if f"jump{k}" in self.calls:
-                jump = self.calls[f"jump{k}"](q, u, system.given(t, q, u), t, dq, du, every[:, n:]).T
-                rows = [0, *(1 + entry for entry in system.kinds[k].changes)]
-                slopes[rows] = jump[rows]
+            jump = self.calls[f"jump{k}"](*given).T if system.kinds[k].update else guards[k][None]
+            rows = [0, *(1 + entry for entry in system.kinds[k].changes)]
+            slopes[rows] = jump[rows]
         struck = [one[0] for k in events if (one := system.kinds[k].contact) is not None and one[1] == STRIKES]
         if struck and not np.array_equal(self._moving(after)[system.nq :], self._moving(x)[system.nq :]):
             jumping = slice(1 + system.nq, 1 + system.nq + system.nv)
@@ -335,6 +337,11 @@ def _nothing(system: StateEquations) -> dict[tuple[tuple[str, ...], str], Compil
     return {}
 
 
+def _guarded(system: StateEquations) -> bool:
+    """Tell whether there are guards that nothing is updated at, but that end a motion, or modes of contacts."""
+    return bool(system.events) or system.contacts is not None
+
+
 def _by_rows(system: StateEquations) -> bool:
     """Tell whether f takes all rows at once."""
     return bool(system.closed and not system.linear and system.contacts is None and system.together)
@@ -383,7 +390,10 @@ def _written(system: StateEquations, parameters: tuple[str, ...], sweep: str) ->
     later = dict(zip(inputs, (*dq.symbols, *du.symbols, *late.symbols), strict=False))
     later[graph.symbol(TIME)] = late.symbols[-1]
     for k, kind in enumerate(system.kinds):
-        if kind.update or kind.contact is not None or k < len(system.events):
+        if kind.update:
             jump = substitute((kind.guard, *kind.update), {}, graph)
             functions.append(plain(f"jump{k}", tangents(jump, later), (*f.arguments, dq, du, late)))
+    if guards := [kind.guard for kind in system.kinds if not kind.update] if _guarded(system) else []:
+        changing = tangents(substitute(guards, {}, graph), later)
+        functions.append(plain("guards", changing, (*f.arguments, dq, du, late)))
     return compiled(system.opened.scene, graph, functions)
