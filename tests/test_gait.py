@@ -209,7 +209,7 @@ def test_periodic_motions_without_contacts_are_found_too() -> None:
         ({"section": "a +"}, "event"),
     ],
 )
-def test_faults_say_what_would_work(asked: dict, told: str) -> None:
+def test_faults_say_what_would_work(asked: dict[str, object], told: str) -> None:
     with pytest.raises(SimulateError) as fault:
         symdyn.gait(WALKER, **asked)
     assert told in str(fault.value)

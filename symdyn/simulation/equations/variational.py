@@ -42,7 +42,7 @@ ALONG, AGAINST = "along", "against"
 """The two sweeps: which of them is written, and compiled."""
 
 
-WIDTH = 2e-3
+WIDTH = 1e-3
 """Of differences of impacts, in units of the scene."""
 
 FAILS = 1e-9
