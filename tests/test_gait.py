@@ -206,7 +206,8 @@ def test_periodic_motions_without_contacts_are_found_too() -> None:
         ({"section": "strikes foot_a", "swap": "a"}, "write a=b"),
         ({"section": "strikes foot_a", "until": 1}, "does not happen until t = 1 s"),
         ({"section": "slips foot_a"}, "does not happen"),
-        ({"section": "a +"}, "event"),
+        ({"section": "a +"}, "section:"),
+        ({"section": "strikes foot_a", "swap": {"a": 1}}, "is no name"),
     ],
 )
 def test_faults_say_what_would_work(asked: dict[str, object], told: str) -> None:

@@ -159,6 +159,8 @@ def gait(
     """
     problem, run = Problem.requested(gait, locals(), "until", "rtol")
     pairs = _pairs(swap) if isinstance(swap, str) else dict(swap)
+    if odd := [one for one in (*pairs, *pairs.values()) if not isinstance(one, str)]:
+        raise SimulateError(f"swap: {odd[0]!r:.40} is no name; write swap={{'a': 'b'}}")
     if bool(section.strip()) == (period is not None):
         raise SimulateError("give section, where a period begins, or period, of forces that depend on time")
     if period is not None and not period > 0:

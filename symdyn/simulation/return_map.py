@@ -35,8 +35,9 @@ from symdyn.simulation.equations.settling import held
 from symdyn.simulation.equations.system import Projection, StateEquations
 from symdyn.simulation.equations.variational import Flow, smooth_flow
 from symdyn.simulation.forward import Control, is_stiff, ready
-from symdyn.simulation.integrate.integration import IntegrationError
+from symdyn.simulation.integrate.integration import IntegrationError, Outlook
 from symdyn.simulation.integrate.tape import Section, taped
+from symdyn.simulation.prescribed.formulas_in_time import read_seen
 from symdyn.simulation.problem import Problem, Run
 from symdyn.simulation.variations import state_covectors
 
@@ -113,6 +114,8 @@ class ReturnMap:
         formula = "" if what in EVENTS or section in EVENTS else section
         run = Run(period or until, rtol=rtol, stops=(formula,) if formula else ())
         faults = Faults("")
+        if formula and read_seen(problem.scene, formula, "section", faults) is None:
+            faults.close(SimulateError)
         forces, initial, zeros, _ = problem.posed(run, faults)
         faults.close(SimulateError)
         system, x = ready(problem, forces, zeros, initial, run.until, Control())
@@ -146,13 +149,15 @@ class ReturnMap:
         times = np.array([0.0, self.until])
         stiff = is_stiff(system, np.append(x, np.zeros(int(system.works))), self.until)
         try:
-            tape = taped(self.flow, x, probe, times, self.rtol, self.rtol, stiff, section=self.section)
+            tape = taped(
+                self.flow, x, probe, times, self.rtol, self.rtol, stiff, Outlook(self.until, None).look, self.section
+            )
         except IntegrationError as fault:
             raise SimulateError(f"{system.scene.name}: {fault}") from fault
         if self.section.kinds and tape.end is None:
             again = "again " if self.section.sooner else ""
             raise SimulateError(
-                f"{system.scene.name}: {self.told} does not happen {again}until t = {self.until:g} s; give a later "
+                f"{system.scene.name}: section {self.told} does not happen {again}until t = {self.until:g} s; give a later "
                 "until, a start nearer to a periodic motion, or another section"
             )
         end, moved = tape.x[-1][self.place], tape.forward(self.flow, ways, changes)[-1][:, self.place]
