@@ -6,6 +6,7 @@ import json
 from dataclasses import replace
 from math import acos, pi, sin
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -210,7 +211,7 @@ def test_periodic_motions_without_contacts_are_found_too() -> None:
         ({"section": "strikes foot_a", "swap": {"a": 1}}, "is no name"),
     ],
 )
-def test_faults_say_what_would_work(asked: dict[str, object], told: str) -> None:
+def test_faults_say_what_would_work(asked: dict[str, Any], told: str) -> None:
     with pytest.raises(SimulateError) as fault:
         symdyn.gait(WALKER, **asked)
     assert told in str(fault.value)

@@ -13,7 +13,7 @@ from typing import Any, Unpack
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import with_fields
+from symdyn.arguments import native, with_fields
 from symdyn.errors import SimulateError, listed
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene, SceneLike
@@ -163,9 +163,10 @@ def gait(
         raise SimulateError(f"swap: {odd[0]!r:.40} is no name; write swap={{'a': 'b'}}")
     if bool(section.strip()) == (period is not None):
         raise SimulateError("give section, where a period begins, or period, of forces that depend on time")
-    if period is not None and not period > 0:
-        raise SimulateError(f"period = {period:g} s: give one above zero")
-    return _gait(problem, section.strip(), pairs, period or 0.0, until, RTOL if rtol is None else rtol)
+    (time,) = native(float, 0.0 if period is None else period)
+    if period is not None and not 0.0 < time < np.inf:
+        raise SimulateError(f"period = {time:g} s: give a time above zero")
+    return _gait(problem, section.strip(), pairs, time, until, RTOL if rtol is None else rtol)
 
 
 def _pairs(swap: str) -> dict[str, str]:

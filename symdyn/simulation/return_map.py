@@ -157,8 +157,8 @@ class ReturnMap:
         if self.section.kinds and tape.end is None:
             again = "again " if self.section.sooner else ""
             raise SimulateError(
-                f"{system.scene.name}: section {self.told} does not happen {again}until t = {self.until:g} s; give a later "
-                "until, a start nearer to a periodic motion, or another section"
+                f"{system.scene.name}: section {self.told} does not happen {again}until t = {self.until:g} s; give a "
+                "later until, a start nearer to a periodic motion, or another section"
             )
         end, moved = tape.x[-1][self.place], tape.forward(self.flow, ways, changes)[-1][:, self.place]
         slope = state_covectors(self.flow, end)[rows] @ moved.T
