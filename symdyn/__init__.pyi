@@ -29,6 +29,7 @@ from .scene import Scene as Scene, example as example, read as read
 from .simulation import (
     Feedback as Feedback,
     Problem as Problem,
+    gait as gait,
     inverse as inverse,
     pid as pid,
     sensitivity as sensitivity,

@@ -68,6 +68,7 @@ DOORS: dict[str, list[dict[str, Any]]] = {
     "equations": [{}],
     "example": [{"name": "cart_pole"}],
     "film": [{"times": T, "positions": [[0, 0], [0, 0.1]], "file": "run.svg"}],
+    "gait": [{"period": 1.0, "start": "theta=pi"}],
     "identify": [{"data": SERIES}],
     "inverse": [{"motion": MOTION, "times": T}],
     "lambdify": [{"name": "mass_matrix"}],

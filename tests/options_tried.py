@@ -212,6 +212,29 @@ MOVED: dict[str, Verb] = {
             "--bind": "g=1",
         },
     ),
+    "gait": Verb(
+        f"{EXAMPLES / 'pendulum.toml'} --section q1 --until 20 --start q1=0.3",
+        {
+            **{
+                name: one
+                for name, one in read("--section q1 --start q1=0.3 --forces tau1=-9*q1").items()
+                if name not in ("--allow-invalid-inertia", "--no-units")
+            },
+            "--section": "q1_dot",
+            "--swap": "q1=q1",
+            "--period": "6.3",
+            "--until": "1",
+            "--forces": "tau1=0.1",
+            "--start": "q1=0.1",
+            "--start-rates": "q1=1",
+            "--rtol": "1e-6",
+            "--over": "b=[0,0.01]",
+            "--output": "run.csv",
+            "--json": "",
+            "--bind": "b=0",
+            "--digits": "3",
+        },
+    ),
     "linearize": Verb(
         CART,
         {

@@ -31,6 +31,7 @@ CALLS: dict[str, dict[str, Any]] = {
     "simulate": {"scene": CART, "until": 0.01},
     "ensemble": {"scene": CART, "until": 0.01},
     "sensitivity": {"scene": CART, "until": 0.01},
+    "gait": {"scene": CART, "period": 1.0, "start": "theta=pi"},
     "inverse": {"scene": CART, "motion": "x=t,theta=0", "times": T},
     "sweep": {"scene": CART, "over": "mc=[1, 2]", "measure": "max(abs(x))", "until": 0.01},
     "uncertainty": {"scene": CART, "over": {"mc": 0.01}, "motion": "x=t,theta=0", "times": T},

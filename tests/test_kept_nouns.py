@@ -32,6 +32,7 @@ def kept() -> dict[str, Any]:
     found["run"] = symdyn.simulate(scene, until=0.02)
     found["closed"] = symdyn.closed_form(scene)
     found["sensitivity"] = symdyn.sensitivity(scene, until=0.1)
+    found["gait"] = symdyn.gait(symdyn.example("pendulum"), section="q1", start="q1=0.3")
     found["linear"] = symdyn.linearize(scene)
     found["certificate"] = Certificate("cart_pole", Fields(1, (7,), 1), (), (), ())
     found["collocation"] = symdyn.collocation(scene, until=1, cost="F**2", intervals=4)

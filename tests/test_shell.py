@@ -48,6 +48,7 @@ LINES = {  # what a verb is asked, its exit status, what its result must hold
         0,
         lambda told: 1 <= told["condition"] < 10,
     ),
+    "gait": (["gait", PENDULUM, "--period", "1"], 0, lambda told: told["period"] == 1.0 and told["stable"]),
     "linearize": (["linearize", PENDULUM], 0, lambda told: told["kind"] == "rest"),
     "bench": (
         ["bench", PENDULUM, "--quick", "--functions", "mass_matrix", "--no-trajectories"],

@@ -29,6 +29,7 @@ VERBS = {
     "simulate": "compute the motion that forces give",
     "sweep": "runs at many values of parameters and starts, and measures of them",
     "inverse": "compute the forces that a motion takes",
+    "gait": "a periodic motion, its period and Floquet multipliers",
     "linearize": "A, B, C, D, modes and stability about an operating point",
     "identify": "tell parameters from measured motion",
     "bench": "measure run time against error",

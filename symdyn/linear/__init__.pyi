@@ -11,7 +11,7 @@ from .linearized import (
     rests as rests,
     systems as systems,
 )
-from .locus import RootLocus as RootLocus, root_locus as root_locus
+from .locus import RootLocus as RootLocus, read_values as read_values, root_locus as root_locus
 from .modes import Mode as Mode, Spectrum as Spectrum, animate_modes as animate_modes
 from .regulator import Compensator as Compensator, Observer as Observer, Regulator as Regulator
 from .responses import FrequencyResponse as FrequencyResponse, TimeResponse as TimeResponse

@@ -9,6 +9,7 @@ from .equations.linear_feedback import state_names as state_names
 from .equations.variational import Flow as Flow
 from .error_bars import Uncertainty as Uncertainty
 from .forward import simulate as simulate
+from .gait import Gait as Gait, gait as gait
 from .initial import Start as Start
 from .integrate import METHODS as METHODS
 from .inverse_run import inverse as inverse

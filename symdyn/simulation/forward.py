@@ -223,7 +223,7 @@ def simulate(
     faults.lines[:] = dict.fromkeys(faults.lines)
     faults.close(SimulateError)
     times = outside.samples(run.until, run.every, times)
-    system, x = _begun(problem, given, zeros, initial, run.until, outside)
+    system, x = ready(problem, given, zeros, initial, run.until, outside)
     check_start(system, x)
     flags = tuple(k < len(run.stops) for k in range(len(formulas)))
     limits = stopping(system, run.ignore_limits)
@@ -284,7 +284,7 @@ def simulate(
     return found
 
 
-def _begun(
+def ready(
     problem: Problem, given: Forces, events: Sequence[Quantity], initial: Start, until: float, outside: Control
 ) -> tuple[StateEquations, Array]:
     """Return the equations with all that acts from outside, and the state at the start, shape (nx,)."""

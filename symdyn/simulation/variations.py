@@ -31,7 +31,7 @@ from symdyn.simulation.equations.linear_feedback import state_names
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.equations.variational import AGAINST, ALONG, Flow, smooth_flow
 from symdyn.simulation.equations.written import state_equations
-from symdyn.simulation.forward import check_start, is_stiff
+from symdyn.simulation.forward import Control, check_start, is_stiff, ready
 from symdyn.simulation.initial import Start
 from symdyn.simulation.integrate import METHODS
 from symdyn.simulation.integrate.integration import DOUBLES, END, Integration, IntegrationError, Outlook
@@ -332,8 +332,11 @@ def sensitivity(
         if name not in known:
             faults.add("parameters", scene.derived_words(name) or f"{name} is not known; {suggestion(name, known)}")
     faults.close(SimulateError)
-    system = state_equations(scene, forces, (), problem.whole)
-    x = np.concatenate([initial.q, initial.moving, np.zeros(int(system.works))])
+    system, x = ready(problem, forces, (), initial, run.until, Control())
+    if system.contacts is not None and (closed := system.contacts.closed(x)):
+        which = listed(map(system.contacts.name, closed))
+        why = "contacts that are closed at the start, where not all can be varied; start where they are open"
+        raise SimulateError(f"{scene.name}: {which}: {why}")
     outlook, told = Outlook(run.until, say), progress or UNHEARD
 
     def look(t: float) -> None:
@@ -355,11 +358,15 @@ def sensitivity(
         look,
     )
     end, tape = of_run.tape.x[-1], of_run.tape
-    covectors = _ends(of_run.flow, end)[[every.index(name) for name in rows]]
+    covectors = state_covectors(of_run.flow, end)[[every.index(name) for name in rows]]
     matrix = covectors @ of_run.forward(later)[-1].T if by == "forward" else of_run.backward(covectors, later)
     if not np.all(np.isfinite(matrix)):
         raise SimulateError(f"{scene.name}: a derivative has no finite value on the way to t = {run.until:g} s")
-    q, u, notes = end[: system.nq], end[system.nq :], (*initial.notes, *system.notes, *of_run.notes)
+    q, u, notes = (
+        end[: system.nq],
+        end[system.nq : len(end) - system.hidden],
+        (*initial.notes, *system.notes, *of_run.notes),
+    )
     return Sensitivity(scene, run.until, q, u, rows, of_run.names, matrix, by, tape.method, len(tape.steps), notes)
 
 
@@ -368,7 +375,7 @@ def _each(names: str | Sequence[str]) -> tuple[str, ...]:
     return (names,) if isinstance(names, str) else tuple(dict.fromkeys(names))
 
 
-def _ends(along: Flow, x: Array) -> Array:
+def state_covectors(along: Flow, x: Array) -> Array:
     """Return the covectors of all positions along the velocities, and of the rest of a state, shape (nv + nu, nx)."""
     nq, nv = along.system.nq, along.system.nv
     found = np.zeros((nv + along.system.nu, along.size))

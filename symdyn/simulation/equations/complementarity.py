@@ -297,8 +297,13 @@ class Laws:
         every = (("",),), ((STICK,), (SLIP, (1.0,)), (SLIP, (-1.0,))), ((STICK,), (SLIP,))
         return tuple(Case(True, *one) for one in every[len(self.tangents[k])])
 
-    def impact(self, v: Array, by_poisson: Sequence[bool]) -> Array:
+    def impact(
+        self, v: Array, by_poisson: Sequence[bool], told: list[tuple[Case, ...]] | None = None, keep: bool = False
+    ) -> Array:
         """Return the impulses, shape (m,), of contacts that touch, from v = W u⁻; each by its law.
+
+        The cases of compression and expansion are put on a list that is given, or are taken from it and kept: so it is
+        a smooth function next to an impact.
 
         Raises:
             ArithmeticError: no impulses keep the laws.
@@ -309,8 +314,18 @@ class Laws:
         assert len(rows) == len(self.normals), "dry friction of joints gives no impulse"
         for k, n in enumerate(rows):
             target[n] = 0.0 if by_poisson[k] else -self.restitution[k] * v[n]
-        sliding = replace(self, static=self.friction)
-        first = sliding._least(v, options, offset, target)
+        sliding, known = replace(self, static=self.friction), iter(told if told is not None and keep else ())
+
+        def solved(d: Array, options: Sequence[Sequence[Case]], offset: Array, target: Array) -> Array:
+            if keep:
+                cases = next(sliding._directed(next(known), d - target, offset, None))
+                return sliding._solved(cases, d - target, offset)[0]
+            found = sliding._least(d, options, offset, target)
+            if told is not None:
+                told.append(tuple(sliding._case(k, found, offset) for k in range(len(sliding.normals))))
+            return found
+
+        first = solved(v, options, offset, target)
         if not any(by_poisson):
             return first
         offset = np.array([first[n] * self.restitution[k] * by_poisson[k] for k, n in enumerate(rows)])
@@ -320,7 +335,18 @@ class Laws:
             tuple(replace(one, held=held) for held in (False, True) for one in self.slips(k))
             for k in range(len(self.normals))
         ]
-        return first + sliding._least(v + self.D @ first, more, offset, np.zeros(len(v)))
+        return first + solved(v + self.D @ first, more, offset, np.zeros(len(v)))
+
+    def _case(self, k: int, found: Array, offset: Array) -> Case:
+        """Return what a contact does, from impulses; which way it slips along two directions is left open."""
+        n, along = self.normals[k], list(self.tangents[k])
+        normal, size = 0.0 if n is None else float(found[n]), CLOSE * float(np.abs(found).max(initial=0.0))
+        most, held = self.friction[k] * normal, normal > offset[k] + size
+        if not along:
+            return Case(held)
+        if float(np.linalg.norm(found[along])) < most - size:
+            return Case(held, STICK)
+        return Case(held, SLIP, (-float(np.sign(found[along[0]])),) if len(along) == 1 else () if most else (0.0, 0.0))
 
     def by_pivots(self, d: Array, slides: Sequence[float], offset: Array, target: Array) -> Array | None:
         """Return λ, shape (m,), of one solution by Lemke's method, None where it ends without; `slides` are z, else 0.

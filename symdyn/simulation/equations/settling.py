@@ -347,6 +347,50 @@ def settled(system: StateEquations, t: float, x: Array, events: Sequence[tuple[i
     return behind
 
 
+def impact_beside(
+    system: StateEquations, t: float, x: Array, struck: Collection[int]
+) -> Callable[[StateEquations, Array], Array]:
+    """Return what gives velocities behind an impact, shape (nv,), where contacts do the same beside it.
+
+    It takes the system at values beside its own, and states, shape (nx,).
+    """
+    contacts, nq, nv = system.contacts, system.nq, system.nv
+    assert contacts is not None, "something strikes"
+    touching = [k for k in sorted({*contacts.closed(x), *struck}) if contacts.rows[k][0] is not None]
+    by_poisson, cases = [contacts.laws[k] == "poisson" for k in touching], list[tuple[Case, ...]]()
+
+    def behind(there: StateEquations, y: Array, keep: bool = True) -> Array:
+        found, u = contacts.numbers(there.evaluate("contacts", t, y), nv), y[nq : nq + nv]
+        some, rows = part(found.laws, touching)
+        return np.asarray(u + found.C[rows].T @ some.impact(found.W[rows] @ u, by_poisson, cases, keep))
+
+    behind(system, x, keep=False)
+    return behind
+
+
+def held(system: StateEquations, t: float, x: Array, struck: Sequence[int] = ()) -> Array:
+    """Return a state next to one, with what is closed closed and at rest, and the gaps of what strikes zero."""
+    contacts, nq, nv, nu = system.contacts, system.nq, system.nv, system.nu
+    assert contacts is not None, "there are contacts"
+    x = x.copy()
+    closed = [k for k in range(len(contacts.touches)) if contacts.mode(x, k)[0]]
+    touching = {k: n for k in sorted({*closed, *struck}) if (n := contacts.rows[k][0]) is not None}
+    resting = [n for k in closed if (n := contacts.rows[k][0]) is not None]
+    resting += [row for k in closed if contacts.mode(x, k)[1] for row in contacts.rows[k][1]]
+    for _ in range(STEPS):
+        found, rows = contacts.numbers(system.evaluate("contacts", t, x), nv), list(touching.values())
+        step = -found.C[rows].T @ least(found.laws.D[np.ix_(rows, rows)], found.gaps[list(touching)])
+        x[:nq] += system.calls["moved"](x[:nq], np.append(step, np.zeros(nu - nv)))
+    found = contacts.numbers(system.evaluate("contacts", t, x), nv)
+    u = x[nq : nq + nv]
+    u -= found.C[resting].T @ least(found.laws.D[np.ix_(resting, resting)], found.W[resting] @ u)
+    return x
+
+
+STEPS = 3
+"""Of Newton's method, from next to a state."""
+
+
 def begun(system: StateEquations, x: Array) -> Array:
     """Return the state at the start of a run: what touches strikes there, or rests.
 

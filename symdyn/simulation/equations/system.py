@@ -209,6 +209,11 @@ class StateEquations:
         return self.nv + len(self.scene.states)
 
     @property
+    def hidden(self) -> int:
+        """Number of states that are modes of contacts; they stand last."""
+        return 0 if self.contacts is None else self.nq + self.nu - self.contacts.place
+
+    @property
     def nz(self) -> int:
         """Number of states of a controller, which stand between (u, s) and W."""
         return 0 if self.loop is None else self.loop.nz

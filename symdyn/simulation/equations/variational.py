@@ -25,12 +25,15 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.dynamics import Function, Workspace
 from symdyn.dynamics.mechanism import TIME, prescribed
+from symdyn.dynamics.outputs import with_modes
 from symdyn.errors import SimulateError
 from symdyn.graph import Expr, Graph, gradient, reachable, substitute, tangents
-from symdyn.scene import Scene
+from symdyn.scene import Scene, bind
 from symdyn.simulation.equations.compiled_routines import Calls, Compiled, argument, compiled, plain
+from symdyn.simulation.equations.contact_modes import STRIKES
 from symdyn.simulation.equations.events import saltation
 from symdyn.simulation.equations.linear_feedback import state_names
+from symdyn.simulation.equations.settling import impact_beside
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.prescribed.forces import Forces, force_names
@@ -38,6 +41,9 @@ from symdyn.simulation.prescribed.forces import Forces, force_names
 ALONG, AGAINST = "along", "against"
 """The two sweeps: which of them is written, and compiled."""
 
+
+WIDTH = 1e-3
+"""Of differences of impacts, in units of the scene."""
 
 FAILS = 1e-9
 """Smallest singular value of G_d over the largest of G with which independent velocities determine the others."""
@@ -51,11 +57,13 @@ class Flow:
         system: the mechanism under its forces.
         parameters: names of p.
         calls: the functions of the module's legend.
+        width: of the differences that impacts are differentiated by, in units of the scene.
     """
 
     system: StateEquations
     parameters: tuple[str, ...]
     calls: Calls
+    width: float = WIDTH
 
     @classmethod
     def of(cls, scene: Scene, forces: Forces, q: Array, parameters: Sequence[str], smooth: bool = False) -> Flow:
@@ -135,28 +143,78 @@ class Flow:
         found: Array = self.calls["led"](0.0, changes)
         return found
 
-    def through(self, events: Sequence[int], t: float, x: Array) -> tuple[Array, Array, Array]:
+    def through(self, events: Sequence[int], t: float, x: Array, there: bool = False) -> tuple[Array, Array, Array]:
         """Return the state behind events at once, ∂x⁺/∂x⁻, shape (nx, nx), and ∂x⁺/∂p, shape (nx, at least 1).
+
+        Changes are of states at one time, or where `there` is set, of states at the event, whenever that is.
 
         Raises:
             SimulateError: the guard is only touched there, and the run has no derivative.
         """
         n, np_, system = self.size, max(1, len(self.parameters)), self.system
-        after, (q, u) = system.behind(events, t, x), self._parts(x)
+        after, (q, u) = self._behind(events, t, x), self._parts(x)
+        before, later = self.rates(t, x), self.rates(t, after)
+        if not there and np.array_equal(self._moving(after), self._moving(x)) and np.allclose(before, later, 1e-12, 0):
+            return after, np.eye(n), np.zeros((n, np_))
         every = np.eye(n + np_ + 1)
         dq, du = (np.ascontiguousarray(part) for part in self._parts(every[:, :n]))
         slopes = np.eye(n + 1, n + np_ + 1, -1)
+        given = (q, u, system.given(t, q, u), t, dq, du, every[:, n:])
+        whole = self.calls["guards"](*given).T if _guarded(system) else np.zeros((0, n + np_ + 1))
+        guards = dict(zip([k for k, kind in enumerate(system.kinds) if not kind.update], whole, strict=False))
         for k in events:
-            jump = self.calls[f"jump{k}"](q, u, system.given(t, q, u), t, dq, du, every[:, n:]).T
+            jump = self.calls[f"jump{k}"](*given).T if system.kinds[k].update else guards[k][None]
             rows = [0, *(1 + entry for entry in system.kinds[k].changes)]
             slopes[rows] = jump[rows]
-        found = saltation(slopes, self.rates(t, x), self.rates(t, after))
+        struck = [one[0] for k in events if (one := system.kinds[k].contact) is not None and one[1] == STRIKES]
+        if struck and not np.array_equal(self._moving(after)[system.nq :], self._moving(x)[system.nq :]):
+            jumping = slice(1 + system.nq, 1 + system.nq + system.nv)
+            slopes[jumping, :n], slopes[jumping, n : n + len(self.parameters)] = self._impact(struck, t, x)
+        found = saltation(slopes, before, np.zeros(n) if there else later)
         if found is None:
-            text = system.kinds[events[0]].text
+            contact = system.kinds[events[0]].contact
+            text = system.kinds[events[0]].text or "the section"
+            text = text if contact is None or system.contacts is None else f"contact {system.contacts.name(contact[0])}"
             raise SimulateError(
                 f"{system.scene.name}: {text} is only touched at t = {t:.9g} s: a run has no derivative"
             )
         return after, found[:, :n], found[:, n:]
+
+    def _moving(self, x: Array) -> Array:
+        """Return a state without the modes of contacts, which stand last."""
+        return x[: self.size - self.system.hidden]
+
+    def _behind(self, events: Sequence[int], t: float, x: Array) -> Array:
+        works = np.zeros(int(self.system.works))
+        return self.system.behind(events, t, np.append(x, works))[: self.size]
+
+    def _impact(self, struck: Sequence[int], t: float, x: Array) -> tuple[Array, Array]:
+        """Return ∂u⁺/∂x⁻ and ∂u⁺/∂p of an impact, shapes (nv, nx) and (nv, np), by differences of fourth order.
+
+        Where no contact slips along two directions velocities behind are linear in those before, and a step is long.
+        """
+        system, nq, nv, values = self.system, self.system.nq, self.system.nv, self.system.opened.values
+        behind = impact_beside(system, t, x, struck)
+        assert system.contacts is not None, "something strikes"
+        linear, declared = all(many < 2 for _, _, many in system.contacts.touches), system.contacts.declared
+
+        def along(position: Array, velocity: Array) -> Callable[[float], Array]:
+            return lambda step: behind(system, _beside(system, x, step * position, step * velocity))
+
+        def by(name: str) -> Callable[[float], Array]:
+            assert declared is not None, "the run has begun"
+            return lambda step: behind(
+                system.at(with_modes(bind(declared, {name: values[name] + step})), system.forces), x
+            )
+
+        none, every = np.zeros(system.nu), np.eye(nv, system.nu)
+        by_position = [_slope(along(way, none), self.width) for way in every]
+        by_velocity = [_slope(along(none, way), 1.0 if linear else self.width) for way in every]
+        by_parameter = [_slope(by(name), self.width * (abs(values[name]) or 1.0)) for name in self.parameters]
+        slopes = np.zeros((nv, self.size))
+        slopes[:, :nq] = np.transpose(by_position) @ np.linalg.pinv(self.turned(x[:nq]))
+        slopes[:, nq : nq + nv] = np.transpose(by_velocity)
+        return slopes, np.reshape(by_parameter, (len(self.parameters), nv)).T
 
     def starting(
         self, x: Array, chosen: tuple[list[int], list[int]] | None = None
@@ -193,7 +251,7 @@ class Flow:
             w = Workspace(system.opened.scene, system.opened.closing)
             positions, velocities = w.loops.position_level[1].independent, w.loops.decisions.partition.independent
         found = [[k for k in sorted(some) if k not in led] for some in (positions, velocities)]
-        return found[0], [*found[1], *range(system.nv, system.nu)]
+        return found[0], [*found[1], *range(system.nv, system.nu - system.hidden)]
 
     def _follow(self, x: Array, H: Array, start: tuple[Array, Array, Array], follows: Sequence[Sequence[int]]) -> None:
         """Let dependent positions and velocities follow, so that δr = 0 and δ(G u) = 0; they are written in place."""
@@ -218,6 +276,18 @@ class Flow:
     def _parts(self, x: Array) -> tuple[Array, Array]:
         nq = self.system.nq
         return x[..., :nq], x[..., nq : self.size]
+
+
+def _beside(system: StateEquations, x: Array, moved: Array, faster: Array) -> Array:
+    y, nq = x.copy(), system.nq
+    y[:nq] += system.calls["moved"](x[:nq], moved)
+    y[nq : nq + system.nu] += faster
+    return y
+
+
+def _slope(f: Callable[[float], Array], width: float) -> Array:
+    """Return f'(0), by differences of fourth order."""
+    return np.asarray((8 * (f(width) - f(-width)) - (f(2 * width) - f(-2 * width))) / (12 * width))
 
 
 def flow(system: StateEquations, parameters: Sequence[str], sweep: str = ALONG) -> Flow:
@@ -267,9 +337,14 @@ def _nothing(system: StateEquations) -> dict[tuple[tuple[str, ...], str], Compil
     return {}
 
 
+def _guarded(system: StateEquations) -> bool:
+    """Tell whether there are guards that nothing is updated at, but that end a motion, or modes of contacts."""
+    return bool(system.events) or system.contacts is not None
+
+
 def _by_rows(system: StateEquations) -> bool:
     """Tell whether f takes all rows at once."""
-    return bool(system.closed and not system.linear and system.together)
+    return bool(system.closed and not system.linear and system.contacts is None and system.together)
 
 
 def _flowing(system: StateEquations) -> Function:
@@ -318,4 +393,7 @@ def _written(system: StateEquations, parameters: tuple[str, ...], sweep: str) ->
         if kind.update:
             jump = substitute((kind.guard, *kind.update), {}, graph)
             functions.append(plain(f"jump{k}", tangents(jump, later), (*f.arguments, dq, du, late)))
+    if guards := [kind.guard for kind in system.kinds if not kind.update] if _guarded(system) else []:
+        changing = tangents(substitute(guards, {}, graph), later)
+        functions.append(plain("guards", changing, (*f.arguments, dq, du, late)))
     return compiled(system.opened.scene, graph, functions)

@@ -25,8 +25,9 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.simulation.equations.contact_modes import PASSED, STRIKES
 from symdyn.simulation.equations.control_loop import NOTHING
-from symdyn.simulation.equations.system import Projection
+from symdyn.simulation.equations.system import Projection, StateEquations
 from symdyn.simulation.equations.variational import Flow
 from symdyn.simulation.integrate.integration import LIBRARIES_RAISE, SAME, Hit, InitialValueProblem, IntegrationError
 from symdyn.simulation.integrate.watch import IntegrationStep, Watch
@@ -76,7 +77,8 @@ class Tape:
         a, b, c: its coefficients, shapes (s, s), (stages that an end takes,) and (s,).
         dense: coefficients of b(θ), see `_inside`.
         steps: in order.
-        x: states at the samples, shape (T, nx), at the start and at the end too.
+        x: states at the samples, shape (T, nx), at the start and at the end too, and behind an event that ends it.
+        end: time of that event, s; None where time ends it.
     """
 
     method: str
@@ -86,6 +88,7 @@ class Tape:
     dense: Array
     steps: tuple[Taken, ...]
     x: Array
+    end: float | None = None
 
     def forward(self, flow: Flow, ways: Array, changes: Array, reported: Told = UNHEARD) -> Array:
         """Return δx at the samples, shape (T, k, nx), of δx at the start, shape (k, nx), and δp, shape (k, np).
@@ -101,7 +104,7 @@ class Tape:
                 found.append(inside)
             ways = end @ step.jump[0].T + changes @ step.jump[1].T if step.jump else end
             reported(done / len(self.steps))
-        return np.array(found)
+        return np.array(found if self.end is None else [*found, ways])
 
     def backward(self, flow: Flow, covectors: Array, reported: Told = UNHEARD) -> tuple[Array, Array]:
         """Return λᵀ ∂(end)/∂(start), shape (k, nx), and λᵀ ∂(end)/∂p, shape (k, np), of λ, shape (k, nx).
@@ -171,6 +174,37 @@ class Tape:
         return np.asarray(np.block(blocks), dtype=np.float64)
 
 
+@dataclass(frozen=True)
+class Section:
+    """Events at which a motion has returned.
+
+    Attributes:
+        kinds: the system's kinds of events that it is one of; () of none.
+        sooner: s; what is passed before that has just been passed.
+    """
+
+    kinds: tuple[int, ...] = ()
+    sooner: float = 0.0
+
+    def passed(self, events: Sequence[int], system: StateEquations, t: float, x: Array) -> bool:
+        """Tell whether events at a state are of it; what is not active passes its plane, and does not strike."""
+        here = [k for k in events if k in self.kinds]
+        if not here or t <= self.sooner:
+            return False
+        contact, contacts = system.kinds[here[0]].contact, system.contacts
+        if contact is None or contact[1] != STRIKES or contacts is None:
+            return True
+        found = contacts.numbers(system.evaluate("contacts", t, x), system.nv)
+        return bool(found.able[contact[0]]) and tuple(contacts.mode(x, contact[0])) != PASSED
+
+    def first(self, events: Sequence[int]) -> list[int]:
+        """Return events with those of it last, whose guard tells when it is passed."""
+        return sorted(events, key=lambda k: k in self.kinds)
+
+
+NOWHERE = Section()
+
+
 def taped(
     flow: Flow,
     x: Array,
@@ -180,11 +214,13 @@ def taped(
     atol: float,
     stiff: bool,
     look: Told = UNHEARD,
+    section: Section = NOWHERE,
 ) -> Tape:
     """Return the run of a system by DOP853, or by Radau where it is stiff, with samples at times from its start on.
 
     The probe is the variation that its steps are chosen for too: δx at the start, and δp as `Flow.tangent` takes it.
-    After every step `look` hears the time, and may end the run by an IntegrationError.
+    After every step `look` hears the time, and may end the run by an IntegrationError. An event of a `section` ends the
+    tape, with changes of the state behind it whenever it is passed.
 
     Raises:
         IntegrationError: it cannot go on.
@@ -204,7 +240,7 @@ def taped(
     options = {"rtol": rtol, "atol": atol, **({"jac": slopes} if stiff else {})}
     a, b, c, within = _radau() if stiff else _dop853()
     steps, found = list[Taken](), [x]
-    events = _Events(flow, times, rtol, atol) if flow.system.jumps else None
+    events, end = _Events(flow, times, rtol, atol, section) if flow.system.jumps or section.kinds else None, None
     try:
         with np.errstate(all="ignore"):
             solver = kind(rates, times[0], np.concatenate([x, way]), times[-1], **options)
@@ -212,38 +248,59 @@ def taped(
                 events.stand(float(times[0]), x)
             while solver.status == "running":
                 old, message = solver.t, solver.step()
-                h = solver.t - old
                 if solver.status == "failed" or not np.all(np.isfinite(solver.y)):
                     words = (message or "a state is not finite").rstrip(".")
                     raise IntegrationError(f"the run cannot go on after t = {solver.t:g} s: {words}")
                 hits = [] if events is None else events.within(solver, old)
-                if hits and hits[0].t < solver.t:  # the step is taken again, to where the event is
-                    solver = kind(rates, old, solver.y_old, hits[0].t, first_step=hits[0].t - old, **options)
-                    solver.step()
-                    h = solver.t - old
-                parts = ((times[(times > old) & (times <= solver.t)] - old) / h).tolist()
-                dense = solver.dense_output() if any(part != 1 for part in parts) else None
-                found += [solver.y[:n] if part == 1 or dense is None else dense(old + part * h)[:n] for part in parts]
-                K = None if stiff else solver.K[: len(b)] if dense is None else solver.K_extended
-                inside = solver.Z if K is None else h * (a[: len(K), : len(K)] @ K)
-                steps.append(Taken(float(old), float(h), (solver.y_old + inside)[:, :n], tuple(parts)))
+                if hits and hits[0].t < solver.t:  # the step is taken again, to where the event is, or none at all
+                    at_once = hits[0].t <= old
+                    end_at, first = (times[-1], {}) if at_once else (hits[0].t, {"first_step": hits[0].t - old})
+                    solver = kind(rates, old, solver.y_old, end_at, **first, **options)
+                    if not at_once:
+                        solver.step()
+                step, samples = _taken(solver, float(old), times, a, len(b), n, stiff)
+                steps.append(step)
+                found += samples
                 look(float(solver.t))
                 if events is not None and hits and solver.t < times[-1]:
-                    y, *jump = flow.through([hit.event for hit in hits], solver.t, solver.y[:n])
+                    passed = [hit.event for hit in hits]
+                    if section.passed(passed, flow.system, solver.t, solver.y[:n]):
+                        y, *jump = flow.through(section.first(passed), solver.t, solver.y[:n], there=True)
+                        steps[-1], end = replace(steps[-1], jump=tuple(jump)), float(solver.t)
+                        found.append(y)
+                        break
+                    passed = [k for k in passed if flow.system.kinds[k].halts]
+                    y, *jump = flow.through(passed, solver.t, solver.y[:n])
                     steps[-1] = replace(steps[-1], jump=tuple(jump))
                     both = np.concatenate([y, jump[0] @ solver.y[n:] + jump[1] @ change])
-                    events.stand(float(solver.t), y, solver.y[:n], [hit.event for hit in hits])
+                    events.stand(float(solver.t), y, solver.y[:n], passed)
                     solver = kind(rates, solver.t, both, times[-1], **options)
     except LIBRARIES_RAISE as fault:
         raise IntegrationError(f"the run cannot go on: {fault}") from fault
-    return Tape("radau" if stiff else "dop853", a, b, c, within, tuple(steps), np.array(found))
+    return Tape("radau" if stiff else "dop853", a, b, c, within, tuple(steps), np.array(found), end)
+
+
+def _taken(
+    solver: Any, old: float, times: Array, a: Array, stages: int, n: int, stiff: bool
+) -> tuple[Taken, list[Array]]:
+    """Return the last step of a solver, of length 0 where an event is at once, and states of samples inside."""
+    h = float(solver.t - old)
+    if not h:
+        return Taken(old, 0.0, np.tile(solver.y[:n], (stages, 1)), ()), []
+    parts = ((times[(times > old) & (times <= solver.t)] - old) / h).tolist()
+    dense = solver.dense_output() if any(part != 1 for part in parts) else None
+    found = [solver.y[:n] if part == 1 or dense is None else dense(old + part * h)[:n] for part in parts]
+    K = None if stiff else solver.K[:stages] if dense is None else solver.K_extended
+    inside = solver.Z if K is None else h * (a[: len(K), : len(K)] @ K)
+    return Taken(old, h, (solver.y_old + inside)[:, :n], tuple(parts)), found
 
 
 class _Events:
     """Looks for events at which something jumps."""
 
-    def __init__(self, flow: Flow, times: Array, rtol: float, atol: float) -> None:
+    def __init__(self, flow: Flow, times: Array, rtol: float, atol: float, section: Section) -> None:
         self.system, self.until, self.tolerances = flow.system, float(times[-1]), (rtol, atol)
+        self.section = section
 
     def stand(self, t: float, x: Array, before: Array = NOTHING, passed: Sequence[int] = ()) -> None:
         """Stand at a state, where events may have just passed."""
@@ -255,10 +312,14 @@ class _Events:
         )
 
     def within(self, solver: Any, begin: float) -> list[Hit]:
-        """Return the first events, at once, of the last step of a solver at which something jumps."""
+        """Return the first events, at once, of the last step of a solver: jumps, or of the section."""
         n, dense = len(self.watch.problem.x), solver.dense_output()
         step = IntegrationStep(begin, solver.t, solver.y[:n].copy(), lambda times: dense(times).T[:, :n])
-        hits = [hit for hit in self.watch.within(step) if self.system.kinds[hit.event].update]
+        kinds, section = self.system.kinds, self.section
+        hits = list(self.watch.within(step))
+        hits = [
+            one for one in hits if kinds[one.event].halts or (one.event in section.kinds and one.t > section.sooner)
+        ]
         return [hit for hit in hits if hit.t <= hits[0].t * (1 + SAME)]
 
 
