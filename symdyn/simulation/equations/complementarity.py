@@ -9,18 +9,10 @@ are two: compression aims at 0, and expansion begins with e times its normal imp
 
 Of few contacts all cases are tried, so that every solution is found, and that there is none, or more than one, is told.
 Where a contact may slip along two directions, Newton's method finds which, from several guesses. There are 4ᵏ cases of
-k contacts of one direction: of more, Lemke's pivots find one, from one linear complementarity problem:
+k contacts of one direction: of more, Lemke's pivots find one, and projections of those that slip any way, see
+many_contacts.py.
 
-    w = A z + b,  w ≥ 0, z ≥ 0, w·z = 0
-    z = (λn - offset, λR, ξL)    w = (ξn, ξR, λL)    λR = μ λn + λt,  λL = μ λn - λt,  ξt = ξR - ξL
-
-What slips already has λt = -z μ λn in place of the last two rows; dry friction of a joint has no first one, and F in
-place of μ λn. Where friction is larger at rest, it is that of rest here. Of many contacts of two directions projections
-find which stick and which slip: D is passed contact by contact, and every force is brought back into its cone.
-
-References: Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts (1996), chapters 6 and 8; Cottle, Pang and
-Stone, The Linear Complementarity Problem (1992), section 4.4; Acary and Brogliato, Numerical Methods for Nonsmooth
-Dynamical Systems (2008), chapter 13.
+Reference: Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts (1996), chapters 6 and 8.
 """
 
 from __future__ import annotations
@@ -33,12 +25,10 @@ from math import pi
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.simulation.equations.many_contacts import pivoted, projected
 
 FEW = 2
 """Contacts of which all cases are tried."""
-
-PIVOTS = 500
-"""Pivots at most."""
 
 TURNS, SWEEPS, GUESSED = 60, 4000, 100
 """Steps of Newton's method for the directions of slips, of projections, and of those that only guess, at most."""
@@ -130,7 +120,7 @@ class Laws:
         shift = np.zeros(len(self.normals)) if offset is None else offset
         goal = np.zeros(len(d)) if target is None else target
         if near is None and len(options) > 1 and any(case.slips and not case.way for some in options for case in some):
-            near = self._projected(d, shift, goal, GUESSED)
+            near = projected(self, d, shift, goal, GUESSED)
         for cases in product(*options):
             for some in self._directed(cases, d - goal, shift, near):
                 found, missed = self._solved(some, d - goal, shift)
@@ -349,80 +339,20 @@ class Laws:
         return Case(held, SLIP, (-float(np.sign(found[along[0]])),) if len(along) == 1 else () if most else (0.0, 0.0))
 
     def by_pivots(self, d: Array, slides: Sequence[float], offset: Array, target: Array) -> Array | None:
-        """Return λ, shape (m,), of one solution by Lemke's method, None where it ends without; `slides` are z, else 0.
-
-        ξ is D λ + d - target.
-        """
-        k, m = len(self.normals), len(d)
-        tangents = [next(iter(along), None) for along in self.tangents]
-        mu = np.where(np.array(slides) == 0.0, self.static, self.friction)
-        to_forces = list[Array]()  # λ = Σ z · column + fixed
-        fixed = np.zeros(m)
-        names = list[tuple[int, str]]()
-        for i in range(k):
-            n, t = self.normals[i], tangents[i]
-            if n is not None:
-                column = np.zeros(m)
-                column[n] = 1.0
-                if t is not None:
-                    column[t] = -mu[i] if not slides[i] else -slides[i] * mu[i]
-                fixed += offset[i] * column
-                to_forces.append(column)
-                names.append((i, "normal"))
-            elif t is not None:
-                fixed[t] = -mu[i] if not slides[i] else -slides[i] * mu[i]
-            if t is not None and not slides[i]:
-                column = np.zeros(m)
-                column[t] = 1.0
-                to_forces += [column, np.zeros(m)]
-                names += [(i, "right"), (i, "left")]
-        Z = np.array(to_forces).T.reshape(m, len(names))
-        xi, rest = self.D @ Z, self.D @ fixed + d - target
-        A, b = np.zeros((len(names), len(names))), np.zeros(len(names))
-        for row, (i, what) in enumerate(names):
-            n, t = self.normals[i], tangents[i]
-            if what == "normal":
-                A[row], b[row] = xi[n], rest[n]
-            elif what == "right":
-                A[row], b[row] = xi[t], rest[t]
-                A[row, row + 1] = 1.0
-            else:
-                A[row, row - 1] = -1.0
-                b[row] = 2 * mu[i] * (1.0 if n is None else offset[i])
-                if n is not None:
-                    A[row, row - 2] = 2 * mu[i]
-        found = lemke(A, b)
-        return None if found is None else Z @ found + fixed
+        """Return λ, shape (m,), of one solution by Lemke's method, see `pivoted`; None where it ends without."""
+        return pivoted(self, d, slides, offset, target)
 
     def by_projection(
         self, d: Array, options: Sequence[Sequence[Case]], offset: Array, target: Array
     ) -> Iterator[tuple[tuple[Case, ...], Array]]:
         """Yield what `solutions` yields, of the cases that projections end at; nothing where they do not."""
-        found, chosen = self._projected(d, offset, target, SWEEPS), list[Sequence[Case]]()
+        found, chosen = projected(self, d, offset, target, SWEEPS), list[Sequence[Case]]()
         for k, n in enumerate(self.normals):
             size, most = float(np.linalg.norm(found[list(self.tangents[k])])), self.static[k] * found[n]
             held, stuck = n is None or found[n] > offset[k], size < most * (1 - 1e-7)
             wanted = [one for one in options[k] if one.held == held and (one.slip == STICK) >= stuck]
             chosen.append(wanted or options[k])
         yield from self.solutions(d, chosen, offset, target, found)
-
-    def _projected(self, d: Array, offset: Array, target: Array, sweeps: int) -> Array:
-        """Return λ to which projections come, shape (m,)."""
-        found = np.zeros(len(d))
-        for _ in range(sweeps):
-            before = found.copy()
-            for k, n in enumerate(self.normals):
-                along = list(self.tangents[k])
-                if n is None or not self.D[n, n]:
-                    continue
-                found[n] = max(offset[k], found[n] - (self.D[n] @ found + d[n] - target[n]) / self.D[n, n])
-                if along:
-                    pushed = found[along] - (self.D[along] @ found + d[along]) / self.D[along, along].max()
-                    size, most = float(np.linalg.norm(pushed)), self.static[k] * found[n]
-                    found[along] = pushed * min(1.0, most / max(size, 1e-300))
-            if np.abs(found - before).max() <= CLOSE * np.abs(found).max():
-                break
-        return found
 
     def _least(self, v: Array, options: Sequence[Sequence[Case]], offset: Array, target: Array) -> Array:
         found = list[Array]()
@@ -448,33 +378,3 @@ class Laws:
                 yield from found
                 return
         yield from self.solutions(d, options, offset, target)
-
-
-def lemke(A: Array, b: Array) -> Array | None:
-    """Return z ≥ 0 with w = A z + b ≥ 0 and w·z = 0, shape (n,); None where the pivots end on a ray.
-
-    Ties are broken by the lexicographic rule, so that it ends.
-    """
-    n = len(b)
-    if not n or b.min() >= 0:
-        return np.zeros(n)
-    T = np.hstack([np.eye(n), -A, -np.ones((n, 1)), b.reshape(-1, 1)])
-    basis, enter, row = list(range(n)), 2 * n, int(np.argmin(b))
-    for _ in range(PIVOTS):
-        T[row] /= T[row, enter]
-        others = np.arange(n) != row
-        T[others] -= np.outer(T[others, enter], T[row])
-        leaves, basis[row] = basis[row], enter
-        if leaves == 2 * n:
-            found = np.zeros(2 * n + 1)
-            found[basis] = T[:, -1]
-            return np.maximum(found[n : 2 * n], 0.0)
-        enter = leaves + n if leaves < n else leaves - n
-        able = np.flatnonzero(T[:, enter] > 1e-12)
-        if not len(able):
-            return None
-        ratios = T[able, -1] / T[able, enter]
-        ties = able[ratios <= ratios.min() + 1e-13 * (1 + abs(ratios.min()))]
-        last = [int(i) for i in ties if basis[i] == 2 * n]
-        row = last[0] if last else min(map(int, ties), key=lambda i: tuple(T[i, :n] / T[i, enter]))
-    return None
