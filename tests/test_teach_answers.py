@@ -5,11 +5,14 @@ from __future__ import annotations
 import json
 import shutil
 import subprocess
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from symdyn.algebra import Floats
+from symdyn.errors import TeachError
 from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.resources import folder
 from symdyn.scene import read
@@ -155,19 +158,26 @@ ALIKE = [
 """Spellings that one of both read in another way, or not at all, and rows of their tables."""
 
 
+def _by_page(asked: object, way: str, texts: Sequence[str]) -> list[Any]:
+    """Return what the program of a page with these questions makes of texts, in a way written as its program is."""
+    scripts = (folder("templates") / "teach" / name for name in ("formulas.js", "terms.js", "answers.js"))
+    checker = "\n".join(one.read_text(encoding="utf-8") for one in scripts)
+    program = f"const QUESTIONS={json.dumps(asked)};\n{checker}\n"
+    program += f"console.log(JSON.stringify({json.dumps(texts)}.map({way})));"
+    done = subprocess.run(["node", "-"], input=program, text=True, capture_output=True, check=True)
+    found: list[Any] = json.loads(done.stdout)
+    return found
+
+
 @pytest.mark.runs("node")
 @pytest.mark.skipif(shutil.which("node") is None, reason="the page's program runs in node")
 def test_a_page_reads_every_spelling_as_the_shell_does() -> None:
     asked = questions_of(ARM, {"K:": ("K:", read_formula("m1", ARM))}, "en")
-    scripts = (folder("templates") / "teach" / name for name in ("formulas.js", "terms.js", "answers.js"))
-    checker = "\n".join(one.read_text(encoding="utf-8") for one in scripts)
     read_there = "text => { const read = Formulas.formula(text); return QUESTIONS.points.map(read); }"
-    program = f"const QUESTIONS={json.dumps(asked)};\n{checker}\n"
-    program += f"console.log(JSON.stringify({json.dumps([text for text, _ in ALIKE])}.map({read_there})));"
 
-    done = subprocess.run(["node", "-"], input=program, text=True, capture_output=True, check=True)
+    values_there = _by_page(asked, read_there, [text for text, _ in ALIKE])
 
-    for (text, plain), there in zip(ALIKE, json.loads(done.stdout), strict=True):
+    for (text, plain), there in zip(ALIKE, values_there, strict=True):
         same = read_formula(plain, ARM).express(Graph())
         node = read_formula(text, ARM).express(Graph())
         for point, value in zip(asked["points"], there, strict=True):
@@ -176,6 +186,42 @@ def test_a_page_reads_every_spelling_as_the_shell_does() -> None:
                 for one in (same, node)
             ]
             assert values == pytest.approx([value, value], rel=1e-9, abs=1e-12), text
+
+
+RUNS = read_text(
+    "[parameters]\nk = {}\ng_c = {}\nm_2 = {}\n[joints.a]\ntype = 'prismatic'\nparent = 'ground'\nchild = 'b'\n"
+    "axis = [1, 0, 0]\ncoordinate = 'x'\n[bodies.b]\nmass = 'm_2*g_c/k'\n",
+    "runs",
+)
+NO_NAMES = {
+    **dict.fromkeys(["k_x", "k_x x", "k_{x}", r"\mathrm{k_x} x", r"k_\mathrm{x}", "3 k_x^2"], "k_x"),
+    "2k_xx": "k_xx",
+    "m_2g_k": "m_2g_k",
+    "kx_kx": "kx_kx",
+}
+"""What is written with an index that no symbol has, though its letters are symbols, and the name that is refused."""
+
+
+@pytest.mark.parametrize("text", NO_NAMES)
+def test_a_letter_and_its_index_are_one_name_and_no_product(text: str) -> None:
+    with pytest.raises(TeachError, match=f" {NO_NAMES[text]} is no symbol of runs; "):
+        read_formula(text, RUNS)
+
+
+@pytest.mark.parametrize("text", ["m_2g_ckx", "m_2g_c k x", "m_{2}g_{c}kx"])
+def test_names_with_indices_may_stand_side_by_side(text: str) -> None:
+    assert read_formula(text, RUNS) == read_formula("m_2*g_c*k*x", RUNS)
+
+
+@pytest.mark.runs("node")
+@pytest.mark.skipif(shutil.which("node") is None, reason="the page's program runs in node")
+def test_a_page_refuses_an_index_that_no_symbol_has_by_the_same_name() -> None:
+    told = "text => { try { Formulas.formula(text); return text; } catch (fault) { return [fault.key, fault.text]; } }"
+    asked = questions_of(RUNS, {"K:": ("K:", read_formula("k", RUNS))}, "en")
+
+    said = _by_page(asked, told, [*NO_NAMES, "m_2g_ckx"])
+
+    assert said == [*(["fault.name", name] for name in NO_NAMES.values()), "m_2g_ckx"]
 
 
 def test_every_letter_is_read_as_its_command() -> None:

@@ -330,7 +330,7 @@ def test_equal_lengths_are_no_equal_symbols() -> None:
         ("k_z11 = mgh", "1:9", "mgh is no symbol of two_link"),
         (r"k_z11 = \frac{m_1}", "1:19", "breaks off"),
         (r"k_z11 = \dot m_1", "1:14", "m1 has no such derivative"),
-        ("k_z33 = m1", "1:1", "kz33 is no symbol"),
+        ("k_z33 = m1", "1:1", "k_z33 is no symbol"),
         ("k_z11 = sin", "1:9", "sin of what"),
     ],
 )

@@ -51,6 +51,22 @@ def test_bodies_of_one_mass_do_not_vanish_one_by_one() -> None:
     assert not smaller_by(lesson, *found)  # with m → 0 both bobs weigh nothing
 
 
+def test_a_mass_beside_a_mass_matrix_is_told_in_the_table_of_symbols() -> None:
+    given = (
+        (SCENES / "twin.toml")
+        .read_text(encoding="utf-8")
+        .replace("\nm = ", "\nM = ")
+        .replace('mass = "m"', 'mass = "M"')
+    )
+    heavy = read_text(given, "twin.toml")
+    text = written(heavy)
+    assert r"| $\mathbf{M}$ | mass matrix, in bold type: $M$ is a letter of the mechanism |  |  |" in text
+    assert "| $M$ | mass of each bob | kg | 1 |" in text
+    assert r"\mathbf{M}_s = \begin{bmatrix} 5 M l^2" in text
+    assert "matica hmotnosti, tlačená tučne: $M$ je veličina mechanizmu" in written(heavy, "sk")
+    assert "in bold type" not in page("twin") + page("shaken")  # neither has both
+
+
 def test_a_determinant_is_positive() -> None:
     lesson = Lesson(scene("twin"), "en")
     (step,) = solved_steps(lesson, choose_state(lesson.scene, lesson.state, lesson.graph))

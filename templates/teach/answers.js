@@ -29,7 +29,7 @@ const Answers = (() => {
         try {
           formulas.push({of: formula(part), near: nearby(part).map(formula)});
         } catch (fault) {
-          const onTheWay = fault instanceof Fault && fault.key === "fault.name" && k < last && ((k === 0 && part.length === 1) || new RegExp(`^(?:${speeds})$`).test(fault.text));
+          const onTheWay = fault instanceof Fault && fault.key === "fault.name" && k < last && ((k === 0 && part.length === 1) || new RegExp(`^(?:${speeds})$`).test(fault.text.replaceAll("_", "")));
           if (!onTheWay) throw fault;
         }
       });

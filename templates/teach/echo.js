@@ -52,7 +52,7 @@ const Echo = (() => {
     function primary(token) {
       if (token.kind === "number") return `<mn>${token.text.replace("{,}", ".").replace(",", ".").replace(/[^0-9.eE+-]/g, "")}</mn>`;
       if (token.kind === "constant") return "<mi>π</mi>";
-      if (token.kind === "word") return word(token.text, token.dots, true);
+      if (token.kind === "word") return word(token.spelled, token.dots, true);
       if (token.kind === "open") return bracket(token);
       if (token.kind === "function") return call(token.text);
       if (token.text === "frac") { const above = group(); return fraction(above, group()); }
@@ -68,10 +68,10 @@ const Echo = (() => {
     }
     function accented(dots) {
       const braced = sees("open", "{") && take();
-      let text = take().text;
+      let {text, spelled} = take();
       if (braced) take();
-      if (braced && (sees("sub") || (sees("number") && !Object.hasOwn(QUESTIONS.symbols, text)))) text += take().text;
-      return word(text, dots);
+      if (braced && (sees("sub") || (sees("number") && !Object.hasOwn(QUESTIONS.symbols, text)))) spelled += (sees("sub") ? "_" : "") + take().text;
+      return word(spelled, dots);
     }
     function call(name) {
       const power = sees("op", "^") && take() ? exponent() : "";

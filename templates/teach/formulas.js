@@ -49,17 +49,18 @@ const Formulas = (() => {
       if (has(functions, name) && text[at] !== "_") return {kind: "function", text: functions[name]};
       while (text[at] === "_") {
         while (text[at + 1] === "_") at++;
-        name += index(name.length > 1);
+        name += "_" + index(name.length > 1);
       }
       let dots = 0;
       while (dots < 2 && text[at] === "'") { dots++; at++; }
-      return {kind: name === "pi" && !dots ? "constant" : "word", text: name, dots};
+      const plain = name.replaceAll("_", "");
+      return {kind: plain === "pi" && !dots ? "constant" : "word", text: plain, spelled: name, dots};
     }
     function upright(command) {
       const group = sticks(GROUP, text, at);
       if (!group) throw new Fault("fault.character", command);
       at += group[0].length;
-      return word(group[0].replace(BARE, ""));
+      return word(group[0].split("_").map(part => part.replace(BARE, "")).join("_"));
     }
     while (at < text.length) {
       const start = at;
@@ -113,7 +114,7 @@ const Formulas = (() => {
       }
       if (found[1] === undefined) throw new Fault("fault.time");
       const token = list[found.indices[1][0] + found[1].search(/[qeDE]/)], dots = [...found[1]].reduce((n, c) => n + (c === ".") + 2 * (c === ":"), rule[1]);
-      kept.push({...token, text: token.text.slice(rule[2]), dots: token.dots + dots});
+      kept.push({...token, text: token.text.slice(rule[2]), spelled: token.spelled.slice(rule[2]), dots: token.dots + dots});
       at += found[0].length;
     }
     return kept;
@@ -138,13 +139,14 @@ const Formulas = (() => {
     return has(quantities, name) ? quantities[name] : "";
   }
 
-  // Names: a whole word, or the one way to cut it into known pieces
+  // Names: a whole word, or the one way to cut it into known pieces, nowhere where an underscore stands
   const longest = Math.max(...[symbols, short, grammar.short].flatMap(Object.keys).map(word => word.length));
   function piece(word) {
     if (has(symbols, word)) return {name: symbols[word]};
     return has(short, word) ? {short: short[word]} : null;
   }
-  function read(word) {
+  function read(spelled) {
+    const parts = spelled.split("_"), word = parts.join(""), joined = new Set(parts.map((_, k) => parts.slice(0, k + 1).join("").length));
     const whole = piece(word);
     if (whole) return [whole];
     if (has(quantities, word)) throw new Fault("fault.quantity", quantities[word]);
@@ -153,6 +155,7 @@ const Formulas = (() => {
     for (let end = 1; end <= word.length; end++) {
       const here = [];
       for (let start = Math.max(0, end - longest); start < end; start++) {
+        if (joined.has(start)) continue;
         const cut = word.slice(start, end), ends = end === word.length && start && has(grammar.short, cut);
         const part = (word.slice(start, end + 1) !== "tg" && piece(cut)) || (ends ? {function: grammar.short[cut]} : null);
         if (part) here.push(...ways[start].slice(0, 8).map(way => [...way, part]));
@@ -160,7 +163,7 @@ const Formulas = (() => {
       ways.push(here.sort((a, b) => a.length - b.length).slice(0, 8));
     }
     const found = ways[word.length].filter((way, _, all) => way.length === all[0].length);
-    if (found.length !== 1) throw new Fault(found.length ? "fault.ambiguous" : "fault.name", word);
+    if (found.length !== 1) throw new Fault(found.length ? "fault.ambiguous" : "fault.name", spelled);
     return found[0];
   }
 
@@ -169,7 +172,7 @@ const Formulas = (() => {
     const shown = part => part.name || (part.function && `${part.function}(...)`) || `${part.short[0]}(${part.short[1].join(" + ")})`;
     return list.filter(token => token.kind === "word").flatMap(token => {
       try {
-        const pieces = read(token.text);
+        const pieces = read(token.spelled);
         return pieces.length > 1 ? [pieces.map(shown).join("*")] : [];
       } catch {
         return [];
@@ -277,7 +280,7 @@ const Formulas = (() => {
         if (!sees("close", "}")) throw new Fault("fault.bracket");
         const closed = take();
         const digit = sees("number") && peek().at === closed.at + 1 && !has(symbols, name.text) && has(symbols, name.text + peek().text);
-        if (sees("sub") || digit) name = {...name, text: name.text + take().text};
+        if (sees("sub") || digit) name = {...name, spelled: name.spelled + (digit ? "" : "_") + peek().text, text: name.text + take().text};
       }
       return [name, token.text === "dot" ? 1 : 2];
     }
@@ -294,13 +297,13 @@ const Formulas = (() => {
       while (sees("number") || sees("constant") || sees("command", "frac")) factors.push(sees("number") ? take().value : factor());
       if (sees("word") || sees("command", "dot", "ddot")) {
         const [name, dots] = sees("word") ? [peek(), take().dots] : accented(take());
-        factors.push(product(name, read(name.text), dots));
+        factors.push(product(name, read(name.spelled), dots));
       }
       if (!factors.length) throw new Fault("fault.argument");
       return times(factors);
     }
     function word(token, dots) {
-      const pieces = read(token.text), last = pieces.pop();
+      const pieces = read(token.spelled), last = pieces.pop();
       const before = pieces.length ? [product(token, pieces, token.dots && !last.function ? 0 : dots)] : [];
       const behind = token.dots || !pieces.length;  // m_1r' has its prime at the end, an accent stands on the first
       return times([...before, last.function ? call(last.function) : raised(product(token, [last], behind ? dots : 0))]);

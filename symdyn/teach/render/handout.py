@@ -10,20 +10,21 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import ClassVar
 
-from symdyn.algebra import Form
+from symdyn.algebra import Form, Symbol
 from symdyn.arguments import argument
-from symdyn.emit.print import refuse_too_long
+from symdyn.emit.print import latex_symbols, refuse_too_long
 from symdyn.errors import EmitError, NoValueError, choice
 from symdyn.scene import Quantity, Scene, SceneLike, SceneUnits, scene_of, with_symbols
 from symdyn.scene.forces import FORCES
 from symdyn.spatial import zero_vector
+from symdyn.table import Table
 from symdyn.teach.derivations import lagrange, multipliers, quaternions
 from symdyn.teach.derivations.contact_runs import with_contacts, without_contacts
 from symdyn.teach.derivations.dalembert import walkthrough as dalembert
 from symdyn.teach.derivations.dalembert.side_by_side import side_by_side
 from symdyn.teach.derivations.formulations import UNTIL, WAYS, formulation_walkthrough, with_cost
 from symdyn.teach.derivations.own_states import with_states
-from symdyn.teach.document import Document, Step, Words
+from symdyn.teach.document import Document, Letter, Step, Words
 from symdyn.teach.languages import language_of, languages
 from symdyn.teach.lesson import SMALL_SCENE, Prose, apart, is_tied
 from symdyn.teach.practice.exercises import GRADES, with_exercises
@@ -78,6 +79,24 @@ def _with_matter(document: Document) -> Document:
     step = Step("matter", prose.say("matter"), tuple(blocks), prose.say("matter.reason"))
     first, *others = document.sections
     return replace(document, sections=(first, prose.section("matter", [step]), *others))
+
+
+def _with_mass_matrix(document: Document) -> Document:
+    """Return a lesson whose table of symbols has the mass matrix, too, where it is bold beside the scene's own M."""
+    prose = Prose(document.scene, document.language, dict(document.names))
+    bold = Letter(prose.letters.mass_matrix)
+    own = [name for name, printed in latex_symbols(document.scene).items() if printed == "M"]
+    if not own or all(not isinstance(x.look, Letter) or x.look.letter != bold.letter for x in document.names.values()):
+        return document
+    cells = prose.called("mass:", bold), prose.say("notation.mass_matrix", M=Symbol(own[0])), Words(("",)), Words(("",))
+    row = tuple(cell if isinstance(cell, Words) else Words((cell,)) for cell in cells)
+
+    def told(step: Step) -> Step:
+        blocks = [replace(x, rows=(*x.rows, row)) if isinstance(x, Table) else x for x in step.blocks]
+        return replace(step, blocks=tuple(blocks)) if step.key == "notation" else step
+
+    sections = (replace(one, steps=tuple(map(told, one.steps))) for one in document.sections)
+    return replace(document, sections=tuple(sections), names=prose.names)
 
 
 def _turns_by_quaternion(scene: Scene) -> bool:
@@ -154,7 +173,7 @@ def walkthrough(
     except NoValueError as fault:
         raise NoValueError(f"{scene.name}: where the lesson shows numbers, such as at a dead centre: {fault}") from None
     document = with_cost(document, declared) if formulation in WAYS else document
-    document = with_contacts(_with_matter(document), touched)
+    document = _with_mass_matrix(with_contacts(_with_matter(document), touched))
     document = with_states(document, declared) if declared.states else document
     document = replace(document, brief=detail == "brief")
     refuse_too_long(scene.name, f"the lesson by {formulation}", document.forms(), _shorter())

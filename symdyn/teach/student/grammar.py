@@ -22,10 +22,10 @@ Names are the scene's symbols however they are spelled, and shorthands:
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass
 from difflib import get_close_matches
-from itertools import combinations
+from itertools import accumulate, combinations
 from typing import Any
 
 from symdyn.algebra import Form, Function, Symbol
@@ -321,19 +321,21 @@ class Names:
         name = self.symbols.get(word)
         return name in self.dotted or name in self.rates
 
-    def read(self, word: str) -> list[list[str | Form]]:
+    def read(self, spelled: str) -> list[list[str | Form]]:
         """Return the ways to read a word, each a product of symbols, shorthands and, last, "s" or "c" of what follows.
 
+        Where an underscore stands a word is not cut: m_2gh_2 is m2 g h2, and k_x is k x never.
         A symbol is its name, a coefficient or energy that of its target; one way is what a reader hopes for, none
         means that the word is unknown.
         """
+        word = spelled.replace("_", "")
         if whole := self._piece(word):
             return [[whole]]
         if word in self.targets:
             return [[str(self.targets[word])]]
         if word in CIRCULAR:
             return [[Function(CIRCULAR[word], ())]]
-        ways = sorted(self._split(word), key=len)
+        ways = sorted(self._split(word, set(accumulate(map(len, spelled.split("_"))))), key=len)
         return [way for way in ways if len(way) == len(ways[0])]
 
     def _piece(self, word: str) -> str | Form | None:
@@ -344,12 +346,12 @@ class Names:
         """Return how many letters the longest piece has."""
         return max(map(len, (*self.symbols, *self.shorthands, *CIRCULAR)))
 
-    def _split(self, word: str) -> Iterator[list[str | Form]]:
-        """Yield every way to cut a word into known pieces; bounded, as pieces are."""
+    def _split(self, word: str, whole: Set[int]) -> Iterator[list[str | Form]]:
+        """Yield every way to cut a word into known pieces, nowhere at places of `whole`; bounded, as pieces are."""
         ways: list[list[list[str | Form]]] = [[[]]]
         for end in range(1, len(word) + 1):
             here: list[list[str | Form]] = []
-            for start in range(max(0, end - self.longest), end):
+            for start in (at for at in range(max(0, end - self.longest), end) if at not in whole):
                 tangent = word[start : end + 1] == "tg"  # tgq is no product
                 piece = None if tangent else self._piece(word[start:end])
                 if piece is None and end == len(word) and start and word[start:end] in CIRCULAR:

@@ -206,7 +206,9 @@ class _Parser(Cursor):
             if closed.text != "}":
                 raise self.fault(closed, f"}} is expected after \\{token.text}{{{word.text}")
             if self.sees("sub") or self.plain_digit(word, closed):
-                word = replace(word, text=word.text + self.take().text)
+                index = self.take()
+                spelled = word.spelled + "_" * (index.kind == "sub") + index.text
+                word = replace(word, text=word.text + index.text, spelled=spelled)
         return word, 1 if token.text == "dot" else 2
 
     def plain_digit(self, word: Token, closed: Token) -> bool:
@@ -219,12 +221,12 @@ class _Parser(Cursor):
     # Words
 
     def read(self, token: Token) -> list[str | Form]:
-        ways = self.names.read(token.text)
+        ways = self.names.read(token.spelled)
         if len(ways) == 1:
             return ways[0]
         if not ways:
             scene, near = self.names.scene.name, self.names.nearest(token.text)
-            raise self.fault(token, f"{shorten(token.text)} is no symbol of {scene}; {near}")
+            raise self.fault(token, f"{shorten(token.spelled)} is no symbol of {scene}; {near}")
         shown = " or ".join(" ".join(p if isinstance(p, str) else "..." for p in way) for way in ways[:2])
         raise self.fault(token, f"{token.text} can be read as {shown}; put spaces between factors")
 

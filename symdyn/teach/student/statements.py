@@ -212,7 +212,7 @@ def _statement(from_text: Source, chunk: Sequence[Token], names: Names, target: 
             continue
         forms.append(parse(from_text, part, names, end))
         near.append(tuple(parse(from_text, changed, names, end) for changed in _rounded(part)))
-        stars += [starred(token.text, names) for token in part if token.kind == "word"]
+        stars += [starred(token.spelled, names) for token in part if token.kind == "word"]
     if not targets and len(forms) != 2:
         raise from_text.fault(ends[1], "an equation of motion has two sides; write a result as k_z11 = ... = ...")
     return Statement(line, tuple(targets), tuple(forms), tuple(near), tuple(dict.fromkeys(filter(None, stars))))
@@ -261,7 +261,7 @@ def _lone(part: Sequence[Token]) -> bool:
 
 def _on_the_way(part: Sequence[Token], names: Names) -> bool:
     """Whether a member of a chain, not its last, is written in speeds and rates that it has not introduced."""
-    words = {token.text for token in part if token.kind == "word" and not names.read(token.text)}
+    words = {token.text for token in part if token.kind == "word" and not names.read(token.spelled)}
     return bool(words) and all(SPEEDS.fullmatch(word) for word in words)
 
 

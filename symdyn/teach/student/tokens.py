@@ -171,13 +171,17 @@ _UNDERSCORES = re.compile("_*(?=_)")
 
 @dataclass(frozen=True)
 class Token:
-    """One token of a kind, see the module; it begins `at` in the source's text. Dots of a word come from primes."""
+    """One token of a kind, see the module; it begins `at` in the source's text.
+
+    Dots of a word come from primes; `spelled` is a word with the underscores of its indices: q_1 of q1.
+    """
 
     kind: str
     text: str
     at: int
     dots: int = 0
     value: Fraction = Fraction(0)
+    spelled: str = ""
 
 
 def tokens(source: Source) -> list[Token]:
@@ -200,12 +204,14 @@ class _Lexer:
             self._next(*next((kind, match[0]) for kind, match in matches if match))
         return self.found
 
-    def _add(self, kind: str, text: str, end: int, dots: int = 0, value: Fraction = Fraction(0)) -> None:
+    def _add(
+        self, kind: str, text: str, end: int, dots: int = 0, value: Fraction = Fraction(0), spelled: str = ""
+    ) -> None:
         last = self.found[-1] if self.found else None
         if kind == "close" and text == "}" and last and (last.kind, last.text) == ("open", "{"):
             self.found.pop()
         else:
-            self.found.append(Token(kind, text, self.at, dots, value))
+            self.found.append(Token(kind, text, self.at, dots, value, spelled))
         self.at = end
 
     def _next(self, kind: str, text: str) -> None:
@@ -225,7 +231,7 @@ class _Lexer:
             group = _GROUP.match(self.text, end)
             if not group:
                 raise self.source.fault(at, f"{self.text[at:end]} needs braces: {self.text[at:end]}{{m}}")
-            self._word(plain_index(group[0]), group.end())
+            self._word("_".join(map(plain_index, group[0].split("_"))), group.end())
         elif kind == "step":
             self._add("unknown", f"{self.text[at:end]}: carry it out first; results are compared, not steps", end)
         elif kind == "sub":
@@ -243,11 +249,12 @@ class _Lexer:
             return
         while under := _UNDERSCORES.match(self.text, end):
             index, end = self._index(under.end(), optional=len(name) > 1)
-            name += index
+            name += f"_{index}"
         dots = 0
         while dots < 2 and self.text.startswith("'", end):
             dots, end = dots + 1, end + 1
-        self._add("constant" if name == "pi" and not dots else "word", name, end, dots)
+        text = name.replace("_", "")
+        self._add("constant" if text == "pi" and not dots else "word", text, end, dots, spelled=name)
 
     def _index(self, at: int, optional: bool = False) -> tuple[str, int]:
         """Return the index that begins with the underscore at `at`, and where it ends; names of code end in _ too."""
@@ -293,7 +300,7 @@ def without_time(source: Source, found: Sequence[Token], names: Names) -> list[T
             )
         accents = len(match[1]) - len(match[1].lstrip(".:({"))
         word, dots = kept[match.start(1) + accents], match[1].count(".") + 2 * match[1].count(":")
-        timeless.append(replace(word, text=word.text[cut:], dots=word.dots + dots + order))
+        timeless.append(replace(word, text=word.text[cut:], spelled=word.spelled[cut:], dots=word.dots + dots + order))
         at = match.end()
     return timeless
 
