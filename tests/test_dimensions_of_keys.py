@@ -45,7 +45,7 @@ def test_every_key_of_numbers_says_its_dimension() -> None:
             units = (key.unit,) if isinstance(key.unit, str) else key.unit
             silent += [] if all(units) else [(name, key.name)]
             assert all(Unit.read(one).is_coherent for one in units if one)
-    assert silent == [("formula", "formula")]
+    assert silent == [("formula", "formula"), *((kind, "active") for kind in ("point", "ball", "wheel", "gap"))]
 
 
 @pytest.mark.parametrize("share", [12, pytest.param(10**6, marks=pytest.mark.slow)])

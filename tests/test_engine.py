@@ -44,10 +44,12 @@ def test_every_pair_of_options_meets_in_the_first_trials() -> None:
 FORMULAS = {"output", "outputs", "tension"}
 """What scenes of trials do not have: formulas of reactions and accelerations, which are compared themselves."""
 LED = {name.partition(":")[0] for name in LINEARIZING}
-ELSEWHERE = {*REGRESSORS, *PASSIVITY, *LED, *CONTACTS, "state_rates", "canonical_rates", "routhian"}
+SHAPED = {"shaping_forces", "damping_forces"}
+ELSEWHERE = {*REGRESSORS, *PASSIVITY, *LED, *CONTACTS, *SHAPED, "state_rates", "canonical_rates", "routhian"}
 """What is proved to be forces times parameters, and compared in numbers by `test_regressors.py`; rates of states, which
 scenes of trials do not have, by `test_states.py` and `test_state_examples.py`; by `test_canonical.py` rates of momenta,
-and Routh's function; by `test_linearizing.py` what linearises; by `test_contacts.py` contacts that open and close."""
+and Routh's function; by `test_linearizing.py` what linearises; by `test_contacts.py` contacts that open and close, by
+`test_shaping.py` forces that shape energy."""
 
 
 def test_every_output_is_compared() -> None:

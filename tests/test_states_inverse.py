@@ -171,7 +171,7 @@ def test_error_bars_are_those_of_the_states_too(motor: Scene) -> None:
     scene = read_text(text.replace("[parameters]", 'units = "none"\n[parameters]'), "motor.toml")
     found = symdyn.uncertainty(scene, {"R": 0.1}, motion="theta=t", times=[0, 0.1, 0.5], columns="tau")
     up, down = (symdyn.inverse(scene, "theta=t", found.run.t, values={"R": R})["tau"] for R in (1.2 + 1e-4, 1.2 - 1e-4))
-    np.testing.assert_allclose(found["tau"], np.abs(up - down) / 2e-4 * 0.1, atol=1e-6)
+    np.testing.assert_allclose(found["sd_tau"], np.abs(up - down) / 2e-4 * 0.1, atol=1e-6)
 
 
 def test_a_shell_gives_states_and_inputs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, motor: Scene) -> None:

@@ -254,4 +254,7 @@ def test_a_file_that_is_no_table_is_told_once(tmp_path: Path, force: str) -> Non
     (tmp_path / "cart.toml").write_text(CART.replace("{force}", force))
     with pytest.raises(SceneError) as refused:
         symdyn.read(tmp_path / "cart.toml")
-    assert str(refused.value) == f"{tmp_path / 'none.csv'}: there is no such file; check the path"
+    assert (
+        str(refused.value)
+        == f"{tmp_path / 'cart.toml'}:1: {tmp_path / 'none.csv'}: there is no such file; check the path"
+    )

@@ -15,13 +15,14 @@ from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from itertools import pairwise
 from math import lcm
 
 from symdyn.graph.differentiate import Algebra, T, evaluate, reachable, substitute, tangents
 from symdyn.graph.expression import Expr, Graph
 from symdyn.graph.ops import Op
+from symdyn.unlocked import cached_property
 
 
 @dataclass(frozen=True)

@@ -337,8 +337,8 @@ class Linearization(StateSpace):
     def feedback(self, *others: object) -> NoReturn:
         """Raise LinearizeError: this is what is controlled, and no controller."""
         raise LinearizeError(
-            f"{self.scene.name}: is the mechanism, and no controller; give lin.lqr(Q, R) or lin.lqg(...), which have "
-            "a .closed_loop"
+            f"others: {self.scene.name} is the mechanism, and no controller; give lin.lqr(Q, R) or lin.lqg(...), which "
+            "have a .closed_loop"
         )
 
     @checked(LinearizeError)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:  # one of these is shown, and its package is there then
     from symdyn.linear import Formulas, Linearization
     from symdyn.program import Program
     from symdyn.runtime import Loaded, NumericFunction
-    from symdyn.simulation import Sensitivity
+    from symdyn.simulation import Gait, Sensitivity
 
 
 def scene(result: Scene) -> list[Markup]:
@@ -251,6 +251,12 @@ def sensitivity(result: Sensitivity) -> list[Markup]:
         _matrix("d end / d start", result.matrix, result.rows, result.columns),
         *notes(result.notes),
     ]
+
+
+def gait(result: Gait) -> list[Markup]:
+    """Return a periodic motion: period, fixed point, multipliers."""
+    first, *rest = result.words
+    return [head(result.scene.name, first.partition(": ")[2]), *notes(rest)]
 
 
 def _matrix(name: str, matrix: Array, rows: Sequence[str], columns: Sequence[str]) -> Markup:

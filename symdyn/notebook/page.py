@@ -169,6 +169,7 @@ NOUNS = {
     "symdyn.program.routine:Program": "mechanisms:program",
     "symdyn.scene.values.model:Scene": "mechanisms:scene",
     "symdyn.simulation.variations:Sensitivity": "mechanisms:sensitivity",
+    "symdyn.simulation.gait:Gait": "mechanisms:gait",
     "symdyn.simulation.equations.controller:Feedback": "runs:feedback",
     "symdyn.simulation.trajectory:Trajectory": "runs:trajectory",
     "symdyn.simulation.error_bars:Uncertainty": "runs:uncertainty",

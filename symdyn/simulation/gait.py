@@ -29,6 +29,9 @@ from symdyn.simulation.trajectory import Trajectory
 RTOL, COARSER = 1e-11, 30.0
 """Relative tolerance of a step; what it is multiplied by, and widths of differences by 2, for the error bars."""
 
+LONGEST = 1e6
+"""A period at most, s."""
+
 UNSURE = 1e-7
 """How near to 1 a multiplier says nothing."""
 
@@ -50,6 +53,25 @@ class Gait(Shown):
         missed: by how much the state after a period is not the fixed point, the largest entry.
         rtol: relative tolerance of a step.
         until: s, within which it has to return.
+
+    >>> import symdyn
+    >>> cart = symdyn.scene.read_text('''
+    ... [bodies.b]
+    ... mass = 1
+    ... [joints.x]
+    ... type = "prismatic"
+    ... parent = "ground"
+    ... child = "b"
+    ... axis = [1, 0, 0]
+    ... coordinate = "x"
+    ... damping = 1
+    ... [springs.s]
+    ... joint = "x"
+    ... stiffness = 4
+    ... ''')
+    >>> found = symdyn.gait(cart, forces="tau1=sin(2*pi*t)", period=1)
+    >>> print(found.stable, abs(found.multipliers).round(6))
+    True [0.606531 0.606531]
     """
 
     problem: Problem
@@ -137,9 +159,9 @@ def gait(
     """Return a periodic motion next to a start, with its Floquet multipliers.
 
     >>> import symdyn
-    >>> found = symdyn.gait(symdyn.example("pendulum"), section="q1", start="q1=0.5")
+    >>> found = symdyn.gait(symdyn.example("pendulum"), forces="tau1=0.1*sin(3*t)", period=2.0943951023931953)
     >>> len(found.multipliers), found.stable
-    (1, False)
+    (2, True)
 
     Args:
         scene: the mechanism, its parameters bound; or a `Problem`. Its start has to be near the motion.
@@ -164,8 +186,8 @@ def gait(
     if bool(section.strip()) == (period is not None):
         raise SimulateError("give section, where a period begins, or period, of forces that depend on time")
     (time,) = native(float, 0.0 if period is None else period)
-    if period is not None and not 0.0 < time < np.inf:
-        raise SimulateError(f"period = {time:g} s: give a time above zero")
+    if period is not None and not 0.0 < time <= LONGEST:
+        raise SimulateError(f"period = {time:g} s: give a time above zero, and no more than {LONGEST:g} s")
     return _gait(problem, section.strip(), pairs, time, until, RTOL if rtol is None else rtol)
 
 

@@ -26,10 +26,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 from fractions import Fraction
-from functools import cached_property
 from itertools import pairwise
 
 from symdyn.graph import Expr, Graph, Piecewise
+from symdyn.unlocked import cached_property
 
 Rows = tuple[tuple[Fraction | None, ...], ...]
 """Numbers of a table, None of an empty cell."""

@@ -100,7 +100,7 @@ class Scene(Shown):
     """The name of body 0, which does not move."""
 
     def __post_init__(self) -> None:
-        if self.name.endswith((".toml", ".urdf", ".xml", ".par")):
+        if isinstance(self.name, str) and self.name.endswith((".toml", ".urdf", ".xml", ".par")):
             raise SceneError(f'{self.name} is a file, and a Scene is what is in it: symdyn.read("{self.name}")')
         lists = [one.name for one in fields(self) if one.type not in ("str", "bool") and one.name != "texts"]
         vars(self).update(zip(lists, walked(Scene, vars(self), *lists, error=SceneError), strict=True))

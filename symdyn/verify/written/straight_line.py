@@ -10,10 +10,10 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar, Union
 
 from symdyn.graph import Expr, Op, Piecewise
+from symdyn.unlocked import cached_property
 from symdyn.verify.written.memory import Fault, Index, MemoryInputs, Pointer, Result, Rows, Spelled, Work
 from symdyn.verify.written.reading import Cut, ExpectedFunction, Read, Text, Unread, kinds, line_of, text_of, unread
 
