@@ -165,11 +165,11 @@ def uncertainty(
 
     >>> import symdyn
     >>> found = symdyn.uncertainty(symdyn.example("cart_pole"), {"mp": 0.01, "theta": 0.02}, until=1)
-    >>> found["x"].shape, float(found["theta"][0])
+    >>> found["x"].shape, float(found["sd_theta"][0])
     ((201,), 0.02)
     >>> along = symdyn.uncertainty(symdyn.example("cart_pole"), "mp=uniform(0.2, 0.3)",
     ...     motion=["x=t**2", "theta=0"], times=[0, 1], columns="F")
-    >>> along["F"].round(5).tolist()
+    >>> along["sd_F"].round(5).tolist()
     [0.05774, 0.05774]
 
     Args:
