@@ -13,7 +13,8 @@ from symdyn.emit.print.formulations_page import FormulationPage, formulation_tex
 from symdyn.errors import DerivationError
 from symdyn.scene import Scene, read_text
 
-ROD = (Path(__file__).parent / "data" / "impacts" / "scenes" / "falling_rod_0.36.toml").read_text()
+SCENES = Path(__file__).parent / "data" / "impacts" / "scenes"
+ROD = (SCENES / "falling_rod_0.36.toml").read_text()
 
 STATE = {"x": 0.1, "y": 0.4, "theta": 0.7}
 RATES = {"x_dot": 0.3, "y_dot": -1.2, "theta_dot": 0.5}
@@ -51,6 +52,23 @@ def test_the_page_of_contacts_agrees_with_the_outputs(law: str) -> None:
     after = {z: page["s"] + call.delassus(q)[1] @ [page[f"Lambda_n{z}"], page[f"Lambda_t{z}"]] for z in "+-"}
     way = "" if sticks else "+" if after["+"] > 0 else "-"
     assert [page[f"Lambda_n{way}"], page[f"Lambda_t{way}"]] == pytest.approx(call.impact_foot(q, u)[3:])
+
+
+def test_the_page_names_one_thing_alike_in_laws_rows_and_formulas() -> None:
+    """Of several contacts with their numbers, and where a scene has g, s and D itself."""
+    text = ROD.replace('coordinate = "x"', 'coordinate = "D"').replace('coordinate = "y"', 'coordinate = "g"')
+    for scene in (read_text(text), symdyn.read(SCENES / "rocking_block.toml")):
+        page = formulation_text(scene, "contact")
+        assert "dot}" not in page.replace(r"\dot{", "").replace(r"\ddot{", "")
+        assert "_ddot" not in page
+        assert "cal}}" not in page
+    for part in (
+        r"$0 \le g_1 \perp \lambda_{n,1} \ge 0$",
+        r"\ddot{g_1} = 0",
+        r"\ddot g_1 &=",
+        "D_{1,1} D_{2,2} - D_{1,2}^2",
+    ):
+        assert part in page
 
 
 def test_letters_that_a_scene_has_are_left_to_it() -> None:

@@ -611,7 +611,7 @@ def test_who_takes_contacts_as_open_says_so(tmp_path: Path, capsys: pytest.Captu
         for verb in ("equations", "info"):
             assert main([verb, str(tmp_path / f"{name}.toml")]) == 0
             err = capsys.readouterr().err
-            assert f"{name}: all contacts open: {'f' if name == 'fall' else 'stops of h'}; simulate alone" in err
+            assert f"{name}: all contacts open: {'f' if name == 'fall' else 'stops of h'}; runs, sensitivity" in err
     main(["info", str(tmp_path / "fall.toml")])
     assert "restitution e, friction 0, Poisson's law" in capsys.readouterr().out
     assert "limits.restitution: the file has limits that nothing strikes" in "".join(

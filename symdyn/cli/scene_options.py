@@ -89,8 +89,8 @@ def read_scene(options: argparse.Namespace) -> Scene:
         say_values_alone(options, scene, options.verb)
     opening = [one.name for one in scene.unilaterals]
     opening += [f"stops of {one.name}" for one in scene.joints if one.limits.restitution is not None]
-    if opening and options.verb in OPEN:
-        say(f"{scene.name}: all contacts open: {listed(opening)}; simulate alone closes them")
+    if opening and options.verb in OPEN and getattr(options, "formulation", "") != "contact":
+        say(f"{scene.name}: all contacts open: {listed(opening)}; runs, sensitivity and gait close them")
     return scene
 
 

@@ -28,6 +28,7 @@ from symdyn.emit.print.formulation_groups import (
     written_forms,
 )
 from symdyn.emit.print.printable import Printable
+from symdyn.emit.print.printed_names import PrintName
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import Scene
@@ -52,7 +53,8 @@ class _Letters:
 
     def impulse(self, word: str, sign: str, form: Form) -> EquationRow:
         above = f"^{sign}" if sign else ""
-        return EquationRow(f"Lambda_{word}{self.number}{sign}", rf"\Lambda{above}_{{{word}{self.number}}}", form)
+        below = ",".join(filter(None, (word, self.number)))
+        return EquationRow(f"Lambda_{word}{self.number}{sign}", rf"\Lambda{above}_{{{below}}}", form)
 
     def force(self, word: str) -> str:
         return f"lambda_{word}{self.number}"
@@ -95,7 +97,7 @@ def contact(scene: Scene) -> Iterator[EquationGroup]:
     D = _delassus(open_form(scene, WHAT), [[write(x) for x in row.entries] for row in every])
     names = ", ".join(forces)
     told = f"accelerations of gaps and slips by a unit of force, rows and columns in the order {names}"
-    shown = ", ".join(_latex(name) for name in forces)
+    shown = "$, $".join(str(PrintName.of_code(name)) for name in forces)
     if D is None:
         text = f"{told}: D = W M^-1 W^T, too long to be read here; generate the output delassus"
         yield EquationGroup("delassus", "Delassus' matrix", text, (), "")
@@ -112,31 +114,25 @@ def contact(scene: Scene) -> Iterator[EquationGroup]:
         at += len(one.rows)
 
 
-def _latex(name: str) -> str:
-    """Return a force such as lambda_n2 in LaTeX."""
-    return rf"\lambda_{{{name.removeprefix('lambda_')}}}"
-
-
 def _one(scene: Scene, one: Touch, letters: _Letters, write: Forms) -> EquationGroup:
     """Return gap and slip of one, and the equations that a mode adds."""
-    n, t, g = letters.force("n"), letters.force("t"), letters.gap
+    n, t, g, s = letters.force("n"), letters.force("t"), letters.gap, letters.slip
+    n_, t_, g_, s_ = (str(PrintName.of_code(name)) for name in (n, t, g, s))
     rows, laws, modes, shown = list[EquationRow](), list[str](), list[str](), list[str]()
     if one.normal is not None:
         rows += [EquationRow(g, g, write(one.gap)), *_rates(one.normal, f"{g}_dot", f"{g}_ddot", scene, write)]
         laws.append(f"0 <= {g}, 0 <= {n}, one of them 0")
         modes.append(f"open {n} = 0, closed {g}_ddot = 0")
-        shown.append(r"$0 \le g \perp \lambda_n \ge 0$: open $\lambda_n = 0$, closed $\ddot g = 0$")
+        shown.append(rf"$0 \le {g_} \perp {n_} \ge 0$: open ${n_} = 0$, closed $\ddot{{{g_}}} = 0$")
     for row in one.tangents:
-        largest, cone = (f"mu {n}", r"\mu \lambda_n") if one.normal else ("F", "F")
-        rows += _rates(row, letters.slip, f"{letters.slip}_dot", scene, write)
+        largest, cone = (f"mu {n}", rf"\mu {n_}") if one.normal else ("F", "F")
+        rows += _rates(row, s, f"{s}_dot", scene, write)
         laws.append(f"|{t}| <= {largest}")
-        modes.append(f"sticks {letters.slip}_dot = 0, slips forwards {t} = -{largest}, backwards {t} = {largest}")
-        shown.append(
-            rf"$|\lambda_t| \le {cone}$: sticks $\dot s = 0$, slips forwards $\lambda_t = -{cone}$, "
-            rf"backwards $\lambda_t = {cone}$"
-        )
+        modes.append(f"sticks {s}_dot = 0, slips forwards {t} = -{largest}, backwards {t} = {largest}")
+        slips = rf"slips forwards ${t_} = -{cone}$, backwards ${t_} = {cone}$"
+        shown.append(rf"$|{t_}| \le {cone}$: sticks $\dot{{{s_}}} = 0$, {slips}")
     text, latex = f"{'; '.join(laws)}; by mode {'; '.join(modes)}", f"{'; '.join(shown)}:"
-    own = (*([g] if one.normal else []), *(letters.slip for _ in one.tangents))
+    own = (*([g] if one.normal else []), *(s for _ in one.tangents))
     return EquationGroup(f"contact:{one.law.name}", one.law.name, text, tuple(rows), latex, own)
 
 

@@ -274,16 +274,18 @@ def formulation_text(scene: Scene, formulation: str, format: str = "latex", docu
     groups, forms = page.groups, page.forms
     if format == "text":
         return "\n".join(["\n\n".join(map(_text, groups)), *rate_lines(scene)])
-    write = Latex(latex_symbols(scene, (), [name for group in groups for name in group.letters]), digits_or(DIGITS))
+    symbols = latex_symbols(scene, (), [name for group in groups for name in group.letters])
+    entries = {row.name: row.latex for group in groups for row in group.rows if row.place}
+    write = Latex(entries | symbols, digits_or(DIGITS))
     sections = [*(_section(group, write) for group in groups), *rate_sections(scene, write)]
     if not document:
         return "\n\n".join(f"\\paragraph{{{s['title']}.}} {s['text']}\n{s['body']}" for s in sections)
     from symdyn.emit.render import render
 
-    symbols = symbol_table(scene, write, any("t" in form.symbols for form in forms))
-    values = any(row["value"] for row in symbols)
+    table = symbol_table(scene, write, any("t" in form.symbols for form in forms))
+    values = any(row["value"] for row in table)
     title = in_latex(scene.name)
-    inside = {"title": title, "comment": scene.name, "sections": sections, "symbols": symbols, "values": values}
+    inside = {"title": title, "comment": scene.name, "sections": sections, "symbols": table, "values": values}
     return render("latex/equations.tex.jinja", inside)
 
 

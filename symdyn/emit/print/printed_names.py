@@ -128,7 +128,8 @@ def latex_symbols(scene: Scene, others: Iterable[str] = (), moving: Iterable[str
     for name in others:
         enter(name)
     for name in moving:
-        found[velocity_name(name)] = enter(name).accented("dot")
+        shown, rate = enter(name), velocity_name(name)
+        found |= {rate: shown.accented("dot"), acceleration_name(rate): shown.accented("ddot")}
     return found
 
 
