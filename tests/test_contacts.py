@@ -799,6 +799,12 @@ def test_a_pendulum_on_a_rope_leaves_its_circle_where_its_closed_form_says() -> 
     assert read_text(write_text(scene, "toml").text) == scene
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_slack_rope_whose_ends_meet_is_told() -> None:
+    with pytest.raises(SimulateError, match=r"start: r has no direction there, as of a rope whose ends meet"):
+        symdyn.simulate(read_text(ROPE), until=1, start="z=0")
+
+
 def test_a_slack_rope_around_a_wheel_is_told() -> None:
     over = ', { body = "ground", at = [0, 0, 1], radius = 0.1, axis = [0, 1, 0], turn = "left" }, "b"]'
     with pytest.raises(SceneError, match=r"ropes\.r: a rope that may be slack leaves a wheel, and its length jumps"):

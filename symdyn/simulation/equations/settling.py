@@ -400,8 +400,13 @@ def begun(system: StateEquations, x: Array) -> Array:
     if system.contacts is None:
         return x
     contacts = system.contacts
-    found, x = contacts.numbers(system.evaluate("contacts", 0.0, x), system.nv), x.copy()
+    with np.errstate(all="ignore"):  # words say where there is no value
+        found, x = contacts.numbers(system.evaluate("contacts", 0.0, x), system.nv), x.copy()
     gaps = found.gaps
+    for k, (n, along) in enumerate(contacts.rows):
+        if not np.isfinite(found.W[[*([] if n is None else [n]), *along]]).all():
+            told = f"{contacts.name(k)} has no direction there, as of a rope whose ends meet; give another start"
+            raise SimulateError(f"{system.scene.name}: start: {told}")
     for k in np.flatnonzero(~found.able & (gaps < 0.0)).tolist():
         contacts.mode(x, k)[:] = PASSED
     inside = np.flatnonzero(found.able & (gaps < -NEAR)).tolist()
