@@ -250,7 +250,7 @@ def test_what_asks_must_come_from_the_page(arm: tuple[Played, Path]) -> None:
     assert answered(good, **{**own, "Origin": "null"}) == 403  # the frame's
     assert answered(good, **{**own, "Content_Type": "text/plain"}) == 403
     assert answered(good, "elsewhere", **own) == 403
-    assert answered(b" " * (2**21 + 1), **own) == 413
+    assert asked(found, "answer", "POST", Content_Length=str(2**21 + 1), **own)[0] == 413  # what follows is not read
     for body in (b"", b"[", b"[" * 4000, b"[]", b"{}", b'{"what": 1, "text": "", "how": {}}', good[:-1] + b', "x": 1}'):
         assert answered(body, **own) == 400, body
     assert answered(b"{}", "stop", **own) == 200

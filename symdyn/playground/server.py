@@ -153,11 +153,13 @@ class _Handler(BaseHTTPRequestHandler):
             return
         length = self.headers.get("Content-Length", "")
         own = self.headers.get("Origin") == f"http://{self.server.host}"
+        if not (length.isascii() and length.isdigit() and len(length) < 9 and int(length) <= LONGEST):
+            self._refuse(HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
+            return
+        body = self.rfile.read(int(length))  # of what is refused too, else its answer may be lost with the connection
         if path not in ASKED or not own or self.headers.get("Content-Type") != "application/json":
             self._refuse(HTTPStatus.FORBIDDEN)
-        elif not (length.isascii() and length.isdigit() and len(length) < 9 and int(length) <= LONGEST):
-            self._refuse(HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
-        elif not _has(sent := _json(self.rfile.read(int(length))), ASKED[path]):
+        elif not _has(sent := _json(body), ASKED[path]):
             self._refuse(HTTPStatus.BAD_REQUEST)
         elif path == "stop":
             self.server.carried.stop()
