@@ -7,6 +7,7 @@ from .breaking import (
     latex_width as latex_width,
     refuse_too_long as refuse_too_long,
 )
+from .contact_page import Percussion as Percussion, percussions as percussions
 from .dalembert_page import length_symbols as length_symbols
 from .equations_text import (
     EquationsOfMotion as EquationsOfMotion,

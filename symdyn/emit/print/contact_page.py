@@ -35,6 +35,43 @@ from symdyn.scene import Scene
 from symdyn.scene.values import acceleration_name
 
 WHAT = "equations of contacts"
+SIGNS = {"strikes": "", "sticks": "", "forwards": "+", "backwards": "-"}
+
+
+@dataclass(frozen=True)
+class Percussion:
+    """The impulses of a contact that strikes alone, in a mode: along its normal, and its tangent with friction."""
+
+    mode: str
+    normal: Form
+    along: Form | None = None
+
+
+def percussions(D: Sequence[Sequence[Form]], struck: Form, slip: Form, mu: Form) -> Iterator[Percussion]:
+    """Yield the impulses in every mode: with friction it sticks, or slips forwards or backwards.
+
+    Args:
+        D: Delassus' matrix of the normal and, with friction, of the tangent: 1 × 1 or 2 × 2, in 1/kg or 1/(kg m²).
+        struck: the rate that the impulse takes away: ġ of a phase of compression, (1 + e) ġ by Newton's law.
+        slip: s before the impact.
+        mu: the coefficient of friction.
+    """
+    if len(D) == 1:
+        yield Percussion("strikes", Form.product((struck.negative, D[0][0].power(-1))))
+        return
+    (nn, nt), (_, tt) = D
+    if nt.terms:
+        over = Form.sum((Form.product((nn, tt)), nt.power(2).negative)).power(-1)
+        normal = Form.sum((Form.product((nt, slip)), Form.product((tt, struck)).negative))
+        along = Form.sum((Form.product((nt, struck)), Form.product((nn, slip)).negative))
+        yield Percussion("sticks", Form.product((normal, over)), Form.product((along, over)))
+    else:
+        normal, along = (Form.product((x.negative, d.power(-1))) for x, d in ((struck, nn), (slip, tt)))
+        yield Percussion("sticks", normal, along)
+    for mode, z in (("forwards", Number.ONE), ("backwards", Number.MINUS_ONE)):
+        under = Form.sum((nn, Form.product((z.negative, mu, nt))))
+        pushed = Form.product((struck.negative, under.power(-1)))
+        yield Percussion(mode, pushed, Form.product((z.negative, mu, pushed)))
 
 
 @dataclass(frozen=True)
@@ -110,7 +147,7 @@ def contact(scene: Scene) -> Iterator[EquationGroup]:
     at = 0
     for one, own in zip(touches, letters, strict=True):
         if one.normal is not None:
-            yield _impact(scene, one, own, at, write)
+            yield _impact(scene, one, own, at, D, write)
         at += len(one.rows)
 
 
@@ -166,10 +203,20 @@ def _delassus(closed: ClosedForm, W: list[list[Form]]) -> list[list[Form]] | Non
     return found if longest <= 4 * LONGEST else None
 
 
-def _impact(scene: Scene, one: Touch, letters: _Letters, at: int, write: Forms) -> EquationGroup:
-    """Return the impulses of one that strikes alone, by its modes."""
+def _impact(
+    scene: Scene, one: Touch, letters: _Letters, at: int, own: list[list[Form]] | None, write: Forms
+) -> EquationGroup:
+    """Return the impulses of one that strikes alone, by its modes; `own` is D, where that is short."""
     size = range(at, at + len(one.rows))
-    D = [[Symbol(entry_row(scene, "D", Number.ZERO, min(i, j), max(i, j)).name) for j in size] for i in size]
+    D = [
+        [
+            Symbol(entry_row(scene, "D", Number.ZERO, *sorted((i, j))).name)
+            if own is None or i == j or own[i][j].terms
+            else Number.ZERO
+            for j in size
+        ]
+        for i in size
+    ]
     e, mu, v = write(one.restitution), write(one.friction), Symbol(f"{letters.gap}_dot")
     newton = one.law.law == "newton" or one.restitution.is_zero
     struck = Form.product((Form.sum((Number.ONE, e)), v)) if newton else v
@@ -179,22 +226,12 @@ def _impact(scene: Scene, one: Touch, letters: _Letters, at: int, write: Forms) 
         least = "at least the part that restitution gives back"
         behind = f"; expansion is the same from the rates behind it, Lambda_n {least}"
         shown = rf"; expansion is the same from the rates behind it, $\Lambda_n$ {least}{shown}"
-    rows = []
-    if not one.tangents:
-        rows.append(letters.impulse("n", "", Form.product((struck.negative, D[0][0].power(-1)))))
-    else:
+    if one.tangents:
         said += ": where it sticks, if it is within its cone; where it slips forwards (+) or backwards (-)"
-        (nn, nt), (_, tt) = D
-        s = Symbol(letters.slip)
-        over = Form.sum((Form.product((nn, tt)), nt.power(2).negative)).power(-1)
-        sticks = Form.sum((Form.product((nt, s)), Form.product((tt, struck)).negative))
-        holds = Form.sum((Form.product((nt, struck)), Form.product((nn, s)).negative))
-        rows.append(letters.impulse("n", "", Form.product((sticks, over))))
-        rows.append(letters.impulse("t", "", Form.product((holds, over))))
-        for sign, z in (("+", Number.ONE), ("-", Number.MINUS_ONE)):
-            under = Form.sum((nn, Form.product((z.negative, mu, nt))))
-            normal = Form.product((struck.negative, under.power(-1)))
-            rows.append(letters.impulse("n", sign, normal))
-            rows.append(letters.impulse("t", sign, Form.product((z.negative, mu, normal))))
+    rows = list[EquationRow]()
+    for found in percussions(D, struck, Symbol(letters.slip), mu):
+        rows.append(letters.impulse("n", SIGNS[found.mode], found.normal))
+        if found.along is not None:
+            rows.append(letters.impulse("t", SIGNS[found.mode], found.along))
     text, latex = f"{said}{behind}; u+ = u + M^-1 W^T Lambda", f"{said[0].upper()}{said[1:]}{shown}"
     return EquationGroup(f"impact:{one.law.name}", f"Impact of {one.law.name}", text, tuple(rows), latex)

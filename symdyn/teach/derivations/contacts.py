@@ -16,7 +16,7 @@ from fractions import Fraction
 
 from symdyn.algebra import Form, Number, Symbol
 from symdyn.dynamics.outputs import Touch
-from symdyn.emit.print import latex_symbols
+from symdyn.emit.print import latex_symbols, percussions
 from symdyn.graph import Expr, gradient
 from symdyn.teach.derivations.precession import NO_FORM, shortened
 from symdyn.teach.derivations.solved import Quotients, quotient
@@ -231,20 +231,19 @@ class Struck:
         lesson, (v, s), ((a, b), (_, c)) = self.lesson, self.v, self.D
         newton, mu = self.touch.law.law == "newton", self.mu
         struck = Form.product((self.more, v)) if newton else v
-        over = _sum((a, c), (MINUS, b.power(2))).power(-1)
         normal, along = self.percussion("n"), self.percussion("t")
         rows = list[tuple[str, Form, Form, Words]]()
-        sticks = [Form.product((x, over)) for x in (_sum((b, s), (MINUS, c, struck)), _sum((b, struck), (MINUS, a, s)))]
-        if not b.terms:
-            sticks = [Form.product((MINUS, x, D.power(-1))) for x, D in ((struck, a), (s, c))]
-        rows.append(("sticks", sticks[0], sticks[1], lesson.say("contacts.inside", mu=mu, normal=normal, along=along)))
-        for mode, z in (("ahead", MINUS), ("back", ONE)):
-            under = _sum((a,), (z, mu, b))
-            pushed = Form.product((MINUS, struck, under.power(-1)))
+        for found in percussions(self.D, struck, s, mu):
+            assert found.along is not None, "asked for where there is friction"
+            if found.mode == "sticks":
+                where = lesson.say("contacts.inside", mu=mu, normal=normal, along=along)
+                rows.append((found.mode, found.normal, found.along, where))
+                continue
+            mode, z = ("ahead", MINUS) if found.mode == "forwards" else ("back", ONE)
             after = Form.sum((s, Form.product((_sum((b,), (z, mu, c)), normal))))
             key = "contacts.back.if" if mode == "back" else "contacts.ahead.both" if b.terms else "contacts.ahead.if"
-            where = lesson.say(key, rate=after, under=under)
-            rows.append((mode, pushed, Form.product((z, mu, normal)), where))
+            where = lesson.say(key, rate=after, under=_sum((a,), (z, mu, b)))
+            rows.append((mode, found.normal, found.along, where))
         shown = [(lesson.say(f"contacts.{mode}"), x, y, where) for mode, x, y, where in rows]
         table = lesson.table(("contacts.mode", normal, along, "contacts.holds"), shown)
         law = lesson.say(f"contacts.{self.touch.law.law if self.e.terms else 'plastic'}", e=self.e, rate=v)
