@@ -295,7 +295,8 @@ def _in_common(a: str, b: str) -> int:
     return ahead + (behind.index(True) if True in behind else len(behind))
 
 
-MOST_LISTED = 12
+MOST_LISTED, ALIKE = 12, 0.4
+"""Names that a message lists, and how like a wrong one those are that come before the others."""
 
 
 def listed(names: Iterable[str], most: int = MOST_LISTED) -> str:
@@ -308,10 +309,10 @@ def listed(names: Iterable[str], most: int = MOST_LISTED) -> str:
 
 def suggestion(name: object, known: Iterable[str]) -> str:
     """Return "did you mean X?" when something known is near, else the known names, of many the likest first."""
-    every = list(known)
+    every = list(dict.fromkeys(known))
     near = nearest(name, every)
     if not near and isinstance(name, str) and MOST_LISTED < len(every) <= MOST_KNOWN and len(name) <= LONGEST_NAME:
-        first = _likest(name, every, MOST_LISTED)
+        first = _likest(name, every, MOST_LISTED, ALIKE)
         every = [*first, *(one for one in every if one not in first)]
     return f"did you mean {near}?" if near else f"known are {listed(every)}"
 

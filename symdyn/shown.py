@@ -106,3 +106,17 @@ class Shown(Suggesting):
         """Return what is shown, by media type: HTML, LaTeX; plain text is `repr`."""
         (bundle,) = _BUNDLES
         return bundle(self)
+
+
+class ShownBySympy(Shown):
+    """A noun that is an expression to `sympy.sympify`, `sympy.latex` and `sympy.pprint`: what `_sympy_` returns."""
+
+    __slots__ = ()
+
+    def _sympy_(self) -> Any:
+        raise NotImplementedError
+
+    def _latex(self, printer: Any) -> Any:
+        return printer._print(self._sympy_())
+
+    _pretty = _latex

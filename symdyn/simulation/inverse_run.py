@@ -251,7 +251,7 @@ def _followed(
         found = along(tied, given, known, quasi, path, functions.rates, t, guess)
     else:
         found = followed(tied, given, known, quasi, t, guess)
-    return replace(found, notes=(*found.notes, *numbers.off_planes(found.q[0])))
+    return replace(found, notes=(*found.notes, *numbers.off_planes(found.q[0]), *numbers.mirrored_loops()))
 
 
 def _over_time(
@@ -370,7 +370,7 @@ def _check(scene: Scene, motion: SceneMotion, path: ScenePath, t: Array, reactio
     moved = scene.prescribed_velocities
     for name in motion.laws:
         if velocity_name(name) in [scene.velocities[k] for k in moved]:
-            faults.add("motion", f"{name} has a prescribed motion in the scene; take one of the two away")
+            faults.add("motion", f"{name} has a prescribed motion in the scene, that of its joint; leave it out here, or take that away")
     faults.close(SimulateError)
     return axes
 

@@ -114,7 +114,7 @@ def closed_position(
         if numbers.is_closed(q):
             notes.append("no joint has a start: a closed position was found from a random guess; give start")
             return _looked_at(numbers, q, notes)
-    raise DerivationError(f"{scene.name}: {fault}")
+    raise DerivationError("; ".join([f"{scene.name}: {fault}", *mirrored_loops(numbers)]))
 
 
 def witness(make: Mapping[str, float] | None, numbers: Numbers) -> tuple[Numbers, Assembly]:
@@ -170,7 +170,7 @@ def _looked_at(numbers: Numbers, q: Array, notes: list[str]) -> Assembly:
         "or its joint repeats another one; give lengths by origin and tip, or leave it out"
         for name in _void_loops(in_quaternions, [at, numbers.to_quaternions(regular)])
     ]
-    notes += off_planes(numbers, q)
+    notes += [*off_planes(numbers, q), *mirrored_loops(numbers)]
     residual = float(np.max(np.abs(numbers.residual(q)), initial=0.0))
     return Assembly(
         tuple(q.tolist()),
@@ -184,6 +184,33 @@ def _looked_at(numbers: Numbers, q: Array, notes: list[str]) -> Assembly:
         tuple(tuple(numbers.from_quaternions(one, q).tolist()) for one in near),
         tuple(notes),
     )
+
+
+MIRRORED, FEW = 1e-2, 6
+"""A residual over another that shows which of two mechanisms was meant, when the start is given to some digits."""
+
+
+def mirrored_loops(numbers: Numbers) -> list[str]:
+    """Return which loops the start of the scene closes when their `tip` is taken for its inverse, and not as it is.
+
+    Of many loops none is looked at: each takes rows of its own.
+    """
+    scene, q, found = numbers.scene, numbers.start(), list[str]()
+    if len(scene.loops) > FEW or not any(joint.start for joint in scene.moving) or numbers.lying_flat(q):
+        return found
+    off, lever = float(np.abs(numbers.residual(q)).max(initial=0.0)), max(1.0, lever_of(numbers, q))
+    if off < MIRRORED * lever:
+        return found
+    for k, loop in enumerate(scene.loops):
+        loops = [*scene.loops]
+        loops[k] = replace(loop, tip=loop.tip.inverse())
+        other = type(numbers)(replace(scene, loops=tuple(loops))).bound_to(numbers.free)
+        if loop.tip.steps and np.abs(other.residual(q)).max() < MIRRORED * off:
+            found.append(
+                f"the start leaves the loop {loop.name} open by {off:.3g}, and would close it if its tip were its "
+                "child_origin: tip is the child's frame seen from the joint, child_origin the joint seen from that"
+            )
+    return found
 
 
 def seen_in_quaternions(numbers: Numbers, assembly: Assembly) -> Assembly:

@@ -22,7 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra import Array, Floats
-from symdyn.dynamics.loops.assembly import Levels, closed_position, off_planes, witness
+from symdyn.dynamics.loops.assembly import Levels, closed_position, mirrored_loops, off_planes, witness
 from symdyn.dynamics.loops.constraint_rows import FLAT, ContactGap, contact_gaps, recursive
 from symdyn.dynamics.loops.sparse_rows import Indices
 from symdyn.dynamics.mechanism.angles import Angles, angles_of, with_angles, with_quaternions, without_angles
@@ -415,3 +415,7 @@ class Numbers:
     def off_planes(self, q: Array) -> list[str]:
         """Return which contacts are off the plane that their scene declares, and do not hold it."""
         return off_planes(self, q)
+
+    def mirrored_loops(self) -> list[str]:
+        """Return which loops the start of the scene closes when their `tip` is taken for its inverse, not as it is."""
+        return mirrored_loops(self)
