@@ -72,8 +72,8 @@ MOVED = {
     "sobol": 'symdyn.sweep(..., design="saltelli") has them: .indices(measure)',
     **dict.fromkeys(
         ("equilibrium", "equilibria", "trim", "find_equilibrium", "operating_point", "find_operating_point", "statics"),
-        "symdyn.linear.linearize_at_rest(scene) finds all; symdyn.linearize(scene, start={...}) takes one, and tells the "
-        "nearest, and the forces that hold it, where there is none",
+        "symdyn.linear.linearize_at_rest(scene) finds all; symdyn.linearize(scene, start={...}) takes one, and tells "
+        "the nearest, and the forces that hold it, where there is none",
     ),
     **dict.fromkeys(("solve_ivp", "integrate", "ode", "odeint", "run"), "it is symdyn.simulate(scene, until=...)"),
     **dict.fromkeys(("eig", "eigenvalues", "modes", "poles"), "it is symdyn.linearize(...).poles, .modes or .damp()"),

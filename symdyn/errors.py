@@ -240,6 +240,7 @@ ELSEWHERE = {
     **{"step-response": "step", "impulse-response": "impulse", "bode-plot": "bode", "pzmap": "plot"},
     **dict.fromkeys(("std", "stddev", "sigma", "errors"), "sd standard_errors errors"),
     **dict.fromkeys(("bode", "lqr", "lqg", "nyquist", "root-locus", "poles", "modes", "step"), "every linearize"),
+    **dict.fromkeys(("equilibrium", "equilibria", "trim", "rest", "op"), "linearize_at_rest linearize start"),
     **{"run": "simulate", "plot": "draw", "export": "convert", "linearise": "linearize", "codegen": "generate"},
 }
 """What other tools call joints, targets, options, verbs, methods and attributes, and what is known here by which name.
@@ -305,6 +306,32 @@ def listed(names: Iterable[str], most: int = MOST_LISTED) -> str:
     if not every:
         return "none"
     return ", ".join(every[:most]) + (f", ... ({len(every)} in all)" if len(every) > most else "")
+
+
+CALLED_OTHERWISE = {
+    **{
+        name: ("feedback", f"give it with the controller: feedback=symdyn.Feedback(law, {name}=...)")
+        for name in ("period", "delay", "limits", "noise", "quantisation", "reference", "measures")
+    },
+    **{old: (new, f"it is {new} now") for old, new in {"of": "measures", "to": "inputs", "drives": "inputs"}.items()},
+    "parameters": ("hold_back", "symdyn.identification.output_error(scene, data, parameters) takes it"),
+    "ax": ("ax", "it makes a figure of its own, whose axes are plot().axes"),
+    "along": ("anywhere", "systems along a run are symdyn.linear.linearize_along(scene, run)"),
+    "start": ("system", "system takes it: lambda m: symdyn.linearize(scene, values={'m': m}, start=...)"),
+    **dict.fromkeys(
+        ("t_eval", "tout", "saveat"), ("until", "every=0.01 spaces the rows, and run(t) has all columns at any times t")
+    ),
+    "t_span": ("until", "a run begins at t = 0, and until= is its end"),
+    "dense_output": ("until", "it is always there: run(t) has all columns between the rows"),
+    **dict.fromkeys(("max_step", "first_step", "min_step"), ("rtol", "steps are chosen for rtol= and atol=")),
+    "jac": ("rtol", "Jacobians are derived from the scene"),
+    "args": ("values", "values={...} gives parameters, forces={...} what drives"),
+    **dict.fromkeys(
+        ("u", "tau", "input", "torque"), ("forces", "forces={'NAME': 'formula in t'} drives, feedback= too")
+    ),
+    **dict.fromkeys(("y0", "x0"), ("start_rates", "start={'q1': 0.1, 'q1_dot': 0} gives positions and velocities")),
+}
+"""What to give in place of a keyword, told where there is another one, none but for its number; for errors alone."""
 
 
 def suggestion(name: object, known: Iterable[str]) -> str:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, ClassVar
 
-from symdyn.graph import Arithmetic, Expr, Graph, Op, Piecewise, evaluate, reachable
+from symdyn.graph import Expr, Graph, Op, Piecewise, evaluate, reachable
 
 
 class Form:

@@ -370,7 +370,10 @@ def _check(scene: Scene, motion: SceneMotion, path: ScenePath, t: Array, reactio
     moved = scene.prescribed_velocities
     for name in motion.laws:
         if velocity_name(name) in [scene.velocities[k] for k in moved]:
-            faults.add("motion", f"{name} has a prescribed motion in the scene, that of its joint; leave it out here, or take that away")
+            faults.add(
+                "motion",
+                f"{name} has a prescribed motion in the scene, that of its joint; leave it out here, or take that away",
+            )
     faults.close(SimulateError)
     return axes
 

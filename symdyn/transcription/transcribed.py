@@ -91,8 +91,8 @@ class Collocation(Shown):
 
     def __repr__(self) -> str:
         unknown, (given, left) = ", ".join([*self.drives, *self.free]) or "none", self.ends
-        end = f"; at the end {listed(given)}" if given else ""
-        end += f", not given: {listed(left)}" if left else ""
+        end = f"\n    at the end {listed(given)}" if given else ""
+        end += f"; not given: {listed(left)}" if left else ""
         span = f"{len(self.grid.widths)} intervals of {self.duration:g} s in all"
         counts = f"{self.size} unknowns, {self.rows} equations"
         return f"<Collocation of {self.scene.name}: {span}; {counts}; unknown: {unknown}{end}>"
