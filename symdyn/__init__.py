@@ -86,15 +86,8 @@ MOVED = {
 CALLED = {
     "bench": "symdyn.bench.bench(scene)",
     "draw": "symdyn.picture(scene)",
-    "dynamics": "symdyn.load(scene)",
-    "emit": 'symdyn.emit.emit(routine, "c")',
-    "identification": "symdyn.identify(scene, data)",
-    "linear": "symdyn.linearize(scene)",
     "scene": 'symdyn.read("FILE"), or symdyn.scene.scene(name, ...)',
-    "simulation": "symdyn.simulate(scene, until=...)",
-    "study": "symdyn.sweep(scene, ...)",
     "teach": "symdyn.teach.walkthrough(scene, ...)",
-    "transcription": "symdyn.collocation(scene, until=...)",
     "verify": "symdyn.certify(scene)",
 }
 """Packages that are named like what one wants to do, and the function that does it; for errors alone."""
@@ -105,24 +98,15 @@ class _Root(type(sys.modules[__name__])):  # type: ignore[misc]  # what it is is
 
     def __setattr__(self, name: str, value: object) -> None:
         if name in CALLED and "__call__" not in vars(type(value)):
-            value.__class__ = type("Package", (type(value),), {"__call__": _told, "__getattr__": _suggested})
+            value.__class__ = type("Package", (type(value),), {"__call__": _told})
         super().__setattr__(name, value)
 
 
 def _told(package: Any, *_: object, **__: object) -> NoReturn:
     from symdyn.errors import ArgumentError  # an error's own
 
-    name = package.__name__
-    raise ArgumentError(f"{name} is a package, and not called; {CALLED[name.rpartition('.')[2]]} does it")
-
-
-def _suggested(package: Any, name: str) -> NoReturn:
-    told = ""
-    if not name.startswith("_") and not os.path.exists(os.path.join(package.__path__[0], f"{name}.py")):
-        from symdyn.errors import suggestion  # an error's own
-
-        told = f"; {suggestion(name, package.__all__)}"
-    raise AttributeError(f"{package.__name__} has no {name!r}{told}", name=name, obj=package)
+    name = package.__name__.rpartition(".")[2]
+    raise ArgumentError(f"symdyn.{name} is a package, and not called; {CALLED[name]} does it")
 
 
 sys.modules[__name__].__class__ = _Root

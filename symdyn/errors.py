@@ -318,9 +318,7 @@ CALLED_OTHERWISE = {
     "ax": ("ax", "it makes a figure of its own, whose axes are plot().axes"),
     "along": ("anywhere", "systems along a run are symdyn.linear.linearize_along(scene, run)"),
     "start": ("system", "system takes it: lambda m: symdyn.linearize(scene, values={'m': m}, start=...)"),
-    **dict.fromkeys(
-        ("t_eval", "tout", "saveat"), ("until", "every=0.01 spaces the rows, and run(t) has all columns at any times t")
-    ),
+    **dict.fromkeys(("t_eval", "saveat"), ("until", "every=0.01 spaces the rows; run(t) has all columns at any times")),
     "t_span": ("until", "a run begins at t = 0, and until= is its end"),
     "dense_output": ("until", "it is always there: run(t) has all columns between the rows"),
     **dict.fromkeys(("max_step", "first_step", "min_step"), ("rtol", "steps are chosen for rtol= and atol=")),

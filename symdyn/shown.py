@@ -113,10 +113,7 @@ class ShownBySympy(Shown):
 
     __slots__ = ()
 
-    def _sympy_(self) -> Any:
-        raise NotImplementedError
-
     def _latex(self, printer: Any) -> Any:
-        return printer._print(self._sympy_())
+        return printer._print(self._sympy_())  # type: ignore[attr-defined]
 
     _pretty = _latex

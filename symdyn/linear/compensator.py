@@ -1,9 +1,7 @@
 """The gain of a Kalman filter, and a controller of outputs: a regulator of the state that the filter estimates.
 
-    x̂' = A x̂ + B w + L (y - C x̂)      L = Kᵀ of (Aᵀ, Cᵀ), with covariances W of what disturbs x and V of what disturbs y
-    w = w0 - K x̂       by the filter: x̂' = (A - B K - L C + L D K) x̂ + L y, in deviations from the point
-
-Reference: Anderson and Moore, Optimal Control: Linear Quadratic Methods (1990), section 8.1.
+x̂' = A x̂ + B w + L (y - C x̂)      L = Kᵀ of (Aᵀ, Cᵀ), with covariances W of what disturbs x and V of what disturbs y
+w = w0 - K x̂       by the filter: x̂' = (A - B K - L C + L D K) x̂ + L y, in deviations from the point
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ from __future__ import annotations
 import json
 import warnings
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -97,20 +97,15 @@ class Regulator(Gain):
     @property
     def closed_loop(self) -> StateSpace:
         """The mechanism with this feedback, from all its inputs, which are added to it, to its outputs."""
-        step, places = self._opened
+        step, places = opened(self.system, self.inputs, self.period, self.integral)
         A, C = step.A - step.B[:, places] @ self.K, step.C - step.D[:, places] @ self.K
         name = f"{self.name}_closed"
         return StateSpace(A, step.B, C, step.D, step.states, step.inputs, step.outputs, self.period, name)
 
     @property
-    def _opened(self) -> tuple[StateSpace, list[int]]:
-        """The open loop, integrals behind its states, and the places of the drives."""
-        return integrating(self.system, self.integral, self.period), opened(self.system, self.inputs, None)[1]
-
-    @property
     def loop(self) -> StateSpace:
         """The loop cut open at the drives, from them to K x, for `.margins()` and `.nyquist()`."""
-        step, places = self._opened
+        step, places = opened(self.system, self.inputs, self.period, self.integral)
         axis = step.inputs.of(places)
         return StateSpace(
             step.A, step.B[:, places], self.K, None, step.states, axis, axis, self.period, f"{self.name}_loop"
@@ -118,7 +113,7 @@ class Regulator(Gain):
 
     @property
     def _names(self) -> tuple[str, ...]:
-        return (*self.system.states.names, *integrals(self.system, self.integral).names)
+        return (*self.system.states.names, *(f"{name}_integral" for name in self.integral))
 
     @property
     def _point(self) -> dict[str, float]:
@@ -156,7 +151,7 @@ class Regulator(Gain):
         D = np.hstack([self.K[:, :n], np.zeros((len(self.K), len(names) - n))])
         return linear_law(
             A, -B, -self.K[:, n:], D, names, self.inputs, period=self.period, y0={name: point[name] for name in names},
-            u0=held(one, self.inputs), states=integrals(one, self.integral).names,
+            u0=held(one, self.inputs), states=self._names[n:],
         )  # fmt: skip
 
     def text(self) -> str:
@@ -213,36 +208,9 @@ def controls(one: Linearization) -> list[int]:
     return [k for k in free if one.inputs.names[k] in one.scene.drives] or free
 
 
-def seen(one: StateSpace) -> Axis:
-    """Return outputs, and states behind them: what has integrals."""
-    return Axis((*one.outputs.names, *one.states.names), (*one.outputs.units, *one.states.units))
-
-
-def integrals(one: StateSpace, names: Sequence[str]) -> Axis:
-    """Return integrals of outputs, or of states, as states."""
-    known = seen(one)
-    if strange := [name for name in names if name not in known.names]:
-        raise LinearizeError(f"integral: {strange[0]} is no output or state; {suggestion(strange[0], known.names)}")
-    some = known.of([known.names.index(name) for name in names])
-    return Axis(tuple(f"{name}_integral" for name in some.names), tuple(f"{unit} s" for unit in some.units))
-
-
-def integrating(one: StateSpace, names: Sequence[str], period: float | None) -> StateSpace:
-    """Return a system, sampled if there is a period, with integrals of outputs, or of states, behind its states."""
-    step, more, (n, inputs), many = steps(one, period), integrals(one, names), one.B.shape, len(names)
-    both = np.block([[one.C, one.D], [np.eye(n, n + inputs)]])[[seen(one).names.index(name) for name in names]]
-    every, stays = (1.0, 0.0) if period is None else (period, 1.0)
-    return StateSpace(
-        np.block([[step.A, np.zeros((n, many))], [every * both[:, :n], stays * np.eye(many)]]),
-        np.vstack([step.B, every * both[:, n:]]), np.hstack([step.C, np.zeros((len(step.C), many))]), step.D,
-        Axis((*one.states.names, *more.names), (*one.states.units, *more.units)), one.inputs, one.outputs, period,
-        one.name,
-    )  # fmt: skip
-
-
-def _regulator(one: Linearization, used: list[int], K: Array, poles: Complexes, period: float | None,
-               notes: tuple[str, ...] = (), S: Array | None = None, integral: tuple[str, ...] = ()) -> Regulator:  # fmt: skip
+def _noted(found: Regulator) -> Regulator:
     """Return gains with what is said of them at the point."""
+    one, notes = found.system, found.notes
     if one.feeding:
         formulas = f"the formulas of {argument('forces')} depend on the state"
         notes = (*notes, f"{formulas}: gains act beside them, give them to simulate, too")
@@ -250,7 +218,7 @@ def _regulator(one: Linearization, used: list[int], K: Array, poles: Complexes, 
         notes = (*notes, MOVING)
     if one.spin.any():
         notes = (*notes, SPINNING)
-    return Regulator(one, one.inputs.of(used).names, K, poles, period, notes, S, integral)
+    return replace(found, notes=notes)
 
 
 def lqr(
@@ -263,7 +231,7 @@ def lqr(
 ) -> Regulator:
     """Return the linear quadratic regulator of a system; arguments and errors as of its method."""
     used, faults = controls(one), Faults("")
-    whole, step = integrating(one, integral, None), integrating(one, integral, period)
+    whole, step = steps(one, None, integral), steps(one, period, integral)
     heavy = weight("Q", Q, step.states, faults)
     light = weight("R", R, one.inputs.of(used), faults, definite=True, inputs=one.inputs)
     cross = np.zeros((len(heavy), len(used))) if N is None else array_of(N)
@@ -281,7 +249,7 @@ def lqr(
     A, B, Phi, Gamma = whole.A, whole.B[:, used], step.A, step.B[:, used]
     A, Phi = A - B @ before, Phi - Gamma @ before
     K, S, poles, notes = riccati(A, B, Phi, Gamma, rest, light, period, WORDS["lqr"], step.states.names)
-    return _regulator(one, used, K + before, poles, period, notes, S, tuple(integral))
+    return _noted(Regulator(one, one.inputs.of(used).names, K + before, poles, period, notes, S, tuple(integral)))
 
 
 def place(one: Linearization, poles: Sequence[complex] | Array, period: float | None = None) -> Regulator:
@@ -315,7 +283,8 @@ def place(one: Linearization, poles: Sequence[complex] | Array, period: float | 
     apart = max(float(np.abs(found - value).min()) for value in wanted)
     if not apart <= PLACED * max(1.0, float(np.abs(wanted).max())):
         raise LinearizeError("poles: cannot be placed to six digits: a mode is close to one that no input moves")
-    return _regulator(one, used, K / scale[None, :], found[np.argsort(-found.real, kind="stable")], period)
+    poles = found[np.argsort(-found.real, kind="stable")]
+    return _noted(Regulator(one, one.inputs.of(used).names, K / scale[None, :], poles, period))
 
 
 PLACED = 1e-6
@@ -332,14 +301,26 @@ def _wanted(poles: Sequence[complex] | Array, names: tuple[str, ...]) -> Complex
     return found
 
 
-def opened(one: Linearization, inputs: Sequence[str], period: float | None) -> tuple[StateSpace, list[int]]:
-    """Return the open loop, sampled if there is a period, and the places of inputs."""
-    return steps(one, period), [one.inputs.names.index(name) for name in inputs]
+def opened(
+    one: Linearization, inputs: Sequence[str], period: float | None, integral: Sequence[str] = ()
+) -> tuple[StateSpace, list[int]]:
+    """Return the open loop, as of `steps`, and the places of inputs."""
+    return steps(one, period, integral), [one.inputs.names.index(name) for name in inputs]
 
 
-def steps(one: StateSpace, period: float | None) -> StateSpace:
-    """Return a system, sampled if there is a period."""
-    return one if period is None else one.discretize(period)
+def steps(one: StateSpace, period: float | None, integral: Sequence[str] = ()) -> StateSpace:
+    """Return a system, sampled if there is a period, with integrals of outputs, or of states, behind its states."""
+    names, units = (*one.outputs.names, *one.states.names), (*one.outputs.units, *one.states.units)
+    if strange := [name for name in integral if name not in names]:
+        raise LinearizeError(f"integral: {strange[0]} is no output or state; {suggestion(strange[0], names)}")
+    step, (n, inputs), many = one if period is None else one.discretize(period), one.B.shape, len(integral)
+    some, (every, stays) = [names.index(name) for name in integral], (1.0, 0.0) if period is None else (period, 1.0)
+    rows = every * np.block([[one.C, one.D], [np.eye(n, n + inputs)]])[some]
+    A = np.block([[step.A, np.zeros((n, many))], [rows[:, :n], stays * np.eye(many)]])
+    B, C = np.vstack([step.B, rows[:, n:]]), np.hstack([step.C, np.zeros((len(step.C), many))])
+    x = (*one.states.names, *(f"{name}_integral" for name in integral))
+    states = Axis(x, (*one.states.units, *(f"{units[k]} s" for k in some)))
+    return StateSpace(A, B, C, step.D, states, one.inputs, one.outputs, period, one.name)
 
 
 WORDS = {
