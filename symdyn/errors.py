@@ -322,7 +322,6 @@ CALLED_OTHERWISE = {
     "t_span": ("until", "a run begins at t = 0, and until= is its end"),
     "dense_output": ("until", "it is always there: run(t) has all columns between the rows"),
     **dict.fromkeys(("max_step", "first_step", "min_step"), ("rtol", "steps are chosen for rtol= and atol=")),
-    "jac": ("rtol", "Jacobians are derived from the scene"),
     "args": ("values", "values={...} gives parameters, forces={...} what drives"),
     **dict.fromkeys(
         ("u", "tau", "input", "torque"), ("forces", "forces={'NAME': 'formula in t'} drives, feedback= too")

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
@@ -42,7 +42,7 @@ class Observer(Gain):
     notes: tuple[str, ...] = ()
     P: Array | None = None
 
-    def __iter__(self) -> Iterator[Array | None]:
+    def __iter__(self) -> Iterator[Any]:
         """Yield L, P and the poles."""
         return iter((self.L, self.P, self.poles))
 

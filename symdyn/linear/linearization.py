@@ -309,9 +309,8 @@ class Linearization(StateSpace):
             LinearizeError: with every fault: a name that is not known, a weight that is none; a mode that is weighed,
                 does not decay, and that no input moves.
         """
-        return lqr(
-            self, Q, R, *native(float, period), N, split_commas(integral) if isinstance(integral, str) else integral
-        )
+        some = split_commas(integral) if isinstance(integral, str) else integral
+        return lqr(self, Q, R, native(float, period)[0], N, some)
 
     @checked(LinearizeError)
     def place(self, poles: Sequence[complex] | Array, period: float | None = None) -> Regulator:

@@ -20,7 +20,7 @@ import json
 import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -86,7 +86,7 @@ class Regulator(Gain):
     S: Array | None = None
     integral: tuple[str, ...] = ()
 
-    def __iter__(self) -> Iterator[Array | None]:
+    def __iter__(self) -> Iterator[Any]:
         """Yield K, S and the poles."""
         return iter((self.K, self.S, self.poles))
 
@@ -283,8 +283,8 @@ def place(one: Linearization, poles: Sequence[complex] | Array, period: float | 
     apart = max(float(np.abs(found - value).min()) for value in wanted)
     if not apart <= PLACED * max(1.0, float(np.abs(wanted).max())):
         raise LinearizeError("poles: cannot be placed to six digits: a mode is close to one that no input moves")
-    poles = found[np.argsort(-found.real, kind="stable")]
-    return _noted(Regulator(one, one.inputs.of(used).names, K / scale[None, :], poles, period))
+    found = found[np.argsort(-found.real, kind="stable")]
+    return _noted(Regulator(one, one.inputs.of(used).names, K / scale[None, :], found, period))
 
 
 PLACED = 1e-6

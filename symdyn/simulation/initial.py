@@ -32,8 +32,8 @@ from symdyn.simulation.equations.monitors import values_on
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.prescribed.formulas_in_time import bound, number_of, parameter_values, read_formula, words
 
-CONSISTENT = 1e-9
-"""Largest coordinate by which a start is moved without a note, rad or m; and velocity, rad/s or m/s."""
+CONSISTENT, FAR = 1e-9, 1.0
+"""By how much a start is moved without a note, rad, m and per s; and from where on it may be that of another place."""
 
 NOTHING = 1e-9
 """Singular values of columns of N that are zero."""
@@ -366,6 +366,9 @@ def _closed(
     ways = _ways(numbers.scene, closed - q)
     if ways and not any("start" in note for note in notes):
         notes.append(f"the start was moved so that the loops close, {ways}")
+        if np.abs(closed - q).max() > FAR and any(loop.tip.steps for loop in numbers.scene.loops):
+            meant = "tip is the child's frame seen from the joint, child_origin the joint from it"
+            notes[-1] += f"; if that is not what was meant: {meant}"
     try:
         u, more = closed_rates(numbers, closed, u, given_u, moved)
     except DerivationError as fault:

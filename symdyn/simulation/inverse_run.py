@@ -165,8 +165,9 @@ def _read(
 ) -> tuple[SceneMotion, ScenePath, Forces, Array]:
     """Return laws, paths, what is given of inputs, and times; SimulateError with every fault of all."""
     scene, faults, texts = problem.scene, Faults(""), [*_texts(motion), *_texts(path)]
-    if isinstance(times, tuple) and not times and until is every is None and hasattr(motion, "keys") and TIME in motion:
-        times = motion[TIME]  # its own rows, as those of a file
+    table: Any = motion
+    if isinstance(times, tuple) and not times and until is every is None and hasattr(table, "keys") and TIME in table:
+        times = table[TIME]  # its own rows, as those of a file
     read = (
         faults.taken(lambda: motion if isinstance(motion, SceneMotion) else read_motion(scene, motion), SceneMotion()),
         faults.taken(lambda: path if isinstance(path, ScenePath) else read_path(scene, path), ScenePath()),
