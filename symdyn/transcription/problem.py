@@ -314,8 +314,6 @@ def collocation(
     >>> problem
     <Collocation of cart_pole: 10 intervals of 2 s in all; 147 unknowns, 122 equations; unknown: F
         at the end x = 1, x_dot = 0; not given: theta, theta_dot>
-    >>> problem.guess.shape
-    (147,)
 
     Args:
         scene: the mechanism, its parameters bound; or a `Problem`, without forces. Its drives are unknowns, its inputs
