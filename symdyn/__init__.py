@@ -78,14 +78,17 @@ MOVED = {
     **dict.fromkeys(("solve_ivp", "integrate", "ode", "odeint", "run"), "it is symdyn.simulate(scene, until=...)"),
     **dict.fromkeys(("eig", "eigenvalues", "modes", "poles"), "it is symdyn.linearize(...).poles, .modes or .damp()"),
     **dict.fromkeys(("mpc", "MPC", "nmpc", "ocp", "optimal_control"), "symdyn.collocation(...) finds optimal motions"),
-    **dict.fromkeys(("inverse_kinematics", "ik"), 'it is symdyn.inverse(scene, path={"POINT": [x, y, z]}, until=...)'),
-    **dict.fromkeys(("dof", "degrees_of_freedom", "mobility"), "it is symdyn info SCENE in a shell"),
+    **dict.fromkeys(
+        ("inverse_kinematics", "ik"), 'it is symdyn.inverse(scene, path={"POINT": "1, 0.1*t, _"}, until=...)'
+    ),
+    **dict.fromkeys(("latex", "lagrangian", "sympy"), "it is symdyn.equations(scene).latex(), .text() or .sympy()"),
 }
 """Names that are somewhere else, for errors alone."""
 
 CALLED = {
     "bench": "symdyn.bench.bench(scene)",
     "draw": "symdyn.picture(scene)",
+    "emit": "symdyn generate in a shell",
     "scene": 'symdyn.read("FILE"), or symdyn.scene.scene(name, ...)',
     "teach": "symdyn.teach.walkthrough(scene, ...)",
     "verify": "symdyn.certify(scene)",

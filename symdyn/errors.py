@@ -215,13 +215,10 @@ ELSEWHERE = {
     **{"gravity": "gravity_forces", "rnea": "inverse_dynamics", "crba": "mass_matrix", "aba": "forward_dynamics"},
     **{"fk": "pose", "forward-kinematics": "pose", "save": "to_csv", "language": "target", "eom": "equations"},
     **{"mass-matrix": "M", "mass-matrix-full": "M", "rhs": "state_space", "response": "values", "trajectory": "run"},
-    **{
-        "to-pandas": "table",
-        "events": "stops reports stop",
-        "to-ss": "to_control",
-        "sobol": "design indices",
-        "over": "values",
-    },
+    **{"to-pandas": "table", "events": "stops reports stop", "to-ss": "to_control", "sobol": "design indices"},
+    **{"over": "values", "hz": "hertz", "start": "q", "e": "restitution", "mu": "friction", "energy": "kinetic_energy"},
+    **dict.fromkeys(("head", "tail", "iloc", "loc"), "to_pandas"),
+    **dict.fromkeys(("wn", "zeta", "natural-frequencies", "eigenfrequencies", "damping-ratios"), "damp"),
     **dict.fromkeys(("validate", "validation", "test", "holdout"), "hold_back"),
     **dict.fromkeys(("to-df", "df", "dataframe", "to-dataframe"), "to_pandas table"),
     **dict.fromkeys(("to-mat", "savez", "to-numpy"), "to_npz"),
@@ -264,8 +261,9 @@ def nearest(name: object, known: Iterable[str]) -> str | None:
     lowered = {candidate.lower(): candidate for candidate in known}
     meant, candidates = name.lower(), list(lowered)[:MOST_KNOWN]
     bare = meant.lstrip("-")
-    for word in ELSEWHERE.get(bare.replace("_", "-"), "").split():
-        if (here := f"{meant.removesuffix(bare)}{word.lower()}") in lowered:
+    words = [f"{meant.removesuffix(bare)}{one.lower()}" for one in ELSEWHERE.get(bare.replace("_", "-"), "").split()]
+    for here in (*words, *(one for word in words for one in candidates if one.startswith(f"{word}_"))):
+        if here in lowered:
             return lowered[here]
     rate = _RATE.fullmatch(meant)
     if rate and (here := f"{rate['of']}_{'d' * any(one in rate.groups() for one in SECOND)}dot") in lowered:
@@ -322,6 +320,7 @@ CALLED_OTHERWISE = {
     "t_span": ("until", "a run begins at t = 0, and until= is its end"),
     "dense_output": ("until", "it is always there: run(t) has all columns between the rows"),
     **dict.fromkeys(("max_step", "first_step", "min_step"), ("rtol", "steps are chosen for rtol= and atol=")),
+    **{"Ti": ("ki", "an integral time is ki = kp/Ti"), "Td": ("kd", "a derivative time is kd = kp*Td")},
     "args": ("values", "values={...} gives parameters, forces={...} what drives"),
     **dict.fromkeys(
         ("u", "tau", "input", "torque"), ("forces", "forces={'NAME': 'formula in t'} drives, feedback= too")

@@ -416,6 +416,19 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
     "values={...} gives parameters": (ArgumentError, lambda: symdyn.simulate(CART, args=())),  # type: ignore[call-arg]
     "'q1_dot': 0} gives positions and": (ArgumentError, lambda: symdyn.simulate(CART, y0=[0])),  # type: ignore[call-arg]
     "forces={'NAME': 'formula in t'} drives": (ArgumentError, lambda: symdyn.simulate(CART, u=1)),  # type: ignore[call-arg]
+    "known are A, B, C, D, bode,": (AttributeError, lambda: symdyn.linearize(CART).zz9),  # type: ignore[attr-defined]
+    "it is symdyn.equations(scene).latex()": (AttributeError, lambda: symdyn.latex),  # type: ignore[attr-defined]
+    "it is one of .sympy(), such as M": (AttributeError, lambda: symdyn.equations(CART).M),  # type: ignore[attr-defined]
+    "its .closed_loop has them": (AttributeError, lambda: symdyn.linearize(CART).lqr().step),  # type: ignore[attr-defined]
+    "did you mean pose_tip?": (AttributeError, lambda: symdyn.load(CART).forward_kinematics),
+    "did you mean damp?": (AttributeError, lambda: symdyn.linearize(CART).natural_frequencies),  # type: ignore[attr-defined]
+    "column energy; did you mean kinetic_energy?": (
+        UnknownNameError,
+        lambda: symdyn.simulate(CART, until=0.1)["energy"],
+    ),
+    "an integral time is ki = kp/Ti": (ArgumentError, lambda: symdyn.pid("x", "F", kp=1, Ti=1)),  # type: ignore[call-arg]
+    "did you mean restitution?": (ArgumentError, lambda: symdyn.scene.contact("c", body="b", e=1)),  # type: ignore[call-arg]
+    "did you mean hertz?": (ArgumentError, lambda: symdyn.linearize(CART).bode(Hz=True)),  # type: ignore[call-arg]
     "method ode45 is not known; did you mean rk45?": (SimulateError, lambda: symdyn.simulate(CART, method="ode45")),
     "depends on x_ddot, which forces make at once": (
         SimulateError,

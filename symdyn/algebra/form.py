@@ -1,8 +1,7 @@
 """Forms: expressions as a reader would write them. A small frozen tree that printers walk.
 
 The graph shares and orders for machines; a form keeps the brackets, the order of terms and the sums inside a sine.
-`Form.express` takes a form back to a graph, so every algebra can check what is printed. Users get SymPy expressions,
-and SymPy is imported when one is asked for.
+`Form.express` takes a form back to a graph, so every algebra can check what is printed.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Gains from weights or poles: regulators of the state, and of integrals of outputs beside it.
 
     w = w0 - K x       least ∫ xᵀ Q x + 2 xᵀ N (w - w0) + (w - w0)ᵀ R (w - w0) dt = x0ᵀ S x0; sampled: a sum
-
     A - B K            the closed loop
     x̃ = [x; z]         with integral action: ż = y - r, sampled z' = z + T (y - r), of the outputs that are to be r
 
