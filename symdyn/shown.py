@@ -110,7 +110,7 @@ class Shown(Suggesting):
         return bundle(self)
 
 
-class ShownBySympy(Shown):
+class BySympy:
     """A noun that is an expression to `sympy.sympify`, `sympy.latex` and `sympy.pprint`: what `_sympy_` returns."""
 
     __slots__ = ()

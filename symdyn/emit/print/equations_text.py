@@ -27,7 +27,7 @@ from symdyn.emit.print.written_page import (
 from symdyn.errors import EmitError, choice, quoted
 from symdyn.rounding import requested_digits
 from symdyn.scene import Scene, SceneLike, scene_of
-from symdyn.shown import ShownBySympy
+from symdyn.shown import BySympy, Shown
 from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
@@ -191,7 +191,7 @@ CHOICES = {**_CHOICES, "what": (*GROUPS, "base-parameters"), "formulation": FORM
 
 
 @dataclass(frozen=True)
-class EquationsOfMotion(ShownBySympy):
+class EquationsOfMotion(Shown, BySympy):
     """The equations of motion of a scene in closed form.
 
     Attributes:

@@ -22,7 +22,7 @@ from symdyn.errors import EmitError, UnknownNameError, choice, listed, quoted
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene, parse
 from symdyn.scene.values import acceleration_name, velocity_name
-from symdyn.shown import ShownBySympy
+from symdyn.shown import BySympy, Shown
 from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ HALF = Number(Fraction(1, 2))
 
 
 @dataclass(frozen=True, eq=False)
-class SympyEquations(ShownBySympy):
+class SympyEquations(Shown, BySympy):
     """The equations of motion in SymPy: matrices immutable, numbers exact.
 
     Attributes:
