@@ -181,9 +181,9 @@ def _unquoted(line: int = 0, column: int = 0, *, text: str) -> str:
     if re.fullmatch(r"[-+]?(\.\d+|\d+\.)", value):
         return f"{value} lacks a digit beside its point; write {float(value)}"
     if re.fullmatch(r"[-+\d.e]+( +[-+\d.e]+)+", value):
-        return f"{value}: a comma stands between numbers"
+        return f"{shorten(value)}: a comma stands between numbers"
     if value and not re.fullmatch(r"[-+\d._]+|true|false", value):
-        return f'quotes are missing around {value}; write "{value}"'
+        return f'quotes are missing around {shorten(value)}; write "{shorten(value)}"'
     return ""
 
 
