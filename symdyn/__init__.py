@@ -29,6 +29,7 @@ from __future__ import annotations
 
 import os
 import sys
+from typing import Any, NoReturn
 
 import lazy_loader
 
@@ -69,8 +70,49 @@ MOVED = {
     },
     "plot": "it is symdyn.simulate(...).plot",
     "sobol": 'symdyn.sweep(..., design="saltelli") has them: .indices(measure)',
+    **dict.fromkeys(
+        ("equilibrium", "equilibria", "trim", "find_equilibrium", "operating_point", "find_operating_point", "statics"),
+        "symdyn.linear.linearize_at_rest(scene) finds all; symdyn.linearize(scene, start={...}) takes one, and tells "
+        "the nearest, and the forces that hold it, where there is none",
+    ),
+    **dict.fromkeys(("solve_ivp", "integrate", "ode", "odeint", "run"), "it is symdyn.simulate(scene, until=...)"),
+    **dict.fromkeys(("eig", "eigenvalues", "modes", "poles"), "it is symdyn.linearize(...).poles, .modes or .damp()"),
+    **dict.fromkeys(("mpc", "MPC", "nmpc", "ocp", "optimal_control"), "symdyn.collocation(...) finds optimal motions"),
+    **dict.fromkeys(
+        ("inverse_kinematics", "ik"), 'it is symdyn.inverse(scene, path={"POINT": "1, 0.1*t, _"}, until=...)'
+    ),
+    **dict.fromkeys(("latex", "lagrangian", "sympy"), "it is symdyn.equations(scene).latex(), .text() or .sympy()"),
 }
 """Names that are somewhere else, for errors alone."""
+
+CALLED = {
+    "bench": "symdyn.bench.bench(scene)",
+    "draw": "symdyn.picture(scene)",
+    "emit": "symdyn generate in a shell",
+    "scene": 'symdyn.read("FILE"), or symdyn.scene.scene(name, ...)',
+    "teach": "symdyn.teach.walkthrough(scene, ...)",
+    "verify": "symdyn.certify(scene)",
+}
+"""Packages that are named like what one wants to do, and the function that does it; for errors alone."""
+
+
+class _Root(type(sys.modules[__name__])):  # type: ignore[misc]  # what it is is lazy_loader's
+    """This package, which lets those inside say what is meant where one is called like a function."""
+
+    def __setattr__(self, name: str, value: object) -> None:
+        if name in CALLED and "__call__" not in vars(type(value)):
+            value.__class__ = type("Package", (type(value),), {"__call__": _told})
+        super().__setattr__(name, value)
+
+
+def _told(package: Any, *_: object, **__: object) -> NoReturn:
+    from symdyn.errors import ArgumentError  # an error's own
+
+    name = package.__name__.rpartition(".")[2]
+    raise ArgumentError(f"symdyn.{name} is a package, and not called; {CALLED[name]} does it")
+
+
+sys.modules[__name__].__class__ = _Root
 
 
 def _offering(name: str) -> str:

@@ -20,7 +20,7 @@ from operator import index
 from types import UnionType
 from typing import Any, Protocol, TypeVar, cast, get_origin
 
-from symdyn.errors import ArgumentError, SymdynError, choice, quoted
+from symdyn.errors import CALLED_OTHERWISE, ArgumentError, SymdynError, choice, quoted
 
 
 class SympyExpression(Protocol):
@@ -308,7 +308,7 @@ def _refuse_unknown(function: Callable[..., object], keywords: Iterable[str]) ->
     """Raise ArgumentError for a keyword that a function does not have."""
     known = [name for name in inspect.signature(function).parameters if name != "self"] if keywords else []
     for name in (one for one in keywords if one not in known):
-        needed, told = INSTEAD.get(name, ("", ""))
+        needed, told = CALLED_OTHERWISE.get(name, ("", ""))
         told = told if needed in (*known, name) and not {name[:-1], f"{name}es"} & {*known} else choice(name, known)
         raise ArgumentError(f"{_called(function)}() got an unexpected keyword argument {name!r}; {told}")
 
@@ -344,17 +344,6 @@ def check_arguments(
     if lines:
         raise error(lines if hasattr(error(""), "faults") else "\n".join(lines))
     return given
-
-
-INSTEAD = {
-    name: ("feedback", f"give it with the controller: feedback=symdyn.Feedback(law, {name}=...)")
-    for name in ("period", "delay", "limits", "noise", "quantisation", "reference", "measures")
-} | {old: (new, f"it is {new} now") for old, new in {"of": "measures", "to": "inputs", "drives": "inputs"}.items()}
-INSTEAD["parameters"] = ("hold_back", "symdyn.identification.output_error(scene, data, parameters) takes it")
-INSTEAD["ax"] = ("ax", "it makes a figure of its own, whose axes are plot().axes")
-INSTEAD["along"] = ("anywhere", "systems along a run are symdyn.linear.linearize_along(scene, run)")
-INSTEAD["start"] = ("system", "system takes it: lambda m: symdyn.linearize(scene, values={'m': m}, start=...)")
-"""What to give in place of a keyword, told where there is another one, none but for its number; for errors alone."""
 
 
 def checked(error: type[SymdynError]) -> Callable[[F], F]:

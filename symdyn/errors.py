@@ -215,13 +215,10 @@ ELSEWHERE = {
     **{"gravity": "gravity_forces", "rnea": "inverse_dynamics", "crba": "mass_matrix", "aba": "forward_dynamics"},
     **{"fk": "pose", "forward-kinematics": "pose", "save": "to_csv", "language": "target", "eom": "equations"},
     **{"mass-matrix": "M", "mass-matrix-full": "M", "rhs": "state_space", "response": "values", "trajectory": "run"},
-    **{
-        "to-pandas": "table",
-        "events": "stops reports stop",
-        "to-ss": "to_control",
-        "sobol": "design indices",
-        "over": "values",
-    },
+    **{"to-pandas": "table", "events": "stops reports stop", "to-ss": "to_control", "sobol": "design indices"},
+    **{"over": "values", "hz": "hertz", "start": "q", "e": "restitution", "mu": "friction", "energy": "kinetic_energy"},
+    **dict.fromkeys(("head", "tail", "iloc", "loc"), "to_pandas"),
+    **dict.fromkeys(("wn", "zeta", "natural-frequencies", "eigenfrequencies", "damping-ratios"), "damp"),
     **dict.fromkeys(("validate", "validation", "test", "holdout"), "hold_back"),
     **dict.fromkeys(("to-df", "df", "dataframe", "to-dataframe"), "to_pandas table"),
     **dict.fromkeys(("to-mat", "savez", "to-numpy"), "to_npz"),
@@ -240,6 +237,7 @@ ELSEWHERE = {
     **{"step-response": "step", "impulse-response": "impulse", "bode-plot": "bode", "pzmap": "plot"},
     **dict.fromkeys(("std", "stddev", "sigma", "errors"), "sd standard_errors errors"),
     **dict.fromkeys(("bode", "lqr", "lqg", "nyquist", "root-locus", "poles", "modes", "step"), "every linearize"),
+    **dict.fromkeys(("equilibrium", "equilibria", "trim", "rest", "op"), "linearize_at_rest linearize start"),
     **{"run": "simulate", "plot": "draw", "export": "convert", "linearise": "linearize", "codegen": "generate"},
 }
 """What other tools call joints, targets, options, verbs, methods and attributes, and what is known here by which name.
@@ -263,8 +261,9 @@ def nearest(name: object, known: Iterable[str]) -> str | None:
     lowered = {candidate.lower(): candidate for candidate in known}
     meant, candidates = name.lower(), list(lowered)[:MOST_KNOWN]
     bare = meant.lstrip("-")
-    for word in ELSEWHERE.get(bare.replace("_", "-"), "").split():
-        if (here := f"{meant.removesuffix(bare)}{word.lower()}") in lowered:
+    words = [f"{meant.removesuffix(bare)}{one.lower()}" for one in ELSEWHERE.get(bare.replace("_", "-"), "").split()]
+    for here in (*words, *(one for word in words for one in candidates if one.startswith(f"{word}_"))):
+        if here in lowered:
             return lowered[here]
     rate = _RATE.fullmatch(meant)
     if rate and (here := f"{rate['of']}_{'d' * any(one in rate.groups() for one in SECOND)}dot") in lowered:
@@ -295,7 +294,8 @@ def _in_common(a: str, b: str) -> int:
     return ahead + (behind.index(True) if True in behind else len(behind))
 
 
-MOST_LISTED = 12
+MOST_LISTED, ALIKE = 12, 0.4
+"""Names that a message lists, and how like a wrong one those are that come before the others."""
 
 
 def listed(names: Iterable[str], most: int = MOST_LISTED) -> str:
@@ -306,12 +306,36 @@ def listed(names: Iterable[str], most: int = MOST_LISTED) -> str:
     return ", ".join(every[:most]) + (f", ... ({len(every)} in all)" if len(every) > most else "")
 
 
+CALLED_OTHERWISE = {
+    **{
+        name: ("feedback", f"give it with the controller: feedback=symdyn.Feedback(law, {name}=...)")
+        for name in ("period", "delay", "limits", "noise", "quantisation", "reference", "measures")
+    },
+    **{old: (new, f"it is {new} now") for old, new in {"of": "measures", "to": "inputs", "drives": "inputs"}.items()},
+    "parameters": ("hold_back", "symdyn.identification.output_error(scene, data, parameters) takes it"),
+    "ax": ("ax", "it makes a figure of its own, whose axes are plot().axes"),
+    "along": ("anywhere", "systems along a run are symdyn.linear.linearize_along(scene, run)"),
+    "start": ("system", "system takes it: lambda m: symdyn.linearize(scene, values={'m': m}, start=...)"),
+    **dict.fromkeys(("t_eval", "saveat"), ("until", "every=0.01 spaces the rows; run(t) has all columns at any times")),
+    "t_span": ("until", "a run begins at t = 0, and until= is its end"),
+    "dense_output": ("until", "it is always there: run(t) has all columns between the rows"),
+    **dict.fromkeys(("max_step", "first_step", "min_step"), ("rtol", "steps are chosen for rtol= and atol=")),
+    **{"Ti": ("ki", "an integral time is ki = kp/Ti"), "Td": ("kd", "a derivative time is kd = kp*Td")},
+    "args": ("values", "values={...} gives parameters, forces={...} what drives"),
+    **dict.fromkeys(
+        ("u", "tau", "input", "torque"), ("forces", "forces={'NAME': 'formula in t'} drives, feedback= too")
+    ),
+    **dict.fromkeys(("y0", "x0"), ("start_rates", "start={'q1': 0.1, 'q1_dot': 0} gives positions and velocities")),
+}
+"""What to give in place of a keyword, told where there is another one, none but for its number; for errors alone."""
+
+
 def suggestion(name: object, known: Iterable[str]) -> str:
     """Return "did you mean X?" when something known is near, else the known names, of many the likest first."""
-    every = list(known)
+    every = list(dict.fromkeys(known))
     near = nearest(name, every)
     if not near and isinstance(name, str) and MOST_LISTED < len(every) <= MOST_KNOWN and len(name) <= LONGEST_NAME:
-        first = _likest(name, every, MOST_LISTED)
+        first = _likest(name, every, MOST_LISTED, ALIKE)
         every = [*first, *(one for one in every if one not in first)]
     return f"did you mean {near}?" if near else f"known are {listed(every)}"
 

@@ -33,6 +33,7 @@ INSTEAD: dict[str, dict[str, str]] = {
             "symdyn.Feedback(regulator, reference={...}) sets another point",
         ),
         "margins": "they are those of its loop, .loop.margins()",
+        **dict.fromkeys(("step", "impulse", "bode", "stable", "damp"), "its .closed_loop has them"),
     },
     "observer": dict.fromkeys(("K", "L"), "gains are those of its parts, .regulator.K and .observer.L"),
     "coordinates_of_joints": {
@@ -58,6 +59,7 @@ INSTEAD: dict[str, dict[str, str]] = {
         **dict.fromkeys(("y", "x"), 'run.q and run.qd, or columns by name, run["theta"]'),
     },
     "violation": {"u": 'its run has forces by name, run["F"]'},
+    "formulation": dict.fromkeys((*"MCcgGKP", "tau", "mass_matrix", "forcing"), "it is one of .sympy(), such as M"),
     "solve_accelerations": {"forcing": "it is tau - c - g - k_E", "L": "Lagrange's function is K - P"},
     "not_identifiable": dict.fromkeys(
         ("report", "save_report", "to_html"), "symdyn.identification.report(identification) is its page"
@@ -106,3 +108,14 @@ class Shown(Suggesting):
         """Return what is shown, by media type: HTML, LaTeX; plain text is `repr`."""
         (bundle,) = _BUNDLES
         return bundle(self)
+
+
+class BySympy:
+    """A noun that is an expression to `sympy.sympify`, `sympy.latex` and `sympy.pprint`: what `_sympy_` returns."""
+
+    __slots__ = ()
+
+    def _latex(self, printer: Any) -> Any:
+        return printer._print(self._sympy_())  # type: ignore[attr-defined]
+
+    _pretty = _latex

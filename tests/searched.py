@@ -34,6 +34,11 @@ MEANT = {
     "optimal control": "collocation", "inverse kinematics": "simulate", "python-control": "from-control",
     "Pinocchio": "from-pinocchio", "PyDy": "from-sympy", "Simscape": "from-simulink", "CUDA": "targets",
     "simulate": "api/symdyn.simulate", "linearize": "linearize", "lambdify": "api/symdyn.lambdify",
+    "backlash": "scenes", "dead zone": "scenes", "cable": "scenes", "pulley": "scenes", "friction cone": "scenes",
+    "foot": "scenes", "restitution": "scenes", "impact": "simulate", "stick-slip": "simulate", "jerk": "simulate",
+    "workspace": "simulate", "MPC": "collocation", "trim": "linearize", "operating point": "linearize",
+    "Hessian": "derivatives", "LQI": "control", "integral action": "control", "accelerometer": "control",
+    "quaternions": "scenes", "singularity": "simulate", "gear ratio": "scenes", "mobility": "scenes",
     "collocation": "collocation", "troubleshooting": "troubleshooting", "quick start": "start",
 }  # fmt: skip
 """Words of the field, and the page that a reader looks for."""

@@ -19,7 +19,6 @@ from symdyn.runtime import lambdify
 from symdyn.scene import Scene
 from symdyn.scene.declaration.reading import Reading, ReadOptions
 from symdyn.scene.formats import mjcf
-from symdyn.scene.joints.blocks import inverse as inverse_pose
 from symdyn.scene.values import Pose, spell, velocity_name
 from symdyn.scene.values.quantity import Quantity
 
@@ -362,7 +361,7 @@ def test_connect_and_weld_close_loops_where_mujoco_measures_them(tmp_path: Path)
     first = 0
     for loop in scene.loops:
         poses = []
-        for body_name, frame in ((loop.parent, loop.origin), (loop.child, inverse_pose(loop.tip))):
+        for body_name, frame in ((loop.parent, loop.origin), (loop.child, loop.tip.inverse())):
             there = data.body(body_name if body_name != "ground" else "world")
             own = np.eye(4)
             own[:3, :3], own[:3, 3] = there.xmat.reshape(3, 3), there.xpos

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 import symdyn
 from symdyn.linear import Linearization
-from symdyn.linear.linearization import zero_kinds
+from symdyn.linear.stability import zero_kinds
 from symdyn.scene import read_text
 from symdyn.simulation import Problem
 

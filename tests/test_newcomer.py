@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 
 import symdyn
+from symdyn.algebra.sympy_algebra import sympy_symbol
 from symdyn.arguments import suggesting
 from symdyn.cli import main
+from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.errors import (
     ArgumentError,
     DerivationError,
@@ -26,7 +28,7 @@ from symdyn.errors import (
 )
 from symdyn.linear import root_locus
 from symdyn.linear.weights import read_weights
-from symdyn.scene import body, revolute, scene, spring
+from symdyn.scene import body, revolute, scene, spring, table
 from symdyn.scene.toml import read_text
 from symdyn.simulation import read_feedback
 from symdyn.simulation.integrate import integration
@@ -396,6 +398,69 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
     '[springs.NAME] joint = "JOINT", stiffness': (SceneError, lambda: _with(joint="stiffness = 3")),
     "a place in space is its origin": (SceneError, lambda: _with(joint="position = [0, 0, 1]")),
     "stands in quotes": (SceneError, lambda: _with("g = 9,81")),
+    "symdyn.draw is a package, and not called; symdyn.picture(scene) does it": (
+        ArgumentError,
+        lambda: symdyn.draw(CART),  # type: ignore[operator]
+    ),
+    "symdyn.verify is a package, and not called; symdyn.certify(scene) does it": (
+        ArgumentError,
+        lambda: symdyn.verify(CART),  # type: ignore[operator]
+    ),
+    "symdyn.linear.linearize_at_rest(scene) finds all": (AttributeError, lambda: symdyn.trim),  # type: ignore[attr-defined]
+    "it is symdyn.linearize(...).poles": (AttributeError, lambda: symdyn.eigenvalues),  # type: ignore[attr-defined]
+    "it is symdyn.simulate(scene, until=...)": (AttributeError, lambda: symdyn.solve_ivp),  # type: ignore[attr-defined]
+    "every=0.01 spaces the rows; run(t) has": (ArgumentError, lambda: symdyn.simulate(CART, t_eval=[0])),  # type: ignore[call-arg]
+    "a run begins at t = 0, and until= is": (ArgumentError, lambda: symdyn.simulate(CART, t_span=(0, 1))),  # type: ignore[call-arg]
+    "run(t) has all columns between": (ArgumentError, lambda: symdyn.simulate(CART, dense_output=True)),  # type: ignore[call-arg]
+    "steps are chosen for rtol=": (ArgumentError, lambda: symdyn.simulate(CART, max_step=0.1)),  # type: ignore[call-arg]
+    "values={...} gives parameters": (ArgumentError, lambda: symdyn.simulate(CART, args=())),  # type: ignore[call-arg]
+    "'q1_dot': 0} gives positions and": (ArgumentError, lambda: symdyn.simulate(CART, y0=[0])),  # type: ignore[call-arg]
+    "forces={'NAME': 'formula in t'} drives": (ArgumentError, lambda: symdyn.simulate(CART, u=1)),  # type: ignore[call-arg]
+    "known are A, B, C, D, bode,": (AttributeError, lambda: symdyn.linearize(CART).zz9),  # type: ignore[attr-defined]
+    "it is symdyn.equations(scene).latex()": (AttributeError, lambda: symdyn.latex),  # type: ignore[attr-defined]
+    "it is one of .sympy(), such as M": (AttributeError, lambda: symdyn.equations(CART).M),  # type: ignore[attr-defined]
+    "its .closed_loop has them": (AttributeError, lambda: symdyn.linearize(CART).lqr().step),  # type: ignore[attr-defined]
+    "did you mean pose_tip?": (AttributeError, lambda: symdyn.load(CART).forward_kinematics),
+    "did you mean damp?": (AttributeError, lambda: symdyn.linearize(CART).natural_frequencies),  # type: ignore[attr-defined]
+    "column energy; did you mean kinetic_energy?": (
+        UnknownNameError,
+        lambda: symdyn.simulate(CART, until=0.1)["energy"],
+    ),
+    "an integral time is ki = kp/Ti": (ArgumentError, lambda: symdyn.pid("x", "F", kp=1, Ti=1)),  # type: ignore[call-arg]
+    "did you mean restitution?": (ArgumentError, lambda: symdyn.scene.contact("c", body="b", e=1)),  # type: ignore[call-arg]
+    "did you mean hertz?": (ArgumentError, lambda: symdyn.linearize(CART).bode(Hz=True)),  # type: ignore[call-arg]
+    "method ode45 is not known; did you mean rk45?": (SimulateError, lambda: symdyn.simulate(CART, method="ode45")),
+    "depends on x_ddot, which forces make at once": (
+        SimulateError,
+        lambda: symdyn.simulate(
+            CART, until=0.1, feedback=symdyn.linearize(CART, outputs=["theta", "x", "x_ddot"]).lqg()
+        ),
+    ),
+    "integral: xx is no output or state; did you mean x?": (
+        LinearizeError,
+        lambda: symdyn.linearize(CART).lqr(integral="xx"),
+    ),
+    "N: is no matrix of 4 x 1": (LinearizeError, lambda: symdyn.linearize(CART).lqr(N=[[1.0]])),
+    "N: is so large that": (LinearizeError, lambda: symdyn.linearize(CART).lqr(0.1, 1, N=[[9.0]] * 4)),
+    "leave period out": (LinearizeError, lambda: symdyn.linearize(CART).lqr(N=[[0.1]] * 4, period=0.1)),
+    "gains act on integrals, too": (LinearizeError, lambda: symdyn.linearize(CART).lqr(integral="x").gains()),
+    "no input moves the mode 0, of theta_integral": (
+        LinearizeError,
+        lambda: symdyn.linearize(CART).lqr(integral="theta"),
+    ),
+    'scene.toml:3: column 9: quotes are missing around 2*m; write "2*m"': (
+        SceneError,
+        lambda: _with(body="mass = 2*m"),
+    ),
+    'quotes are missing around max(a, 2); write "max(a, 2)"': (SceneError, lambda: _with(body="mass = max(a, 2)")),
+    'quotes are missing around l/2; write "l/2"': (SceneError, lambda: _with(body="mass = 1\ncom = [l/2, 0, 0]")),
+    'quotes are missing around 3*k; write "3*k"': (SceneError, lambda: _with("parameters = { m = 3*k, n = 1 }")),
+    'quotes are missing around 90 deg; write "90 deg"': (SceneError, lambda: _with(joint="start = 90 deg")),
+    "write false in small letters": (SceneError, lambda: _with(joint="drive = False")),
+    ".5 lacks a digit beside its point; write 0.5": (SceneError, lambda: _with(body="mass = .5")),
+    "0 1: a comma stands between numbers": (SceneError, lambda: _with(joint="axis = [0, 0 1]")),
+    'the text has no end; write " behind it': (SceneError, lambda: _with(joint='coordinate = "phi')),
+    "is not valid TOML: Unclosed array": (SceneError, lambda: _with(joint="axis = [0, 0, 1\ndrive = false")),
     "where its ends meet, spring prop has no direction": (
         LinearizeError,
         lambda: symdyn.linearize(
@@ -435,6 +500,22 @@ WORKS: dict[str, Callable[[], object]] = {
     "states of a run": lambda: symdyn.simulate(CART, until=0.1).states.shape[1] == 4,
     "the only measure": lambda: np.isfinite(symdyn.sweep(CART, "mp=[1,2]", "end(x)", until=0.1).mean()),
     "inertia without a centre of mass": lambda: _with(body="mass = 1\ninertia = [1, 1, 1]").bodies[0].about == "com",
+    "K, S, E": lambda: [len(one) for one in symdyn.linearize(CART).lqr()] == [1, 4, 4],
+    "L, P, E": lambda: [len(one) for one in symdyn.linearize(CART).kalman()] == [4, 4, 4],
+    "mag, phase, omega": lambda: [one.shape for one in symdyn.linearize(CART).bode("x", "F")] == [(200,)] * 3,
+    "t, y": lambda: [one.shape for one in symdyn.linearize(CART).step()] == [(500,), (2, 1, 500)],
+    "gm, pm, wcg, wcp": lambda: len([*symdyn.linearize(CART).lqr().loop.margins()]) == 4,
+    "forces as a dict of columns": lambda: (
+        symdyn.simulate(CART, until=1, forces={"t": [0, 1], "F": [0, 2]})["F"][-1] == 2
+    ),
+    "times of a motion given as columns": lambda: (
+        len(symdyn.inverse(CART, {"t": [0, 0.5, 1], "x": [0, 1, 2], "theta": [0, 0, 0]}).t) == 3
+    ),
+    "a motion that joints have, alone": lambda: (
+        symdyn.inverse(_with('units = "none"', joint='motion = "t"'), until=1).complete
+    ),
+    "a table as columns": lambda: table("d", {"x": [0, 1], "y": [1, 2]}) == table("d", [(0, 1), (1, 2)]),
+    "a table by its values": lambda: table("d", {0: 1, 1: 2}) == table("d", [(0, 1), (1, 2)]),
     "bounds as a size": lambda: 15 in symdyn.collocation(CART, until=1, bounds={"F": 15}, intervals=1).upper,
 }
 
@@ -468,6 +549,9 @@ def test_what_one_writes_who_knows_another_tool_works(words: str) -> None:
         (["linearize", "a.toml", "--transmissibility", "z"], "give --bode FILE"),
         (["generate", "a.toml", "--language", "c"], "did you mean --target?"),
         (["eom", "a.toml"], "did you mean equations?"),
+        (["equilibrium", "a.toml"], "did you mean linearize?"),
+        (["trim", "a.toml"], "did you mean linearize?"),
+        (["linearize", "a.toml", "--trim", "x"], "did you mean --start?"),
     ],
 )
 def test_the_shell_guesses_what_is_meant_or_nothing(
@@ -526,3 +610,114 @@ def test_a_plot_may_be_over_another_column_than_time() -> None:
     assert "rad" in axis.get_xlabel()
     with pytest.raises(UnknownNameError, match="thet"):
         run.plot("x", x="thet")
+
+
+def test_what_a_problem_leaves_open_at_its_end_is_shown() -> None:
+    given = symdyn.collocation(CART, until=2, cost="F**2", end={"x": 1}, intervals=4)
+    assert repr(given).endswith("at the end x = 1, x_dot = 0; not given: theta, theta_dot>")
+    assert "the end" not in repr(symdyn.collocation(CART, until=2, intervals=4))
+    whole = symdyn.collocation(CART, until=2, end={"x": 1, "theta": 0}, intervals=4)
+    assert repr(whole).endswith("at the end x = 1, theta = 0, x_dot = 0, theta_dot = 0>")
+    pytest.importorskip("casadi", reason="needs IPOPT")
+    assert repr(given.solve()).endswith("; not given at the end: theta, theta_dot>")
+
+
+MIRRORED = "tip is the child's frame seen from the joint, child_origin the joint seen from that"
+
+
+def test_a_tip_that_was_meant_as_a_child_origin_is_told_where_the_start_shows_it() -> None:
+    right, wrong = 'tip = ["-c", 0, 0]', 'tip = ["c", 0, 0]'
+    text = symdyn.scene.write_text(symdyn.example("four_bar"), "toml").text
+    assert right in text
+    bar = read_text(text.replace(right, wrong))
+    for notes in (symdyn.inverse(bar, {"phi": "2*pi*t"}, until=0.1).notes, Numbers(bar).closed_position().notes):
+        assert any("the loop hinge open by 6.19" in note and note.endswith(MIRRORED) for note in notes)
+    for meant in (text, text.replace(right, wrong.replace("tip", "child_origin"))):
+        assert Numbers(read_text(meant)).closed_position().notes == ()
+
+
+def test_sympy_prints_rates_with_dots_and_they_stay_symbols_of_their_names() -> None:
+    import pickle
+
+    import sympy
+
+    cart = symdyn.equations(CART).sympy()
+    assert r"\ddot{x}" in sympy.latex(cart.equations)
+    assert sympy.latex(symdyn.equations(CART)) == sympy.latex(cart) == sympy.latex(sympy.Tuple(*cart.equations))
+    assert "x\N{COMBINING DIAERESIS}" in sympy.pretty(symdyn.equations(CART), use_unicode=True)
+    assert sympy.sympify(cart) == sympy.Tuple(*cart.equations)
+    assert sympy.latex(cart["theta_ddot"], symbol_names={cart["theta_ddot"]: "a"}) == "a"
+    for name, latex in {"q1_dot": r"\dot{q}_{1}", "q_1_ddot": r"\ddot{q}_{1}", "s_sf_dot": r"\dot{s}_{sf}"}.items():
+        assert sympy.latex(sympy_symbol(name, {})) == latex
+    ours, plain = cart["x_dot"], sympy.Symbol("x_dot", real=True)
+    assert (ours == plain, plain == ours, hash(ours) == hash(plain), str(ours)) == (True, True, True, "x_dot")
+    assert (ours - plain, (plain**2).subs(ours, 3), (ours**2).subs(plain, 3), (ours**2).diff(plain)) == (
+        0,
+        9,
+        9,
+        2 * ours,
+    )
+    assert ours not in (sympy.Symbol("x_dot"), sympy.Dummy("x_dot", real=True))
+    assert pickle.loads(pickle.dumps(cart.M * cart.qdd)) == cart.M * cart.qdd
+
+
+def test_a_regulator_with_a_cross_term_is_that_of_python_control_and_costs_what_it_says() -> None:
+    lin = symdyn.linearize(CART)
+    rng = np.random.default_rng(1)
+    both = rng.normal(size=(5, 5))
+    both = both @ both.T
+    Q, N, R = both[:4, :4], both[:4, 4:], both[4:, 4:]
+    K, S, E = found = lin.lqr(Q, R, N=N)
+    A = lin.A - lin.B @ K
+    assert np.allclose(found.closed_loop.poles, E)
+    assert np.allclose(A.T @ S + S @ A, -(Q - N @ K - K.T @ N.T + K.T @ R @ K), atol=1e-8 * abs(S).max())  # Lyapunov
+    assert np.allclose(K, np.linalg.solve(R, lin.B.T @ S + N.T))
+    control = pytest.importorskip("control", reason="the reference")
+    theirs = control.lqr(lin.A, lin.B, Q, R, N)
+    assert np.allclose(K, theirs[0])
+    assert np.allclose(S, theirs[1])
+
+
+@pytest.mark.parametrize("period", [None, 0.05])
+def test_integrals_are_those_of_python_control_and_hold_against_a_push(period: float | None) -> None:
+    lin = symdyn.linearize(CART)
+    Q = np.diag([10.0, 100, 0, 0, 10])
+    K, S, E = found = lin.lqr(Q, 0.1, period, integral="x")
+    assert np.allclose(np.sort_complex(found.closed_loop.poles), np.sort_complex(E))
+    push = read_text(
+        symdyn.scene.write_text(CART, "toml").text + '\n[loads.wind]\nbody = "cart"\nforce = [0.4, 0, 0]\n'
+    )
+    given = {"until": 25, "feedback": symdyn.Feedback(found, reference={"x": 0.3})}
+    assert symdyn.simulate(push, **given)["x"][-1] == pytest.approx(0.3, abs=1e-5)  # type: ignore[arg-type]
+    off = symdyn.simulate(
+        push, until=40, feedback=symdyn.Feedback(lin.lqr(Q[:4, :4], 0.1, period), reference={"x": 0.3})
+    )
+    assert abs(off["x"][-1] - 0.3) > 0.01
+    control = pytest.importorskip("control", reason="the reference")
+    if period is None:
+        theirs = control.lqr(lin.A, lin.B, Q, [[0.1]], integral_action=lin.C[[0]])
+        assert np.allclose(S, theirs[1])
+        assert np.allclose(K, theirs[0])
+        return
+    step, scale = lin.discretize(period), np.diag([1, 1, 1, 1, period])  # it sums x, and not x dt
+    theirs = control.dlqr(step.A, step.B, scale @ Q @ scale, [[0.1]], integral_action=lin.C[[0]])
+    assert np.allclose(K @ scale, theirs[0])
+
+
+def test_a_filter_of_an_accelerometer_keeps_the_poles_of_its_parts() -> None:
+    found = symdyn.linearize(CART, outputs=["x", "x_ddot"]).lqg()
+    assert found.regulator.system.D[1, 0] != 0
+    parts = np.concatenate([found.regulator.poles, found.observer.poles])
+    assert np.allclose(np.sort_complex(found.closed_loop.poles), np.sort_complex(parts), atol=1e-6)
+
+
+def test_what_python_control_unpacks_is_the_same_here() -> None:
+    control = pytest.importorskip("control", reason="the reference")
+    loop = symdyn.linearize(CART).lqr()
+    (mag, phase, omega), theirs = loop.loop.bode(), loop.loop.to_control()
+    expected = control.frequency_response(theirs, omega)
+    assert np.allclose(mag, expected.magnitude)
+    assert np.allclose(np.exp(1j * phase), np.exp(1j * expected.phase))
+    assert np.allclose([*loop.loop.margins()], control.margin(theirs))
+    t, y = loop.closed_loop.step()
+    assert np.allclose(y, control.step_response(loop.closed_loop.to_control(), t).outputs, atol=1e-9)

@@ -13,7 +13,6 @@ from symdyn.errors import SceneError
 from symdyn.graph import Expr, Graph, evaluate, substitute
 from symdyn.scene import Quantity, Scene, read, read_text, with_symbolic_inertia
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.joints.blocks import inverse
 from symdyn.scene.joints.joint_table import start_of
 from symdyn.scene.scene_files import Starter
 
@@ -51,7 +50,7 @@ def residuals(scene: Scene) -> list[float]:
     entries: list[Expr] = []
     for loop in scene.loops:
         there = poses[loop.parent] @ loop.origin.transform(graph)
-        here = poses[loop.child] @ inverse(loop.tip).transform(graph)
+        here = poses[loop.child] @ loop.tip.inverse().transform(graph)
         entries += JOINTS[loop.type].forbids.residual(loop, there.inverse() @ here)
     placed = substitute(substitute(entries, at), {graph.symbol(name): x for name, x in known.items()})
     return evaluate(placed, Floats(), {})

@@ -13,7 +13,6 @@ from .compact import Compactor as Compactor, with_added_angles as with_added_ang
 from .constants import constants as constants, is_simple as is_simple
 from .finite_field import FiniteField as FiniteField, ManyPoints as ManyPoints, Needs as Needs, Redraw as Redraw
 from .form import (
-    NAMES as NAMES,
     Form as Form,
     Function as Function,
     Number as Number,
@@ -22,10 +21,13 @@ from .form import (
     Product as Product,
     Sum as Sum,
     Symbol as Symbol,
-    graph_to_sympy as graph_to_sympy,
-    shared_to_sympy as shared_to_sympy,
 )
 from .numeric import Array as Array, Batches as Batches, Floats as Floats
 from .ratios import Nodes as Nodes, Ratio as Ratio, Ratios as Ratios
 from .sums_of_angles import AngleGroup as AngleGroup, rounded as rounded
+from .sympy_algebra import (
+    NAMES as NAMES,
+    graph_to_sympy as graph_to_sympy,
+    shared_to_sympy as shared_to_sympy,
+)
 from .trigonometric import Polynomial as Polynomial, TrigonometricRing as TrigonometricRing

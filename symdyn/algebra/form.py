@@ -1,8 +1,7 @@
 """Forms: expressions as a reader would write them. A small frozen tree that printers walk.
 
 The graph shares and orders for machines; a form keeps the brackets, the order of terms and the sums inside a sine.
-`Form.express` takes a form back to a graph, so every algebra can check what is printed. Users get SymPy expressions,
-and SymPy is imported when one is asked for.
+`Form.express` takes a form back to a graph, so every algebra can check what is printed.
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, ClassVar
 
-from symdyn.graph import Arithmetic, Expr, Graph, Op, Piecewise, evaluate, reachable
+from symdyn.graph import Expr, Graph, Op, Piecewise, evaluate, reachable
 
 
 class Form:
@@ -138,6 +137,8 @@ class Form:
         Args:
             positive: the symbols that are positive too.
         """
+        from symdyn.algebra.sympy_algebra import graph_to_sympy
+
         return graph_to_sympy([self.express(Graph())], positive)[0]
 
 
@@ -358,90 +359,3 @@ def in_any_order(form: Form) -> object:
     if isinstance(form, Power):
         return form.exponent, parts
     return (form.op, form.name, parts) if isinstance(form, Function) else form
-
-
-NAMES: Mapping[Op, str] = {
-    Op.SIN: "sin",
-    Op.COS: "cos",
-    Op.SQRT: "sqrt",
-    Op.EXP: "exp",
-    Op.LOG: "log",
-    Op.TANH: "tanh",
-    Op.ABS: "Abs",
-    Op.SIGN: "sign",
-    Op.ATAN2: "atan2",
-    Op.POW: "Pow",
-}
-
-
-class SympyAlgebra(Arithmetic):
-    """SymPy expressions as an algebra; numbers stay exact."""
-
-    def __init__(self) -> None:
-        import sympy
-
-        self.sympy = sympy
-
-    def constant(self, value: Fraction) -> Any:
-        """Return a Rational."""
-        return self.sympy.Rational(value.numerator, value.denominator)
-
-    def pi(self) -> Any:
-        """Return pi."""
-        return self.sympy.pi
-
-    def function(self, node: Expr, args: Sequence[Any]) -> Any:
-        """Return node.op(args)."""
-        if isinstance(node.value, Piecewise):
-            return node.value.over(self, args[0])
-        if node.op is not Op.SELECT:
-            return getattr(self.sympy, NAMES[node.op])(*args)
-        guard, a, b = args
-        if guard in (a - b, b - a):
-            return (self.sympy.Max if guard == a - b else self.sympy.Min)(a, b)
-        return self.sympy.Piecewise((a, guard > 0), (b, True))
-
-    def symbol(self, name: str, assumptions: Mapping[str, bool]) -> Any:
-        """Return a real symbol, with what else is known of it."""
-        return self.sympy.Symbol(name, real=True, **assumptions)
-
-
-def graph_to_sympy(outputs: Sequence[Expr], positive: Sequence[str] = ()) -> list[Any]:
-    """Return nodes of one graph as SymPy expressions in real symbols, those that are called so positive."""
-    algebra = SympyAlgebra()
-    return evaluate(outputs, algebra, _symbols(reachable(outputs), algebra, positive))
-
-
-def _symbols(nodes: Iterable[Expr], algebra: SympyAlgebra, positive: Sequence[str]) -> dict[Expr, Any]:
-    names = {node: str(node.value) for node in nodes if node.op is Op.SYMBOL}
-    return {x: algebra.symbol(name, {"positive": True} if name in positive else {}) for x, name in names.items()}
-
-
-def shared_to_sympy(
-    outputs: Sequence[Expr], positive: Sequence[str], names: Iterator[str], longest: int
-) -> tuple[list[tuple[Any, Any]], list[Any]]:
-    """Return what nodes share, each by a symbol of its own, and the nodes in SymPy, as `sympy.cse` does.
-
-    Args:
-        outputs: nodes of one graph.
-        positive: as of `graph_to_sympy`.
-        names: of what is shared, in the order in which it is defined.
-        longest: operations, all written out, up to which nothing is shared.
-    """
-    algebra, order = SympyAlgebra(), reachable(outputs)
-    length, uses = dict[Expr, int](), Counter(outputs)
-    for node in order:
-        length[node] = 1 + sum(length[one] for one in node.args)
-        uses.update(node.args)
-    shares = sum(length[one] for one in outputs) > longest
-    values, defined = _symbols(order, algebra, positive), list[tuple[Any, Any]]()
-    for node in order:
-        (found,) = evaluate([node], algebra, values, [node], known=values)
-        if shares and uses[node] > 1 and length[node] > SHORT:
-            values[node] = algebra.symbol(next(names), {})
-            defined.append((values[node], found))
-    return defined, [values[node] for node in outputs]
-
-
-SHORT = 3
-"""Nodes of what gets no name of its own: a product of two, a sine."""

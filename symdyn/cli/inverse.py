@@ -16,7 +16,7 @@ def run(options: argparse.Namespace) -> int:
     """Compute and write."""
     scene = read_scene_to_move(options)
     laws, paths = flattened(options.motion), flattened(options.path)
-    if not laws and not paths:
+    if not laws and not paths and not scene.prescribed_velocities:
         raise SimulateError("nothing says how it moves; give --motion coordinate=law, or --path point=x,y,z")
     problem = Problem(scene, reported_forces(scene, options))
     start, _ = collected(lambda: pairs(options.start, "--start"), lambda: check_outputs(scene, options))

@@ -1,8 +1,9 @@
 """Names that `symdyn.linear` offers; each is imported when it is first used."""
 
+from .compensator import Compensator as Compensator, Observer as Observer
 from .equilibrium import Equilibria as Equilibria, Equilibrium as Equilibrium
 from .formulas import Formulas as Formulas
-from .linearization import Linearization as Linearization, Point as Point, Stability as Stability
+from .linearization import Linearization as Linearization, Point as Point
 from .linearized import (
     linearize as linearize,
     linearize_along as linearize_along,
@@ -13,8 +14,9 @@ from .linearized import (
 )
 from .locus import RootLocus as RootLocus, read_values as read_values, root_locus as root_locus
 from .modes import Mode as Mode, Spectrum as Spectrum, animate_modes as animate_modes
-from .regulator import Compensator as Compensator, Observer as Observer, Regulator as Regulator
+from .regulator import Regulator as Regulator
 from .responses import FrequencyResponse as FrequencyResponse, TimeResponse as TimeResponse
+from .stability import Stability as Stability
 from .state_space import StateSpace as StateSpace
 from .steady import steady_at_start as steady_at_start
 from .system import System as System, SystemsFile as SystemsFile, track as track

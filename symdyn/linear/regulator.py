@@ -1,9 +1,8 @@
-"""Gains from weights or poles: regulators, the gain of a Kalman filter, and both together as a controller of outputs.
+"""Gains from weights or poles: regulators of the state, and of integrals of outputs beside it.
 
-    w = w0 - K x       least ∫ xᵀ Q x + (w - w0)ᵀ R (w - w0) dt; sampled: the least sum over samples, inputs held
+    w = w0 - K x       least ∫ xᵀ Q x + 2 xᵀ N (w - w0) + (w - w0)ᵀ R (w - w0) dt = x0ᵀ S x0; sampled: a sum
     A - B K            the closed loop
-    x̂' = A x̂ + B w + L (y - C x̂)      K = Lᵀ of (Aᵀ, Cᵀ), with covariances W of what disturbs x and V of what disturbs y
-    w = w0 - K x̂       by the filter: x̂' = (A - B K - L C + L D K) x̂ + L y, in deviations from the point
+    x̃ = [x; z]         with integral action: ż = y - r, sampled z' = z + T (y - r), of the outputs that are to be r
 
 Users give weights and variances by name or as matrices, whose rows and columns have names and units (`Axis`).
 
@@ -18,22 +17,22 @@ from __future__ import annotations
 
 import json
 import warnings
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, NoReturn
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.arguments import argument
 from symdyn.draw import FilledFigure
-from symdyn.errors import LinearizeError
+from symdyn.errors import LinearizeError, suggestion
 from symdyn.linear.locus import array_of
 from symdyn.linear.modes import SIDEWAYS, Complexes, balance, pairs_of, spectrum
 from symdyn.linear.plots import Plotted, pole_map
 from symdyn.linear.state_space import StateSpace
-from symdyn.linear.transfer import Margins, poles_in_words, shown, staircase
-from symdyn.linear.weights import Axis, Weights, weight
+from symdyn.linear.transfer import poles_in_words, shown, staircase
+from symdyn.linear.weights import SYMMETRIC, Axis, Weights, weight
 from symdyn.scene.values import Faults
 from symdyn.table import Table
 
@@ -49,7 +48,7 @@ SPINNING = (
 """What is said of gains beside forces that feed back, at a point where velocities change, and in axes that turn."""
 
 
-class _Gain(Plotted):
+class Gain(Plotted):
     """A gain that was found for a system."""
 
     system: Linearization
@@ -61,16 +60,20 @@ class _Gain(Plotted):
 
 
 @dataclass(frozen=True, eq=False)
-class Regulator(_Gain):
+class Regulator(Gain):
     """Feedback of the state.
+
+    `K, S, E = lin.lqr(Q, R)` has gains, S and poles, as python-control.
 
     Attributes:
         system: what it was found for.
         inputs: the drives, which it acts by; all inputs of a scene without any.
-        K: shape (inputs, nx).
+        K: shape (inputs, nx), and a column an integral.
         poles: eigenvalues of the closed loop, 1/s; of a sampled one those of Φ - Γ K.
         period: seconds between samples; None is none.
         notes: what a user should know.
+        S: what is left to pay, x0ᵀ S x0, shape (nx, nx), integrals behind states; None of gains for poles.
+        integral: outputs, or states, whose integrals it acts on.
     """
 
     system: Linearization
@@ -79,46 +82,76 @@ class Regulator(_Gain):
     poles: Complexes
     period: float | None = None
     notes: tuple[str, ...] = ()
+    S: Array | None = None
+    integral: tuple[str, ...] = ()
+
+    def __iter__(self) -> Iterator[Any]:
+        """Yield K, S and the poles."""
+        return iter((self.K, self.S, self.poles))
 
     def __repr__(self) -> str:
         told = "".join(f"\n    {line}" for line in (*self.lines(), f"poles: {poles_in_words(self.poles)}"))
-        return f"<Regulator of {self.name}{_when(self.period)}:{told}>"
+        return f"<Regulator of {self.name}{when(self.period)}:{told}>"
 
     @property
     def closed_loop(self) -> StateSpace:
         """The mechanism with this feedback, from all its inputs, which are added to it, to its outputs."""
-        one, (step, places) = self.system, _opened(self.system, self.inputs, self.period)
-        A, C = step.A - step.B[:, places] @ self.K, one.C - one.D[:, places] @ self.K
-        return StateSpace(A, step.B, C, one.D, one.states, one.inputs, one.outputs, self.period, f"{one.name}_closed")
+        step, places = opened(self.system, self.inputs, self.period, self.integral)
+        A, C = step.A - step.B[:, places] @ self.K, step.C - step.D[:, places] @ self.K
+        name = f"{self.name}_closed"
+        return StateSpace(A, step.B, C, step.D, step.states, step.inputs, step.outputs, self.period, name)
 
     @property
     def loop(self) -> StateSpace:
         """The loop cut open at the drives, from them to K x, for `.margins()` and `.nyquist()`."""
-        step, places = _opened(self.system, self.inputs, self.period)
-        axis = self.system.inputs.of(places)
+        step, places = opened(self.system, self.inputs, self.period, self.integral)
+        axis = step.inputs.of(places)
         return StateSpace(
-            step.A, step.B[:, places], self.K, None, self.system.states, axis, axis, self.period, f"{self.name}_loop"
+            step.A, step.B[:, places], self.K, None, step.states, axis, axis, self.period, f"{self.name}_loop"
         )
 
-    def gains(self) -> dict[str, object]:
-        """Return what `symdyn simulate --feedback` reads."""
+    @property
+    def _names(self) -> tuple[str, ...]:
+        return (*self.system.states.names, *(f"{name}_integral" for name in self.integral))
+
+    @property
+    def _point(self) -> dict[str, float]:
         one = self.system
-        point = dict(zip(one.scene.coordinates, one.point.q.tolist(), strict=True))
-        point |= dict(zip(one.scene.first_order, one.point.u.tolist(), strict=True))
+        found = dict(zip(one.scene.coordinates, one.point.q.tolist(), strict=True))
+        return found | dict(zip(one.scene.first_order, one.point.u.tolist(), strict=True))
+
+    def gains(self) -> dict[str, object]:
+        """Return what `symdyn simulate --feedback` reads; LinearizeError of integrals, which it does not."""
+        one = self.system
+        if self.integral:
+            raise LinearizeError(
+                f"{self.name}: gains act on integrals, too; give the regulator itself: feedback=regulator"
+            )
         found: dict[str, object] = {
             "K": self.K.tolist(),
             "states": list(one.states.names),
             "inputs": list(self.inputs),
-            "x0": point,
+            "x0": self._point,
             "u0": held(one, self.inputs),
         }
         return found if self.period is None else found | {"period": self.period}
 
     def feedback(self) -> Feedback:
-        """Return it as a controller of a run, u = u0 - K (x - x0)."""
-        from symdyn.simulation import read_feedback
+        """Return it as a controller of a run, u = u0 - K (x - x0), integrals being states of the controller."""
+        from symdyn.simulation import linear_law, read_feedback
 
-        return read_feedback(self.system.scene, self.gains())
+        if not self.integral:
+            return read_feedback(self.system.scene, self.gains())
+        one, n, many = self.system, len(self.system.states), len(self.integral)
+        names = (*one.states.names, *(name for name in self.integral if name not in one.states.names))
+        point = self._point | dict(zip(one.outputs.names, one.point.outputs.tolist(), strict=True))
+        summed = np.array([[float(name == other) for other in names] for name in self.integral])
+        A, B = (np.zeros((many, many)), summed) if self.period is None else (np.eye(many), self.period * summed)
+        D = np.hstack([self.K[:, :n], np.zeros((len(self.K), len(names) - n))])
+        return linear_law(
+            A, -B, -self.K[:, n:], D, names, self.inputs, period=self.period, y0={name: point[name] for name in names},
+            u0=held(one, self.inputs), states=self._names[n:],
+        )  # fmt: skip
 
     def text(self) -> str:
         """Return the gains as JSON text, a row of K a line."""
@@ -132,118 +165,19 @@ class Regulator(_Gain):
         return [f"{name} = {self._terms(row)}" for name, row in zip(self.inputs, self.K, strict=True)]
 
     def _terms(self, row: Array) -> str:
-        parts = [f"{-x:+.6g} {name}" for x, name in zip(row, self.system.states.names, strict=True) if abs(x) > 1e-12]
+        parts = [f"{-x:+.6g} {name}" for x, name in zip(row, self._names, strict=True) if abs(x) > 1e-12]
         return " ".join(parts).replace("+", "+ ").replace("-", "- ").replace("e- ", "e-").replace("e+ ", "e+") or "0"
 
     def tables(self) -> list[Table[str | float]]:
         """Return K with its names."""
-        return [Table.matrix("K", self.inputs, self.system.states.names, self.K.tolist())]
+        return [Table.matrix("K", self.inputs, self._names, self.K.tolist())]
 
     def _figure(self) -> FilledFigure:
-        return _before_and_after(self.system, self.poles, self.period, "closed loop")
+        return before_and_after(self.system, self.poles, self.period, "closed loop")
 
     def as_json(self) -> dict[str, object]:
         """Return it for JSON, poles and notes beside the gains."""
         return self.gains() | {"poles": pairs_of(self.poles), "notes": list(self.notes)}
-
-
-@dataclass(frozen=True, eq=False)
-class Observer(_Gain):
-    """The gain of a Kalman filter, L, shape (nx, ny), and the poles of A - L C; of a sampled one of Φ - L C."""
-
-    system: Linearization
-    L: Array
-    poles: Complexes
-    period: float | None = None
-    notes: tuple[str, ...] = ()
-
-    def __repr__(self) -> str:
-        outputs = ", ".join(self.system.outputs.names)
-        return f"<Observer of {self.name} from {outputs}{_when(self.period)}; poles: {poles_in_words(self.poles)}>"
-
-    def tables(self) -> list[Table[str | float]]:
-        """Return L with its names."""
-        return [Table.matrix("L", self.system.states.names, self.system.outputs.names, self.L.tolist())]
-
-    def _figure(self) -> FilledFigure:
-        return _before_and_after(self.system, self.poles, self.period, "filter")
-
-    def feedback(self) -> NoReturn:
-        """Raise LinearizeError: an estimate of the state is no force."""
-        raise LinearizeError(
-            f"{self.name}: an observer estimates the state, and drives nothing; give lin.lqg(Q, R, W, V), which has a "
-            "regulator beside it"
-        )
-
-    def as_json(self) -> dict[str, object]:
-        """Return it for JSON."""
-        return {
-            "L": self.L.tolist(), "states": list(self.system.states.names),
-            "outputs": list(self.system.outputs.names), "poles": pairs_of(self.poles),
-        }  # fmt: skip
-
-
-class Compensator(StateSpace):
-    """A regulator of the state that a filter estimates: a linear system from r - y, of outputs, to drives.
-
-    Attributes:
-        regulator, observer: what it is made of.
-    """
-
-    regulator: Regulator
-    observer: Observer
-
-    def __init__(self, regulator: Regulator, observer: Observer) -> None:
-        one, K, L = regulator.system, regulator.K, observer.L
-        step, places = _opened(one, regulator.inputs, regulator.period)
-        names = tuple(f"{name}_estimate" for name in one.states.names)
-        A = step.A - step.B[:, places] @ K - L @ one.C + L @ one.D[:, places] @ K
-        D = np.zeros((len(K), len(one.C)))
-        super().__init__(
-            A, -L, -K, D, Axis(names, one.states.units), one.outputs, one.inputs.of(places), regulator.period,
-            f"{one.name}_lqg",
-        )  # fmt: skip
-        object.__setattr__(self, "regulator", regulator)
-        object.__setattr__(self, "observer", observer)
-
-    def margins(self, output: str | None = None, input: str | None = None) -> Margins:
-        """Return how far the loop, cut open at a drive, is from the edge of stability; errors as of a system."""
-        return self.loop.margins(output, input)
-
-    @property
-    def loop(self) -> StateSpace:
-        """The loop cut open at the drives, from them to what the controller takes off them, for `.margins()`."""
-        one = self.regulator.system
-        step, places = _opened(one, self.outputs.names, self.period)
-        states = Axis((*one.states.names, *self.states.names), (*one.states.units, *self.states.units))
-        A = np.block([[step.A, np.zeros((len(step.A),) * 2)], [-self.B @ one.C, self.A]])
-        B = np.vstack([step.B[:, places], -self.B @ one.D[:, places]])
-        C = np.hstack([np.zeros((len(places), len(step.A))), -self.C])
-        return StateSpace(A, B, C, None, states, self.outputs, self.outputs, self.period, f"{one.name}_loop")
-
-    @property
-    def closed_loop(self) -> StateSpace:
-        """The mechanism with this feedback, from all its inputs, which are added to it, to its outputs."""
-        one = self.regulator.system
-        step, places = _opened(one, self.outputs.names, self.period)
-        by, through = step.B[:, places] @ self.C, one.D[:, places] @ self.C
-        L = self.observer.L
-        states = Axis((*one.states.names, *self.states.names), (*one.states.units, *self.states.units))
-        return StateSpace(
-            np.block([[step.A, by], [L @ one.C, self.A + L @ through]]), np.vstack([step.B, L @ one.D]),
-            np.hstack([one.C, through]), one.D, states, one.inputs, one.outputs, self.period, f"{one.name}_closed",
-        )  # fmt: skip
-
-    def feedback(self) -> Feedback:
-        """Return it as a controller of a run, about the point: it adds to the drives there, given the outputs there."""
-        from symdyn.simulation import linear_law
-
-        one = self.regulator.system
-        return linear_law(
-            self.A, self.B, self.C, self.D, self.inputs.names, self.outputs.names, period=self.period,
-            y0=dict(zip(one.outputs.names, one.point.outputs.tolist(), strict=True)),
-            u0=held(one, self.outputs.names), states=self.states.names,
-        )  # fmt: skip
 
 
 def held(one: Linearization, inputs: Sequence[str]) -> dict[str, float]:
@@ -253,13 +187,14 @@ def held(one: Linearization, inputs: Sequence[str]) -> dict[str, float]:
     return {name: float(found[names.index(name)]) for name in inputs}
 
 
-def _when(period: float | None) -> str:
+def when(period: float | None) -> str:
+    """Return in words how often a controller samples."""
     return "" if period is None else f", every {period:g} s"
 
 
-def _before_and_after(one: Linearization, poles: Complexes, period: float | None, what: str) -> FilledFigure:
+def before_and_after(one: Linearization, poles: Complexes, period: float | None, what: str) -> FilledFigure:
     """Return a map of the poles that were found, and of those of the system itself."""
-    return pole_map(f"{one.name}: poles", {what: poles, "mechanism": _steps(one, period).poles}, period=period)
+    return pole_map(f"{one.name}: poles", {what: poles, "mechanism": steps(one, period).poles}, period=period)
 
 
 def controls(one: Linearization) -> list[int]:
@@ -272,9 +207,9 @@ def controls(one: Linearization) -> list[int]:
     return [k for k in free if one.inputs.names[k] in one.scene.drives] or free
 
 
-def _regulator(one: Linearization, used: list[int], K: Array, poles: Complexes, period: float | None,
-               notes: tuple[str, ...] = ()) -> Regulator:  # fmt: skip
+def _noted(found: Regulator) -> Regulator:
     """Return gains with what is said of them at the point."""
+    one, notes = found.system, found.notes
     if one.feeding:
         formulas = f"the formulas of {argument('forces')} depend on the state"
         notes = (*notes, f"{formulas}: gains act beside them, give them to simulate, too")
@@ -282,22 +217,38 @@ def _regulator(one: Linearization, used: list[int], K: Array, poles: Complexes, 
         notes = (*notes, MOVING)
     if one.spin.any():
         notes = (*notes, SPINNING)
-    return Regulator(one, one.inputs.of(used).names, K, poles, period, notes)
+    return replace(found, notes=notes)
 
 
 def lqr(
-    one: Linearization, Q: Weights | None = None, R: Weights | None = None, period: float | None = None
+    one: Linearization,
+    Q: Weights | None = None,
+    R: Weights | None = None,
+    period: float | None = None,
+    N: Sequence[Sequence[float]] | Array | None = None,
+    integral: Sequence[str] = (),
 ) -> Regulator:
     """Return the linear quadratic regulator of a system; arguments and errors as of its method."""
     used, faults = controls(one), Faults("")
-    heavy = weight("Q", Q, one.states, faults)
+    whole, step = steps(one, None, integral), steps(one, period, integral)
+    heavy = weight("Q", Q, step.states, faults)
     light = weight("R", R, one.inputs.of(used), faults, definite=True, inputs=one.inputs)
+    cross = np.zeros((len(heavy), len(used))) if N is None else array_of(N)
+    if cross.shape != (len(heavy), len(used)) or not np.isfinite(cross).all():
+        faults.add("N", f"is no matrix of {len(heavy)} x {len(used)} finite numbers, states by drives")
+    elif period is not None and cross.any():
+        faults.add("N", f"is a weight of what goes on all the time; leave {argument('period')} out")
     faults.close(LinearizeError)
-    step = _steps(one, period)
-    K, poles, notes = _gain(
-        one.A, one.B[:, used], step.A, step.B[:, used], heavy, light, period, WORDS["lqr"], one.states.names
-    )
-    return _regulator(one, used, K, poles, period, notes)
+    before = np.linalg.solve(light, cross.T)  # w = v - R⁻¹ Nᵀ x has no cross term
+    rest = heavy - cross @ before
+    if np.linalg.eigvalsh((rest + rest.T) / 2)[0] < -SYMMETRIC * np.abs(heavy).max(initial=0.0):
+        raise LinearizeError(
+            "N: is so large that some motion costs less than nothing; Q - N R^-1 N^T is to be semidefinite"
+        )
+    A, B, Phi, Gamma = whole.A, whole.B[:, used], step.A, step.B[:, used]
+    A, Phi = A - B @ before, Phi - Gamma @ before
+    K, S, poles, notes = riccati(A, B, Phi, Gamma, rest, light, period, WORDS["lqr"], step.states.names)
+    return _noted(Regulator(one, one.inputs.of(used).names, K + before, poles, period, notes, S, tuple(integral)))
 
 
 def place(one: Linearization, poles: Sequence[complex] | Array, period: float | None = None) -> Regulator:
@@ -305,7 +256,7 @@ def place(one: Linearization, poles: Sequence[complex] | Array, period: float | 
     from scipy.signal import place_poles  # late: it takes long to load
 
     used, names = controls(one), one.states.names
-    wanted, step = _wanted(poles, names), _steps(one, period)
+    wanted, step = _wanted(poles, names), steps(one, period)
     scale = balance(one.A)
     A, B = one.A * scale[None, :] / scale[:, None], one.B[:, used] / scale[:, None]
     size, beside = float(np.linalg.norm(A, 2)) or 1.0, staircase(A, B)[1]
@@ -331,7 +282,8 @@ def place(one: Linearization, poles: Sequence[complex] | Array, period: float | 
     apart = max(float(np.abs(found - value).min()) for value in wanted)
     if not apart <= PLACED * max(1.0, float(np.abs(wanted).max())):
         raise LinearizeError("poles: cannot be placed to six digits: a mode is close to one that no input moves")
-    return _regulator(one, used, K / scale[None, :], found[np.argsort(-found.real, kind="stable")], period)
+    found = found[np.argsort(-found.real, kind="stable")]
+    return _noted(Regulator(one, one.inputs.of(used).names, K / scale[None, :], found, period))
 
 
 PLACED = 1e-6
@@ -348,41 +300,26 @@ def _wanted(poles: Sequence[complex] | Array, names: tuple[str, ...]) -> Complex
     return found
 
 
-def kalman(
-    one: Linearization, W: Weights | None = None, V: Weights | None = None, period: float | None = None
-) -> Observer:
-    """Return the gain of the Kalman filter of a system; arguments and errors as of its method."""
-    faults = Faults("")
-    if not one.outputs.names:
-        raise LinearizeError(f"{one.name}: nothing is measured; give outputs to linearize")
-    step = _steps(one, period)
-    disturbed = _disturbed(W, one, step.B, faults)
-    noise = weight("V", V, one.outputs, faults, definite=True)
-    faults.close(LinearizeError)
-    K, poles, notes = _gain(
-        one.A.T, one.C.T, step.A.T, one.C.T, disturbed, noise, period, WORDS["kalman"], one.states.names
-    )
-    return Observer(one, K.T, poles, period, notes)
+def opened(
+    one: Linearization, inputs: Sequence[str], period: float | None, integral: Sequence[str] = ()
+) -> tuple[StateSpace, list[int]]:
+    """Return the open loop, as of `steps`, and the places of inputs."""
+    return steps(one, period, integral), [one.inputs.names.index(name) for name in inputs]
 
 
-def _opened(one: Linearization, inputs: Sequence[str], period: float | None) -> tuple[StateSpace, list[int]]:
-    """Return the open loop, sampled if there is a period, and the places of inputs."""
-    return _steps(one, period), [one.inputs.names.index(name) for name in inputs]
-
-
-def _steps(one: StateSpace, period: float | None) -> StateSpace:
-    return one if period is None else one.discretize(period)
-
-
-def _disturbed(W: Weights | None, one: Linearization, B: Array, faults: Faults) -> Array:
-    if not isinstance(W, Mapping):
-        if W is None and one.inputs.names:
-            return B @ B.T
-        return weight("W", W, one.states, faults)
-    names = (*one.states.names, *one.inputs.names)
-    both = weight("W", W, Axis(names, ("",) * len(names)), faults)
-    n = len(one.states)
-    return both[:n, :n] + B @ both[n:, n:] @ B.T
+def steps(one: StateSpace, period: float | None, integral: Sequence[str] = ()) -> StateSpace:
+    """Return a system, sampled if there is a period, with integrals of outputs, or of states, behind its states."""
+    names, units = (*one.outputs.names, *one.states.names), (*one.outputs.units, *one.states.units)
+    if strange := [name for name in integral if name not in names]:
+        raise LinearizeError(f"integral: {strange[0]} is no output or state; {suggestion(strange[0], names)}")
+    step, (n, inputs), many = one if period is None else one.discretize(period), one.B.shape, len(integral)
+    some, (every, stays) = [names.index(name) for name in integral], (1.0, 0.0) if period is None else (period, 1.0)
+    rows = every * np.block([[one.C, one.D], [np.eye(n, n + inputs)]])[some]
+    A = np.block([[step.A, np.zeros((n, many))], [rows[:, :n], stays * np.eye(many)]])
+    B, C = np.vstack([step.B, rows[:, n:]]), np.hstack([step.C, np.zeros((len(step.C), many))])
+    x = (*one.states.names, *(f"{name}_integral" for name in integral))
+    states = Axis(x, (*one.states.units, *(f"{units[k]} s" for k in some)))
+    return StateSpace(A, B, C, step.D, states, one.inputs, one.outputs, period, one.name)
 
 
 WORDS = {
@@ -392,11 +329,11 @@ WORDS = {
 """How faults call the weight of what is minimised, what it lacks, and a mode that is out of reach."""
 
 
-def _gain(
+def riccati(
     A: Array, B: Array, step: Array, held: Array, Q: Array, R: Array, period: float | None,
     words: tuple[str, str, str], names: tuple[str, ...],
-) -> tuple[Array, Complexes, tuple[str, ...]]:  # fmt: skip
-    """Return K, the poles, and notes; `step` and `held` are A and B, or those of a sampled system."""
+) -> tuple[Array, Array, Complexes, tuple[str, ...]]:  # fmt: skip
+    """Return K, what is left to pay, the poles, and notes; `step` and `held` are A and B, or those when sampled."""
     from scipy.linalg import solve_continuous_are, solve_discrete_are  # late: it takes long to load
 
     (weighed, forgets, beyond), scale = words, balance(A)
@@ -435,7 +372,8 @@ def _gain(
         raise LinearizeError(
             "not all poles of what was found decay; weights differ by too much, or a mode is close to one out of reach"
         )
-    return K @ basis.T / scale[None, :], poles[np.argsort(-poles.real, kind="stable")], notes
+    S = basis @ P @ basis.T / np.outer(scale, scale)
+    return K @ basis.T / scale[None, :], S, poles[np.argsort(-poles.real, kind="stable")], notes
 
 
 def _lasting(A: Array, size: float) -> list[complex]:

@@ -8,7 +8,7 @@ of the system's own modes.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -65,6 +65,10 @@ class FrequencyResponse(Plotted):
         inputs, outputs = self.inputs.of([k]), self.outputs.of([i])
         return replace(self, inputs=inputs, outputs=outputs, response=self.response[:, [i]][:, :, [k]])
 
+    def __iter__(self) -> Iterator[Array]:
+        """Yield |G|, phases in rad and omega, as python-control: shapes (N,), of several channels (y, w, N)."""
+        return iter((_channel_first(np.abs(self.response)), _channel_first(np.radians(self.degrees)), self.omega))
+
     @property
     def decibels(self) -> Array:
         """20 log10 |G|, shape (N, y, w); of units that outputs have over inputs."""
@@ -105,6 +109,12 @@ class FrequencyResponse(Plotted):
             {"of": title, "decibels": _finite(size), "degrees": _finite(phase)} for title, size, phase in self.pairs
         ]
         return {"hertz": self.hertz.tolist(), "channels": channels}
+
+
+def _channel_first(values: Array) -> Array:
+    """Return values over all channels with these in front, and those of the only one alone."""
+    found = np.moveaxis(values, 0, -1)
+    return found[0, 0] if found.shape[:2] == (1, 1) else found
 
 
 def _finite(values: Array) -> list[float | None]:
@@ -226,6 +236,10 @@ class TimeResponse(Plotted):
         i, k = places(self.outputs, self.inputs, channel)
         inputs, outputs, values = self.inputs.of([k]), self.outputs.of([i]), self.values[:, [i]][:, :, [k]]
         return replace(self, inputs=inputs, outputs=outputs, values=values, final=self.final[[i]][:, [k]])
+
+    def __iter__(self) -> Iterator[Array]:
+        """Yield t and the values, as python-control: shape (N,), of several channels (y, w, N)."""
+        return iter((self.t, _channel_first(self.values)))
 
     @checked(LinearizeError)
     def info(self, output: str | None = None, input: str | None = None) -> dict[str, float]:

@@ -27,13 +27,14 @@ from symdyn.algebra import Array
 from symdyn.draw import Reel
 from symdyn.emit import Contents, write_file
 from symdyn.errors import EmitError, LinearizeError
+from symdyn.linear.compensator import Observer
 from symdyn.linear.equilibrium import equilibria
 from symdyn.linear.evolution import along_a_step
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.linearized import along, linearize_along, search_report
 from symdyn.linear.modes import MODE_PERIOD, Mode, animate_modes
 from symdyn.linear.prepared import Prepared, prepared
-from symdyn.linear.regulator import Observer, Regulator, controls
+from symdyn.linear.regulator import Regulator, controls
 from symdyn.linear.report import Symbolic, as_json, latex, text
 from symdyn.linear.state_space import StateSpace
 from symdyn.linear.steady import settled

@@ -30,7 +30,7 @@ Between controllable and uncontrollable, Systems & Control Letters 4 (1984), for
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -324,6 +324,10 @@ class Margins(Answer):
     phase_crossover: float
     gain_crossover: float
     stable: bool
+
+    def __iter__(self) -> Iterator[float]:
+        """Yield gain and phase margin, and where they are, as `margin` of python-control."""
+        return iter((self.gain, self.phase, self.phase_crossover, self.gain_crossover))
 
     @property
     def decibels(self) -> float:

@@ -22,7 +22,7 @@ from symdyn.errors import SceneError, suggestion
 from symdyn.scene.declaration.declare import Declaration, assemble
 from symdyn.scene.forces.force_table import sections
 from symdyn.scene.values.body import Particle
-from symdyn.scene.values.entry import Entry, Faults, Number, Placement, Three, entry, show
+from symdyn.scene.values.entry import Entry, Faults, Number, Placement, Three, entry, rows_of, show
 from symdyn.scene.values.model import Scene
 
 
@@ -170,7 +170,7 @@ def signal(name: str, formula: Number, *, unit: str = "", text: str = "") -> Ent
 @suggesting
 def table(
     name: str,
-    points: str | Sequence[Sequence[object]],
+    points: str | Sequence[Sequence[object]] | Mapping[object, object],
     *,
     method: Literal["linear", "akima", "cubic"] = "linear",
 ) -> Entry:
@@ -178,10 +178,10 @@ def table(
 
     Args:
         name: of it in formulas.
-        points: rows (x, y), x ascending, or a CSV file of them; of two arguments rows (y, z, ...) below ("", x, ...).
+        points: rows or columns x, y, x ascending, or a CSV file; of two arguments rows (y, z, ...) below ("", x, ...).
         method: what stands between points, of two arguments along both.
     """
-    return entry("tables", **locals())
+    return entry("tables", **locals() | {"points": rows_of(points)})
 
 
 @suggesting

@@ -100,7 +100,7 @@ def _tables_of(text: str, source: str) -> dict[str, object]:
     try:
         root = tomllib.loads(text.removeprefix("\ufeff"), parse_float=_decimal)
     except tomllib.TOMLDecodeError as error:
-        raise SceneError(f"{source}: {_reworded(str(error))}") from None
+        raise SceneError(f"{source}: {_reworded(str(error), text)}") from None
     except (ValueError, RecursionError) as error:
         long = "an integer has more digits than any number needs"  # int refuses it in words for programmers
         reason = "it nests too deep" if isinstance(error, RecursionError) else long
@@ -147,7 +147,7 @@ def _decimal(digits: str) -> Decimal:
         return Decimal("-Infinity" if digits.startswith("-") else "Infinity")
 
 
-def _reworded(message: str) -> str:
+def _reworded(message: str, text: str) -> str:
     place = re.search(r" \(at (.*)\)$", message)
     what = message[: place.start()] if place else message
     where = f"{place[1]}: " if place else ""
@@ -157,9 +157,34 @@ def _reworded(message: str) -> str:
         return f"{where}{name} is declared twice; give each table a name of its own"
     if "Cannot overwrite" in what:
         return f"{where}a key is given twice in one table; remove one of them"
+    value = what.startswith(("Invalid value", "Unclosed", "Expected newline"))
+    if value and (told := _unquoted(*map(int, re.findall(r"\d+", where)), text=text)):
+        return f"{where}{told}"
     if "after a statement" in what:
         what += '; a value with a unit stands in quotes, "170 deg", and decimals have a point'
+    if "Illegal character '\\n'" in what:
+        what = 'the text has no end; write " behind it'
     return f"{where}is not valid TOML: {what}"
+
+
+_BARE = re.compile(r"""(?P<value>(?:[^,\]}#="'()\[{]|\((?:[^()]|\([^()]*\))*\))*)(?P<end>.?)""")
+"""A value that begins with no quote or bracket, and what stands behind it."""
+
+
+def _unquoted(line: int = 0, column: int = 0, *, text: str) -> str:
+    """Return what is wrong with the value at a place where TOML reads none, "" where it is none of a scene either."""
+    row = text.split("\n")[line - 1] if line else ""
+    found = _BARE.match(row, max(row.rfind(mark, 0, column - 1) for mark in "=,[{") + 1)
+    value = found["value"].strip() if found and found["end"] not in ("=", '"', "'") and found.start() else ""
+    if value in ("True", "False"):
+        return f"write {value.lower()} in small letters"
+    if re.fullmatch(r"[-+]?(\.\d+|\d+\.)", value):
+        return f"{value} lacks a digit beside its point; write {float(value)}"
+    if re.fullmatch(r"[-+\d.e]+( +[-+\d.e]+)+", value):
+        return f"{shorten(value)}: a comma stands between numbers"
+    if value and not re.fullmatch(r"[-+\d._]+|true|false", value):
+        return f'quotes are missing around {shorten(value)}; write "{shorten(value)}"'
+    return ""
 
 
 def _declaration(root: Mapping[str, object], source: str, faults: Faults) -> Declaration:

@@ -32,14 +32,8 @@ from symdyn.simulation.equations.monitors import values_on
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.prescribed.formulas_in_time import bound, number_of, parameter_values, read_formula, words
 
-FAR = 1.0
-"""rad or m that the start of a loop moves by, from which on it may be another mechanism than was meant."""
-
-MEANT = "if that is not what was meant: tip is the child's frame seen from the joint, child_origin the joint from it"
-"""What mirrors a loop when it is taken for its inverse."""
-
-CONSISTENT = 1e-9
-"""Largest coordinate by which a start is moved without a note, rad or m; and velocity, rad/s or m/s."""
+CONSISTENT, FAR = 1e-9, 1.0
+"""By how much a start is moved without a note, rad, m and per s; and from where on it may be that of another place."""
 
 NOTHING = 1e-9
 """Singular values of columns of N that are zero."""
@@ -311,6 +305,8 @@ def by_name(values: object, what: str, faults: Faults) -> Mapping[str, Any]:
         return words(split_commas(values), what, faults)
     if values is None or isinstance(values, Mapping):
         return values or {}
+    if hasattr(values, "keys") and hasattr(values, "items"):  # a series of pandas
+        return dict(values.items())
     faults.add(what, f"a {type(values).__name__} names nothing; give values by name, such as {{'q1': 0.3}}")
     return {}
 
@@ -369,9 +365,10 @@ def _closed(
     closed = np.array(assembly.q)
     ways = _ways(numbers.scene, closed - q)
     if ways and not any("start" in note for note in notes):
-        told = f"the start was moved so that the loops close, {ways}"
-        far = np.abs(closed - q).max() > FAR and any(loop.tip.steps for loop in numbers.scene.loops)
-        notes.append(told + (f"; {MEANT}" if far else ""))
+        notes.append(f"the start was moved so that the loops close, {ways}")
+        if np.abs(closed - q).max() > FAR and any(loop.tip.steps for loop in numbers.scene.loops):
+            meant = "tip is the child's frame seen from the joint, child_origin the joint from it"
+            notes[-1] += f"; if that is not what was meant: {meant}"
     try:
         u, more = closed_rates(numbers, closed, u, given_u, moved)
     except DerivationError as fault:

@@ -24,7 +24,7 @@ import numpy.typing as npt
 
 from symdyn.algebra import Array
 from symdyn.arguments import suggesting
-from symdyn.dynamics.mechanism import quaternions
+from symdyn.dynamics.mechanism import TIME, quaternions
 from symdyn.errors import SimulateError, quoted
 from symdyn.scene import Scene, SceneLike
 from symdyn.scene.values import Faults, spell, velocity_name
@@ -85,7 +85,7 @@ def inverse(
         scene: the mechanism, its parameters bound; or a `Problem`, without start rates.
         motion: laws of its coordinates, from `read_motion`, which takes parameters as they are then, or what that
             takes; coordinates without one rest at their start, or follow through the loops.
-        times: s, shape (N,), ascending. None and no `until`: the rows of the one .csv file of the motion.
+        times: s, shape (N,), ascending. None and no `until`: the rows of the one .csv file, or table, of the motion.
         reactions: add the columns of all joint reactions and multipliers, in axes as `simulate` has them.
         say: takes what a user should know.
         values: of parameters, in place of those that the scene gives: numbers or formulas by name.
@@ -165,6 +165,9 @@ def _read(
 ) -> tuple[SceneMotion, ScenePath, Forces, Array]:
     """Return laws, paths, what is given of inputs, and times; SimulateError with every fault of all."""
     scene, faults, texts = problem.scene, Faults(""), [*_texts(motion), *_texts(path)]
+    table: Any = motion
+    if isinstance(times, tuple) and not times and until is every is None and hasattr(table, "keys") and TIME in table:
+        times = table[TIME]  # its own rows, as those of a file
     read = (
         faults.taken(lambda: motion if isinstance(motion, SceneMotion) else read_motion(scene, motion), SceneMotion()),
         faults.taken(lambda: path if isinstance(path, ScenePath) else read_path(scene, path), ScenePath()),
@@ -251,7 +254,7 @@ def _followed(
         found = along(tied, given, known, quasi, path, functions.rates, t, guess)
     else:
         found = followed(tied, given, known, quasi, t, guess)
-    return replace(found, notes=(*found.notes, *numbers.off_planes(found.q[0])))
+    return replace(found, notes=(*found.notes, *numbers.doubts(found.q[0])))
 
 
 def _over_time(
@@ -370,7 +373,10 @@ def _check(scene: Scene, motion: SceneMotion, path: ScenePath, t: Array, reactio
     moved = scene.prescribed_velocities
     for name in motion.laws:
         if velocity_name(name) in [scene.velocities[k] for k in moved]:
-            faults.add("motion", f"{name} has a prescribed motion in the scene; take one of the two away")
+            faults.add(
+                "motion",
+                f"{name} has a prescribed motion in the scene, that of its joint; leave it out here, or take that away",
+            )
     faults.close(SimulateError)
     return axes
 

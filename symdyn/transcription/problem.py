@@ -312,9 +312,8 @@ def collocation(
     >>> problem = symdyn.collocation(symdyn.example("cart_pole"), until=2, intervals=10, cost="F**2",
     ...     end={"x": 1})
     >>> problem
-    <Collocation of cart_pole: 10 intervals of 2 s in all; 147 unknowns, 122 equations; unknown: F>
-    >>> problem.guess.shape
-    (147,)
+    <Collocation of cart_pole: 10 intervals of 2 s in all; 147 unknowns, 122 equations; unknown: F
+        at the end x = 1, x_dot = 0; not given: theta, theta_dot>
 
     Args:
         scene: the mechanism, its parameters bound; or a `Problem`, without forces. Its drives are unknowns, its inputs

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from symdyn.algebra import Array
 from symdyn.dynamics.mechanism import TIME
+from symdyn.errors import listed
 from symdyn.graph import gradient, tangents
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene, bind
@@ -153,8 +154,9 @@ class Solution(Shown):
 
     def __repr__(self) -> str:
         found = f"{in_digits(self.objective, 9)}, {self.status} after {self.iterations} iterations"
+        left = f"; not given at the end: {listed(self.problem.ends[1])}" if self.problem.ends[1] else ""
         others = f"; {len(self.optima)} optima from {self.searched.starts} starts" if self.others else ""
-        return f"<Solution of {self.problem.scene.name}: {found}{others}>"
+        return f"<Solution of {self.problem.scene.name}: {found}{others}{left}>"
 
     def __getitem__(self, name: str | Sequence[str]) -> Array:
         """Return a column of its run, or several; errors as there."""

@@ -31,7 +31,8 @@ from numpy.typing import NDArray
 from symdyn.algebra import Array
 from symdyn.arguments import check_arguments
 from symdyn.dynamics.mechanism import TIME
-from symdyn.errors import ArgumentError, SimulateError, choice, quoted
+from symdyn.errors import ArgumentError, SimulateError, choice, listed, quoted
+from symdyn.rounding import in_digits
 from symdyn.scene import Scene
 from symdyn.shown import Shown
 from symdyn.transcription.grid import Grid, Method, Places, Slopes, sliced
@@ -89,10 +90,22 @@ class Collocation(Shown):
     notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        unknown = ", ".join([*self.drives, *self.free]) or "none"
+        unknown, (given, left) = ", ".join([*self.drives, *self.free]) or "none", self.ends
+        end = f"\n    at the end {listed(given)}" if given else ""
+        end += f"; not given: {listed(left)}" if left else ""
         span = f"{len(self.grid.widths)} intervals of {self.duration:g} s in all"
         counts = f"{self.size} unknowns, {self.rows} equations"
-        return f"<Collocation of {self.scene.name}: {span}; {counts}; unknown: {unknown}>"
+        return f"<Collocation of {self.scene.name}: {span}; {counts}; unknown: {unknown}{end}>"
+
+    @property
+    def ends(self) -> tuple[list[str], list[str]]:
+        """States that are given at the end, with their values, and where some are, those that are not."""
+        scene, node = self.scene, self.grid.node[-1]
+        names = {"q": scene.coordinates, "s": [one.name for one in scene.states], "u": scene.velocities}
+        ends = {name: k for kind, some in names.items() for name, k in zip(some, self.place[kind][node], strict=True)}
+        free = [name for name, k in ends.items() if self.lower[k] != self.upper[k]]
+        given = [f"{name} = {in_digits(self.lower[k], 6)}" for name, k in ends.items() if name not in free]
+        return given, free if given else []
 
     @property
     def locals(self) -> Mapping[str, Local]:

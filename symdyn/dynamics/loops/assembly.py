@@ -114,7 +114,7 @@ def closed_position(
         if numbers.is_closed(q):
             notes.append("no joint has a start: a closed position was found from a random guess; give start")
             return _looked_at(numbers, q, notes)
-    raise DerivationError(f"{scene.name}: {fault}")
+    raise DerivationError("; ".join([f"{scene.name}: {fault}", *mirrored_loops(numbers)]))
 
 
 def witness(make: Mapping[str, float] | None, numbers: Numbers) -> tuple[Numbers, Assembly]:
@@ -170,7 +170,7 @@ def _looked_at(numbers: Numbers, q: Array, notes: list[str]) -> Assembly:
         "or its joint repeats another one; give lengths by origin and tip, or leave it out"
         for name in _void_loops(in_quaternions, [at, numbers.to_quaternions(regular)])
     ]
-    notes += off_planes(numbers, q)
+    notes += doubts(numbers, q)
     residual = float(np.max(np.abs(numbers.residual(q)), initial=0.0))
     return Assembly(
         tuple(q.tolist()),
@@ -201,8 +201,8 @@ def _clearest(numbers: Numbers, positions: Sequence[Array]) -> Array:
     return positions[0 if clear[0] > NEAR else int(np.argmax(clear))]
 
 
-def off_planes(numbers: Numbers, q: Array) -> list[str]:
-    """Return which contacts are off the plane that their scene declares, and do not hold it."""
+def doubts(numbers: Numbers, q: Array) -> list[str]:
+    """Return which contacts are off the plane that their scene declares, and do not hold it, and mirrored loops."""
     heights = numbers.at([one.height for one in numbers.contact_gaps], q).tolist()
     return [
         f"contact {one.row.name}: {one.row.place.body} is {abs(h):.3g} m "
@@ -211,7 +211,31 @@ def off_planes(numbers: Numbers, q: Array) -> list[str]:
         if one.row.plane.declared
         and not FORCES[one.row.kind].holonomic(one.row)
         and abs(h) > CLOSED * max(1.0, lever_of(numbers, q))
-    ]
+    ] + mirrored_loops(numbers)
+
+
+MIRRORED, FEW = 1e-2, 6
+"""A residual over another that shows which of two mechanisms was meant, when the start is given to some digits."""
+
+
+def mirrored_loops(numbers: Numbers) -> list[str]:
+    """Return which loops, unless there are many, the start closes when their `tip` is taken for its inverse alone."""
+    scene, q, found = numbers.scene, numbers.start(), list[str]()
+    if len(scene.loops) > FEW or not any(joint.start for joint in scene.moving) or numbers.lying_flat(q):
+        return found
+    off, lever = float(np.abs(numbers.residual(q)).max(initial=0.0)), max(1.0, lever_of(numbers, q))
+    if off < MIRRORED * lever:
+        return found
+    for k, loop in enumerate(scene.loops):
+        loops = [*scene.loops]
+        loops[k] = replace(loop, tip=loop.tip.inverse())
+        other = type(numbers)(replace(scene, loops=tuple(loops))).bound_to(numbers.free)
+        if loop.tip.steps and np.abs(other.residual(q)).max() < MIRRORED * off:
+            found.append(
+                f"the start leaves the loop {loop.name} open by {off:.3g}, and would close it if its tip were its "
+                "child_origin: tip is the child's frame seen from the joint, child_origin the joint seen from that"
+            )
+    return found
 
 
 def _void_loops(numbers: Numbers, positions: Sequence[Array]) -> list[str]:

@@ -22,7 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra import Array, Floats
-from symdyn.dynamics.loops.assembly import Levels, closed_position, off_planes, witness
+from symdyn.dynamics.loops.assembly import Levels, closed_position, doubts, witness
 from symdyn.dynamics.loops.constraint_rows import FLAT, ContactGap, contact_gaps, recursive
 from symdyn.dynamics.loops.sparse_rows import Indices
 from symdyn.dynamics.mechanism.angles import Angles, angles_of, with_angles, with_quaternions, without_angles
@@ -412,6 +412,6 @@ class Numbers:
         numbers, assembly = self.witness(dict(closing.parameters))
         return loop_decisions_at(numbers, assembly, closing), numbers
 
-    def off_planes(self, q: Array) -> list[str]:
-        """Return which contacts are off the plane that their scene declares, and do not hold it."""
-        return off_planes(self, q)
+    def doubts(self, q: Array) -> list[str]:
+        """Return which contacts are off their plane at q, and which loops may be mirrored."""
+        return doubts(self, q)

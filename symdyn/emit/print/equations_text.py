@@ -27,7 +27,7 @@ from symdyn.emit.print.written_page import (
 from symdyn.errors import EmitError, choice, quoted
 from symdyn.rounding import requested_digits
 from symdyn.scene import Scene, SceneLike, scene_of
-from symdyn.shown import Shown
+from symdyn.shown import BySympy, Shown
 from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
@@ -191,7 +191,7 @@ CHOICES = {**_CHOICES, "what": (*GROUPS, "base-parameters"), "formulation": FORM
 
 
 @dataclass(frozen=True)
-class EquationsOfMotion(Shown):
+class EquationsOfMotion(Shown, BySympy):
     """The equations of motion of a scene in closed form.
 
     Attributes:
@@ -277,6 +277,9 @@ class EquationsOfMotion(Shown):
         if self.formulation != "lagrange":
             raise EmitError(f"the equations of {self.formulation} are printed, by .latex() or .text(); leave it out")
         return sympy_equations(self.page, dynamic)
+
+    def _sympy_(self) -> Any:
+        return self.sympy()._sympy_()
 
     def subs(self, *given: Any) -> SympyEquations:
         """Return `.sympy()` with values in place of symbols; see `SympyEquations.subs`."""

@@ -22,7 +22,7 @@ from symdyn.errors import EmitError, UnknownNameError, choice, listed, quoted
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene, parse
 from symdyn.scene.values import acceleration_name, velocity_name
-from symdyn.shown import Shown
+from symdyn.shown import BySympy, Shown
 from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ HALF = Number(Fraction(1, 2))
 
 
 @dataclass(frozen=True, eq=False)
-class SympyEquations(Shown):
+class SympyEquations(Shown, BySympy):
     """The equations of motion in SymPy: matrices immutable, numbers exact.
 
     Attributes:
@@ -125,6 +125,11 @@ class SympyEquations(Shown):
 
         left = self.M * self.qdd + self.c + self.g + self.k_E
         return [Eq(*sides) for sides in zip(left, self.tau + self.G.T * self.multipliers, strict=True)]
+
+    def _sympy_(self) -> Any:
+        from sympy import Tuple
+
+        return Tuple(*self.equations)
 
     def subs(self, *given: Any) -> SympyEquations:
         """Return the equations with values or expressions in place of symbols, as SymPy's `subs` does, or of names.

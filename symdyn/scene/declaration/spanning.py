@@ -20,7 +20,6 @@ from symdyn.errors import listed, suggestion
 from symdyn.scene.declaration.joint_table import acts, freedoms, loop_keys
 from symdyn.scene.forces.force_kind import Pull
 from symdyn.scene.forces.force_table import FORCES
-from symdyn.scene.joints.blocks import inverse
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.entry import Entry, Faults, plain, show
 from symdyn.scene.values.joint import Joint
@@ -281,7 +280,7 @@ def turned(joint: Joint) -> Joint:
     Of one that is not, a fault of the scene by then, only the frames are swapped.
     """
     frames = replace(
-        joint, parent=joint.child, child=joint.parent, origin=inverse(joint.tip), tip=inverse(joint.origin)
+        joint, parent=joint.child, child=joint.parent, origin=joint.tip.inverse(), tip=joint.origin.inverse()
     )
     turn = JOINTS[joint.type].turned
     return turn(frames) if turn else frames

@@ -34,7 +34,6 @@ from symdyn.scene.formats.par_sheet import (
     refuse_motion_of_base,
 )
 from symdyn.scene.formats.placing import printable_names, snap_angle
-from symdyn.scene.joints.blocks import inverse
 from symdyn.scene.values.body import Pose
 from symdyn.scene.values.entry import Entry, Faults, compose, shorten, show
 from symdyn.scene.values.folding import neg
@@ -212,7 +211,7 @@ class _Reader:
             "parent": bodies[self.whole("ant", j, 0, n)],
             "child": bodies[self.whole("ant", other, 0, n)],
             "origin": self.placement(j, amounts["theta"], amounts["r"]),
-            "tip": inverse(back),
+            "tip": back.inverse(),
         }
 
     @staticmethod

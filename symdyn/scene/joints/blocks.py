@@ -359,11 +359,6 @@ def shifted_by(joint: Joint, way: Quantity) -> Steps:
     return held(joint, way, lambda x: (("T", x),))
 
 
-def inverse(pose: Pose) -> Pose:
-    """Return the placement that undoes a placement."""
-    return Pose(inverse_steps(pose.steps))
-
-
 def about_opposite(joint: Joint) -> Joint:
     """Return a joint about, or along, the opposite axis."""
     return joint.shaped(axis=opposite(joint.axis))

@@ -24,7 +24,6 @@ from symdyn.scene.joints.blocks import (
     along,
     forbidding,
     gimbals,
-    inverse,
     orientation,
     path,
     shifted_by,
@@ -86,7 +85,7 @@ def _blocks(joint: Joint) -> tuple[JointBlock, ...]:
 
 
 def _turned(joint: Joint) -> Joint:
-    return joint.shaped(steps=inverse(STEPS.of(joint)))
+    return joint.shaped(steps=STEPS.of(joint).inverse())
 
 
 CUSTOM = JointKind(
@@ -240,7 +239,7 @@ def _tip(table: EntryReader) -> dict[str, Pose]:
         return TIP.fields(table, None)
     if TIP.name in table:
         table.fault("tip and child_origin place the child in the joint and the joint in the child; write one of them")
-    return {TIP.name: inverse(CHILD_ORIGIN.declared(table))}
+    return {TIP.name: CHILD_ORIGIN.declared(table).inverse()}
 
 
 BEHIND = KeyGroup(

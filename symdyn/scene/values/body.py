@@ -39,6 +39,10 @@ class Pose:
             result = result @ Transform.elementary(kind, amount.express(graph))
         return result
 
+    def inverse(self) -> Pose:
+        """Return the placement that undoes it."""
+        return Pose(inverse_steps(self.steps))
+
 
 UNMOVED = Pose()
 """Where a frame itself is."""

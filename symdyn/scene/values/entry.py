@@ -316,6 +316,14 @@ Placement = Pose | Mapping[str, Three] | Sequence[object]
 """What a user writes in Python wherever a scene wants a number, a direction or a placement."""
 
 
+def rows_of(points: Any) -> Any:
+    """Return the rows of what has columns, or values, by name: a dict, what pandas has; all else as it is."""
+    if not hasattr(points, "items"):
+        return points
+    columns = [one for _, one in points.items()]
+    return list(zip(*columns, strict=True)) if all(hasattr(one, "__len__") for one in columns) else list(points.items())
+
+
 def entry(kind: str, name: str, **table: object) -> Entry:
     """Return a table of what was given; what is None or at its default was not."""
     given = {key: value for key, value in table.items() if value is not None}

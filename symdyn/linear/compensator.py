@@ -1,0 +1,163 @@
+"""The gain of a Kalman filter, and a controller of outputs: a regulator of the state that the filter estimates.
+
+x̂' = A x̂ + B w + L (y - C x̂)      L = Kᵀ of (Aᵀ, Cᵀ), with covariances W of what disturbs x and V of what disturbs y
+w = w0 - K x̂       by the filter: x̂' = (A - B K - L C + L D K) x̂ + L y, in deviations from the point
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import numpy as np
+
+from symdyn.algebra import Array
+from symdyn.draw import FilledFigure
+from symdyn.errors import LinearizeError
+from symdyn.linear.modes import Complexes, pairs_of
+from symdyn.linear.regulator import WORDS, Gain, Regulator, before_and_after, held, opened, riccati, steps, when
+from symdyn.linear.state_space import StateSpace
+from symdyn.linear.transfer import Margins, poles_in_words
+from symdyn.linear.weights import Axis, Weights, weight
+from symdyn.scene.values import Faults
+from symdyn.table import Table
+
+if TYPE_CHECKING:
+    from symdyn.linear.linearization import Linearization
+    from symdyn.simulation import Feedback
+
+
+@dataclass(frozen=True, eq=False)
+class Observer(Gain):
+    """The gain of a Kalman filter, L, shape (nx, ny), and the poles of A - L C; of a sampled one of Φ - L C.
+
+    P, shape (nx, nx), is the covariance of what it estimates; `L, P, E = lin.kalman(W, V)` as python-control.
+    """
+
+    system: Linearization
+    L: Array
+    poles: Complexes
+    period: float | None = None
+    notes: tuple[str, ...] = ()
+    P: Array | None = None
+
+    def __iter__(self) -> Iterator[Any]:
+        """Yield L, P and the poles."""
+        return iter((self.L, self.P, self.poles))
+
+    def __repr__(self) -> str:
+        outputs = ", ".join(self.system.outputs.names)
+        return f"<Observer of {self.name} from {outputs}{when(self.period)}; poles: {poles_in_words(self.poles)}>"
+
+    def tables(self) -> list[Table[str | float]]:
+        """Return L with its names."""
+        return [Table.matrix("L", self.system.states.names, self.system.outputs.names, self.L.tolist())]
+
+    def _figure(self) -> FilledFigure:
+        return before_and_after(self.system, self.poles, self.period, "filter")
+
+    def feedback(self) -> NoReturn:
+        """Raise LinearizeError: an estimate of the state is no force."""
+        raise LinearizeError(
+            f"{self.name}: an observer estimates the state, and drives nothing; give lin.lqg(Q, R, W, V), which has a "
+            "regulator beside it"
+        )
+
+    def as_json(self) -> dict[str, object]:
+        """Return it for JSON."""
+        return {
+            "L": self.L.tolist(), "states": list(self.system.states.names),
+            "outputs": list(self.system.outputs.names), "poles": pairs_of(self.poles),
+        }  # fmt: skip
+
+
+class Compensator(StateSpace):
+    """A regulator of the state that a filter estimates: a linear system from r - y, of outputs, to drives.
+
+    Attributes:
+        regulator, observer: what it is made of.
+    """
+
+    regulator: Regulator
+    observer: Observer
+
+    def __init__(self, regulator: Regulator, observer: Observer) -> None:
+        one, K, L = regulator.system, regulator.K, observer.L
+        step, places = opened(one, regulator.inputs, regulator.period)
+        names = tuple(f"{name}_estimate" for name in one.states.names)
+        A = step.A - step.B[:, places] @ K - L @ one.C + L @ one.D[:, places] @ K
+        D = np.zeros((len(K), len(one.C)))
+        super().__init__(
+            A, -L, -K, D, Axis(names, one.states.units), one.outputs, one.inputs.of(places), regulator.period,
+            f"{one.name}_lqg",
+        )  # fmt: skip
+        object.__setattr__(self, "regulator", regulator)
+        object.__setattr__(self, "observer", observer)
+
+    def margins(self, output: str | None = None, input: str | None = None) -> Margins:
+        """Return how far the loop, cut open at a drive, is from the edge of stability; errors as of a system."""
+        return self.loop.margins(output, input)
+
+    @property
+    def loop(self) -> StateSpace:
+        """The loop cut open at the drives, from them to what the controller takes off them, for `.margins()`."""
+        one = self.regulator.system
+        step, places = opened(one, self.outputs.names, self.period)
+        states = Axis((*one.states.names, *self.states.names), (*one.states.units, *self.states.units))
+        A = np.block([[step.A, np.zeros((len(step.A),) * 2)], [-self.B @ one.C, self.A]])
+        B = np.vstack([step.B[:, places], -self.B @ one.D[:, places]])
+        C = np.hstack([np.zeros((len(places), len(step.A))), -self.C])
+        return StateSpace(A, B, C, None, states, self.outputs, self.outputs, self.period, f"{one.name}_loop")
+
+    @property
+    def closed_loop(self) -> StateSpace:
+        """The mechanism with this feedback, from all its inputs, which are added to it, to its outputs."""
+        one = self.regulator.system
+        step, places = opened(one, self.outputs.names, self.period)
+        by, through = step.B[:, places] @ self.C, one.D[:, places] @ self.C
+        L = self.observer.L
+        states = Axis((*one.states.names, *self.states.names), (*one.states.units, *self.states.units))
+        return StateSpace(
+            np.block([[step.A, by], [L @ one.C, self.A + L @ through]]), np.vstack([step.B, L @ one.D]),
+            np.hstack([one.C, through]), one.D, states, one.inputs, one.outputs, self.period, f"{one.name}_closed",
+        )  # fmt: skip
+
+    def feedback(self) -> Feedback:
+        """Return it as a controller of a run, about the point: it adds to the drives there, given the outputs there."""
+        from symdyn.simulation import linear_law
+
+        one = self.regulator.system
+        return linear_law(
+            self.A, self.B, self.C, self.D, self.inputs.names, self.outputs.names, period=self.period,
+            y0=dict(zip(one.outputs.names, one.point.outputs.tolist(), strict=True)),
+            u0=held(one, self.outputs.names), states=self.states.names,
+        )  # fmt: skip
+
+
+def kalman(
+    one: Linearization, W: Weights | None = None, V: Weights | None = None, period: float | None = None
+) -> Observer:
+    """Return the gain of the Kalman filter of a system; arguments and errors as of its method."""
+    faults = Faults("")
+    if not one.outputs.names:
+        raise LinearizeError(f"{one.name}: nothing is measured; give outputs to linearize")
+    step = steps(one, period)
+    disturbed = _disturbed(W, one, step.B, faults)
+    noise = weight("V", V, one.outputs, faults, definite=True)
+    faults.close(LinearizeError)
+    K, P, poles, notes = riccati(
+        one.A.T, one.C.T, step.A.T, one.C.T, disturbed, noise, period, WORDS["kalman"], one.states.names
+    )
+    return Observer(one, K.T, poles, period, notes, P)
+
+
+def _disturbed(W: Weights | None, one: Linearization, B: Array, faults: Faults) -> Array:
+    if not isinstance(W, Mapping):
+        if W is None and one.inputs.names:
+            return B @ B.T
+        return weight("W", W, one.states, faults)
+    names = (*one.states.names, *one.inputs.names)
+    both = weight("W", W, Axis(names, ("",) * len(names)), faults)
+    n = len(one.states)
+    return both[:n, :n] + B @ both[n:, n:] @ B.T
