@@ -86,6 +86,7 @@ def point(slope: float, across: float) -> str:
     return f'{text}[contacts.c]\nbody = "b"\nfriction = {tan(slope)!r}\nplane = {{ normal = [0, 0, 1] }}\n'
 
 
+@pytest.mark.heavy("radau")
 @pytest.mark.parametrize("method", ["taylor", "dop853", "radau"])
 def test_a_ball_that_slides_with_spin_rolls_when_its_closed_form_says(method: str) -> None:
     """The slip s decreases along a line by 7/2 μ g; see Hopkins and Patterson, Bowling frames (1977)."""

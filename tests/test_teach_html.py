@@ -190,6 +190,7 @@ def test_a_walkthrough_without_such_results_says_so() -> None:
 # The browser
 
 
+@pytest.mark.wide("light-1280", "dark-390")
 @pytest.mark.runs
 @pytest.mark.parametrize("width", [1280, 390])
 @pytest.mark.parametrize("scheme", ["light", "dark"])

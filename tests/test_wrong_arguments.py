@@ -20,7 +20,7 @@ from symdyn.errors import SceneError
 from symdyn.scene import Quantity, parse
 from symdyn.simulation.trajectory import Trajectory
 
-SHARE = 33
+SHARE = 66
 """Of so many pairs of an argument and a value, one is tried always."""
 
 
