@@ -21,7 +21,7 @@ from symdyn.scene import Quantity, parse
 from symdyn.simulation.trajectory import Trajectory
 
 SHARE = 67
-"""Of so many pairs of an argument and a value, one is tried always: no divisor of the values, so that each has its turn."""
+"""Of so many pairs of an argument and a value one is tried; prime to the number of values: each has its turn."""
 
 
 @pytest.fixture(autouse=True)
