@@ -38,7 +38,7 @@ settings.register_profile(
 )
 settings.load_profile("always the same")  # what a machine is busy with fails no test, and new cases are the fuzzer's
 
-gc.set_threshold(100_000, 20, 50)  # graphs are large and hold no circles: looking for some took a tenth of the time
+gc.set_threshold(2_000_000, 20, 50)  # graphs are large and hold no circles: looking for some took 6 % of the time
 
 CACHE = Path(__file__).parent.parent / "build" / "cache"
 """Compiled code of tests, apart from the user's: one for all workers, and for the next runs."""
@@ -133,6 +133,22 @@ def cache_of_tests() -> Iterator[None]:
         del os.environ["SYMDYN_CACHE_DIR"]
     else:
         os.environ["SYMDYN_CACHE_DIR"] = before
+
+
+@pytest.fixture(scope="session", autouse=True)
+def sooner() -> Any:
+    """Make tests faster where no answer changes; workers alone import what that takes."""
+    import sooner
+
+    sooner.begin()
+    return sooner
+
+
+@pytest.fixture
+def optimised(sooner: Any) -> Iterator[None]:
+    """Compile code of `load` and of heyoka well, as users have it: for tests of what optimised code does."""
+    with sooner.optimised():
+        yield
 
 
 ZIG = Path(__file__).parent.parent / "build" / "zig"

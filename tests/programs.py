@@ -36,7 +36,7 @@ PROGRAMS: Mapping[str, tuple[str, ...]] = {
 }
 """What tests may name, and the commands that are tried for it, in this order."""
 
-STARTS = ("subprocess.Popen", "os.fork", "os.posix_spawn", "os.system")
+STARTS = frozenset({"subprocess.Popen", "os.fork", "os.posix_spawn", "os.system"})
 """Events of the interpreter before a process begins."""
 
 _said = [True]

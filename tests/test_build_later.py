@@ -29,7 +29,7 @@ from symdyn.simulation.integrate.heyoka_expressions import without_sympy
 
 loaded = import_module("symdyn.runtime.loaded")  # a name that its package offers for something else
 
-pytestmark = pytest.mark.runs("cc")
+pytestmark = [pytest.mark.runs("cc"), pytest.mark.usefixtures("optimised")]
 
 ARM = Path(__file__).parent.parent / "examples" / "two_link.toml"
 PARAMS = np.array([1.0, 1.0, 1.0, 1.0, 9.81])

@@ -25,7 +25,7 @@ from symdyn.runtime.cache import warn_once
 from symdyn.runtime.compiler import find_compiler
 from symdyn.runtime.library import build_extension
 
-pytestmark = pytest.mark.runs("cc")
+pytestmark = [pytest.mark.runs("cc"), pytest.mark.usefixtures("optimised")]
 
 ARM = Path(__file__).parent.parent / "examples" / "two_link.toml"
 STATE = ([0.3, 0.5], [1.0, -2.0], [0.7, 1.1])

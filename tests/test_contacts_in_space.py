@@ -86,6 +86,7 @@ def point(slope: float, across: float) -> str:
     return f'{text}[contacts.c]\nbody = "b"\nfriction = {tan(slope)!r}\nplane = {{ normal = [0, 0, 1] }}\n'
 
 
+@pytest.mark.heavy("radau")
 @pytest.mark.parametrize("method", ["taylor", "dop853", "radau"])
 def test_a_ball_that_slides_with_spin_rolls_when_its_closed_form_says(method: str) -> None:
     """The slip s decreases along a line by 7/2 μ g; see Hopkins and Patterson, Bowling frames (1977)."""
@@ -131,6 +132,7 @@ def test_a_box_on_four_corners_rests() -> None:
         assert np.abs(run["free_vz"]).max() < 1e-12
 
 
+@pytest.mark.heavy("0.4")
 @pytest.mark.parametrize("slope", [0.299, 0.301, 0.4])
 def test_a_box_on_a_slope_sticks_or_slides_as_one_block(slope: float) -> None:
     """Corners above carry less, and friction is what their load lets it be."""
@@ -163,6 +165,7 @@ def test_a_stool_that_spins_stops_when_its_closed_form_says() -> None:
     assert np.abs(run["free_wz"][-1]) < 1e-12
 
 
+@pytest.mark.wide("0.5")
 @pytest.mark.parametrize("restitution", [0, 0.5])
 def test_a_box_dropped_flat_strikes_with_all_its_corners(restitution: float) -> None:
     run = box([0] * 6, 2, (0, 0, 0.3, 1, 0, 0, 0), e=restitution)
@@ -210,6 +213,7 @@ def test_four_legs_share_a_load_as_equal_springs_do() -> None:
     assert [run[f"normal_{name}"][-1] for name in "abcd"] == pytest.approx(shares, rel=1e-7)
 
 
+@pytest.mark.wide("0.2-0.12")
 @pytest.mark.parametrize(("x", "y"), [(0.2, 0.12), (-0.25, 0.15)])
 def test_a_box_that_is_loaded_askew_sticks_as_long_as_all_of_it_does(x: float, y: float) -> None:
     run = box([0] * 6, 0.5, slope=atan(0.2999), cx=x, cy=y)
@@ -219,6 +223,7 @@ def test_a_box_that_is_loaded_askew_sticks_as_long_as_all_of_it_does(x: float, y
     assert forces == pytest.approx(-0.2999 * np.array(loads), rel=1e-7, abs=1e-9)
 
 
+@pytest.mark.wide("0.003")
 @pytest.mark.parametrize("apart", [0.1, 0.003])
 def test_feet_that_are_close_to_each_other_hold_what_they_hold(apart: float) -> None:
     """Their rows are nearly the same, and the body does not turn."""
@@ -237,7 +242,7 @@ def drawn(rng: np.random.Generator, k: int) -> tuple[Laws, np.ndarray]:
 
 def test_cases_and_projections_find_impulses_that_keep_all_laws() -> None:
     rng, count = np.random.default_rng(5), 0
-    for k in (1, 2, 2, 3) * 6:
+    for k in (1, 2, 2, 3) * 3:
         laws, v = drawn(rng, k)
         options = [(FREE, *laws.slips(i)) for i in range(k)]
         none = np.zeros(k)
@@ -257,7 +262,7 @@ def test_cases_and_projections_find_impulses_that_keep_all_laws() -> None:
         count += bool(chosen)
         lost = -laws.impact(v, [True] * k) @ (v + laws.D @ laws.impact(v, [True] * k) / 2)
         assert lost >= -1e-12
-    assert count >= 22
+    assert count >= 11
 
 
 def test_a_ball_rolls_along_a_corner() -> None:

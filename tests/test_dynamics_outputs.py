@@ -423,7 +423,7 @@ SAMPLED = [name for name, row in OUTPUTS.items() if row.place != "rope"]
 
 
 @pytest.mark.heavy("base_regressor", "k_D")
-@pytest.mark.wide(2)
+@pytest.mark.wide(3)
 @pytest.mark.long
 @pytest.mark.parametrize("name", SAMPLED)
 def test_every_field_of_a_row_is_true(name: str) -> None:

@@ -51,7 +51,7 @@ def test_every_verb_is_tried() -> None:
     assert set(WORDS) == set(VERBS)
 
 
-@pytest.mark.heavy("bench")
+@pytest.mark.heavy("bench", "stress")
 @pytest.mark.long(0)
 @pytest.mark.runs("cc")
 @pytest.mark.parametrize("verb", [verb for verb, lines in WORDS.items() if lines])

@@ -55,6 +55,7 @@ def test_intervals_are_wider_where_torques_are_noisier() -> None:
     assert np.all(noisy.errors > 2 * clear.errors)
 
 
+@pytest.mark.heavy("sprung_arm")
 @pytest.mark.parametrize(("name", "noise"), [("sprung_arm", 1e-4), ("pendulum", 1e-3), ("cart_pole", 1e-3)])
 def test_intervals_hold_the_truth_where_encoders_are_noisy(name: str, noise: float) -> None:
     """In the band that was chosen, 80 Hz, estimates were off by 3 to 10 standard errors, or not identifiable."""

@@ -60,7 +60,7 @@ def undefined(name: str) -> dict[str, list[str]]:
     return {page: lines for page, lines in found.items() if lines}
 
 
-@pytest.mark.wide("cart_pole", "cart_with_wheel", "heavy_top")
+@pytest.mark.wide("cart_pole", "heavy_top")
 @pytest.mark.long(0)
 @pytest.mark.parametrize("name", SOME)
 def test_every_letter_of_a_lesson_is_defined_in_it(name: str) -> None:

@@ -54,6 +54,7 @@ def assert_same(found: Formulas, system: Linearization) -> None:
     assert np.hstack([A, B]) == pytest.approx(M @ right, rel=1e-9, abs=1e-10 * max(1, np.abs(right).max(initial=0)))
 
 
+@pytest.mark.heavy("quadruped")
 @pytest.mark.parametrize("name", sorted(path.stem for path in EXAMPLES.glob("*.toml")))
 def test_formulas_have_the_numbers_as_values_at_the_point(name: str) -> None:
     system = symdyn.linearize(example(name), anywhere=True)
@@ -76,6 +77,7 @@ def test_formulas_hold_in_axes_that_do_not_spin_with_a_body(name: str) -> None:
     assert_same(system.formulas, system)
 
 
+@pytest.mark.wide(2)
 @pytest.mark.parametrize("seed", [2, 5, 6, 11, 12, 13, 15, 19, 78])
 def test_formulas_hold_of_mechanisms_of_all_kinds(seed: int) -> None:
     scene, values = told(draw(seed, choice(seed)))

@@ -167,7 +167,7 @@ def looped_and_lines() -> tuple[Program, Program]:
     return lower(formulate(scene, [ID], LOOP, lines=False)), lower(formulate(scene, [ID]))
 
 
-@pytest.mark.wide(2)
+@pytest.mark.wide(3)
 @pytest.mark.parametrize("target", [name for name, one in TARGETS.items() if one.functions is None])
 def test_languages_other_than_c_get_lines(target: str, looped_and_lines: tuple[Program, Program]) -> None:
     looped, lines = (dict(emit(one, target)) for one in looped_and_lines)

@@ -66,7 +66,7 @@ def rank(rows: list[list[int]], p: int) -> int:
     return found
 
 
-@pytest.mark.wide(2)
+@pytest.mark.wide(3)
 @pytest.mark.heavy("quadruped")
 @pytest.mark.long
 @pytest.mark.parametrize("name", examples())

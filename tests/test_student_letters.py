@@ -61,6 +61,7 @@ def written(line: str, letter: str, scene: Scene) -> str:
 
 
 @pytest.mark.mends("30.attacks.1")
+@pytest.mark.wide("four_bar")
 @pytest.mark.long
 @pytest.mark.parametrize("line", [r"L = \lambda_1", r"P = m_2 g + \lambda_1", r"K = \lambda_1", r"\ddot\phi = t"])
 @pytest.mark.parametrize("name", ["four_bar", "slider_crank"])

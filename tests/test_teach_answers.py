@@ -125,6 +125,7 @@ def test_an_equation_that_is_divided_and_wrong_is_told_its_one_fault() -> None:
     assert "wrong sign" in told[1]
 
 
+@pytest.mark.wide(2)
 @pytest.mark.long(0)
 @pytest.mark.mends("5.7")
 @pytest.mark.parametrize("text", ["M_2 = {}", "{} = M_2"])

@@ -190,6 +190,7 @@ def test_a_walkthrough_without_such_results_says_so() -> None:
 # The browser
 
 
+@pytest.mark.wide("light-1280", "dark-390")
 @pytest.mark.runs
 @pytest.mark.parametrize("width", [1280, 390])
 @pytest.mark.parametrize("scheme", ["light", "dark"])
@@ -211,11 +212,12 @@ def test_every_right_answer_is_accepted_and_every_changed_one_refused(
 
     with opened(browser, shown) as page:
         for blank in blanks(lesson):
-            for text in (text_of(blank.answer), spell.inline(blank.answer)):
-                judge = "([key, text]) => Answers.judge(key, text)"
-                assert page.evaluate(judge, [blank.key, text])["right"], text
-                for wrong in (f"{text} + m1 sin(q1)", f"-({text})", f"2 ({text})", f"({text}) * 1.000001"):
-                    assert not page.evaluate(judge, [blank.key, wrong])["right"], wrong
+            plain, spelled = text_of(blank.answer), spell.inline(blank.answer)
+            judge = "([key, text]) => Answers.judge(key, text)"
+            for right in (plain, spelled):
+                assert page.evaluate(judge, [blank.key, right])["right"], right
+            for wrong in (f"{plain} + m1 sin(q1)", f"-({spelled})", f"2 ({spelled})", f"({plain}) * 1.000001"):
+                assert not page.evaluate(judge, [blank.key, wrong])["right"], wrong
 
 
 def test_answers_of_a_body_in_quaternions_are_judged_by_their_values(tmp_path: Path, browser: Any) -> None:
@@ -235,35 +237,51 @@ def test_answers_of_a_body_in_quaternions_are_judged_by_their_values(tmp_path: P
 RULES, ENGLISH = language_of("en").mistakes, language_of("en").lesson
 
 
+READ = {
+    "": "Nothing is written here.",
+    "m2*h2**2 + m2*h1*h2*cos(q2)": "Right.",
+    "m2 h2^2 + m3": "m3 is no symbol here.",
+    "k_z12 = m2 h2 (h2 + h1 c2)": "Right.",
+    "m2 (h2": "This bracket is not closed.",
+    r"m_{2}h_{2}\left[h_2+h_1\cos{q_2}\right]": "Right.",
+    "m2 h2^": "Something is missing at the end.",
+    "m₂·h₂² + m₂h₁h₂cos(q₂)": "Right.",
+    "m2^h2": "An exponent is an integer up to 32, or 1/2; more than one digit in braces.",
+    r"\frac12 (2 m_2 h_2^2 + 2 m_2 h_1 h_2 \cos q_2)": "Right.",
+    "m1'": "m1 carries no dots; only coordinates do.",
+    "m2 h2^2 + m2 h1 h2 (cos(q1) cos(q1+q2) + sin q1 sin(q1 + q2))": "Right.",
+    "1/0": "This has no value: it divides by zero, or takes the root of a negative number.",
+    "m2 h2^2 + m2 h1 h2 c q_2": "Right.",
+    "alert(1)": "alert is no symbol here.",
+    "m2 h2^2 / h1 h1 + m2 h1 h2 cos(q2)": "Right.",
+    "constructor": "constructor is no symbol here.",
+    "__proto__": "_ does not fit here.",
+    "m2[0]('x')": "' has no place in a formula.",
+    "(" * 4000: "This is too long or nests too deep.",
+}
+"""What is typed, and what the page says of it, however often one has tried; no two in turn are alike."""
+
+
+@pytest.mark.long
+def test_what_is_typed_is_right_or_told_why_it_is_not_read(browser: Any, shown: Path) -> None:
+    with opened(browser, shown) as page:
+        form = page.locator('form[data-key="coefficients:k_z:k_z:1,2"]')
+        for text, says in READ.items():
+            form.locator("input").fill(text)
+            form.locator("input").press("Enter")
+
+            assert form.locator(".verdict").inner_text() == says, text
+
+
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("m2*h2**2 + m2*h1*h2*cos(q2)", "Right."),
-        ("k_z12 = m2 h2 (h2 + h1 c2)", "Right."),
-        (r"m_{2}h_{2}\left[h_2+h_1\cos{q_2}\right]", "Right."),
-        ("m₂·h₂² + m₂h₁h₂cos(q₂)", "Right."),
-        (r"\frac12 (2 m_2 h_2^2 + 2 m_2 h_1 h_2 \cos q_2)", "Right."),
-        ("m2 h2^2 + m2 h1 h2 (cos(q1) cos(q1+q2) + sin q1 sin(q1 + q2))", "Right."),
-        ("m2 h2^2 + m2 h1 h2 c q_2", "Right."),
         ("m2 h2^2 - m2 h1 h2 cos q2", f"Not yet: {RULES['cross']} (mass 2); and {RULES['termsign']}."),
         ("-m2 h2^2 - m2 h1 h2 cos q2", "Not yet: all of it has the opposite sign."),
         ("0.5 m2 h2 (h2 + h1 cos q2)", f"Not yet: {RULES['factor']}."),
         ("0.7 m2 h2 (h2 + h1 cos q2)", "Not yet: yours is 0.7 times the result."),
         ("0", f"Not yet: {RULES['coupling']}."),
-        ("", "Nothing is written here."),
-        ("m2 h2^2 + m3", "m3 is no symbol here."),
-        ("m2 (h2", "This bracket is not closed."),
-        ("m2 h2^", "Something is missing at the end."),
-        ("m2 h2^2 / h1 h1 + m2 h1 h2 cos(q2)", "Right."),
-        ("m2^h2", "An exponent is an integer up to 32, or 1/2; more than one digit in braces."),
-        ("m1'", "m1 carries no dots; only coordinates do."),
-        ("1/0", "This has no value: it divides by zero, or takes the root of a negative number."),
-        ("alert(1)", "alert is no symbol here."),
-        ("constructor", "constructor is no symbol here."),
-        ("__proto__", "_ does not fit here."),
-        ("m2[0]('x')", "' has no place in a formula."),
-        ("(" * 4000, "This is too long or nests too deep."),
     ],
 )
 def test_a_typed_answer_is_judged(text: str, says: str, browser: Any, shown: Path) -> None:

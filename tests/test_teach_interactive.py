@@ -118,6 +118,7 @@ def freed(scene: Scene) -> Scene:
     return replace(scene, parameters=tuple(replace(one, value=None) for one in scene.parameters))
 
 
+@pytest.mark.wide("cart_pole", "everything")
 @pytest.mark.parametrize("name", ["two_link", "cart_pole", "scara", "everything"])
 def test_numbers_follow_the_sliders_and_are_what_python_computes(browser: Any, tmp_path: Path, name: str) -> None:
     """The page's functions are the cheapest of all, these are Lagrange's where there are any."""
@@ -181,6 +182,7 @@ def test_numbers_follow_the_sliders_and_are_what_python_computes(browser: Any, t
             assert np.abs(rows - at[0]).max(axis=1).min() < 1e-12
 
 
+@pytest.mark.wide("two_link-sk-light-1280", "everything-en-dark-390")
 @pytest.mark.parametrize("width", [1280, 390])
 @pytest.mark.parametrize(("name", "language", "scheme"), [("two_link", "sk", "light"), ("everything", "en", "dark")])
 def test_nothing_overlaps_and_nothing_is_wider_than_the_window(

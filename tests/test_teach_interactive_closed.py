@@ -221,7 +221,7 @@ def test_a_loop_that_cannot_close_stays_where_it_closes_last(browser: Any, tmp_p
     assert np.abs(list(residual.values()) if isinstance(residual, dict) else residual).max() < 1e-3  # five digits typed
 
 
-@pytest.mark.heavy("rolling_disc")
+@pytest.mark.heavy("rolling_disc", "heavy_top")
 @pytest.mark.parametrize("name", ["four_bar", "rssr", "rolling_disc", "heavy_top"])
 def test_a_played_motion_is_that_of_the_equations(browser: Any, tmp_path: Path, name: str) -> None:
     scene, path = saved(name, tmp_path)

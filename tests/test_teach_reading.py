@@ -194,6 +194,7 @@ def test_the_figure_is_moved_by_keys_and_says_so(browser: Any, tmp_path: Path) -
         assert page.inner_text("[data-do=play]") == "Pause"
 
 
+@pytest.mark.heavy("700", "1280")
 @pytest.mark.long
 @pytest.mark.parametrize("width", [390, 700, 1024, 1280, 1920])
 def test_the_figure_stays_and_nothing_is_wider_than_the_window(browser: Any, tmp_path: Path, width: int) -> None:

@@ -66,7 +66,7 @@ def test_every_operation_is_read(name: str, option: str) -> None:
 
 
 @pytest.mark.long
-@pytest.mark.wide(3)
+@pytest.mark.wide(5)
 def test_a_constant_that_is_one_unit_off_is_found(programs: dict[str, Program], name: str, option: str) -> None:
     numbers = printed(programs["puma560"], "double" if "double" in TARGETS[name].reals else TARGETS[name].reals[0])
     files = files_of(emit(numbers.program, name, numbers.real, option=option))

@@ -20,8 +20,8 @@ from symdyn.errors import SceneError
 from symdyn.scene import Quantity, parse
 from symdyn.simulation.trajectory import Trajectory
 
-SHARE = 33
-"""Of so many pairs of an argument and a value, one is tried always."""
+SHARE = 67
+"""Of so many pairs of an argument and a value one is tried; prime to the number of values: each has its turn."""
 
 
 @pytest.fixture(autouse=True)

@@ -223,9 +223,9 @@ class Uncertainty(Shown):
         Raises:
             UnknownNameError: there is no such column; it says what it may have been.
         """
-        if name in self.names:
-            return np.asarray(self.values[:, self.names.index(name)])
-        return np.asarray(self.sd[:, self._place(name.removeprefix(SD) if isinstance(name, str) else name)])
+        if not isinstance(name, str) or name in self.names:
+            return np.asarray(self.values[:, self._place(name)])
+        return np.asarray(self.sd[:, self._place(name.removeprefix(SD))])
 
     def shares(self, name: str) -> Array:
         """Return which part of a column's variance each uncertain name is to blame for, shape (N, k); rows sum to 1.

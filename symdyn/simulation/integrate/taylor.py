@@ -71,8 +71,8 @@ def _integrator(system: StateEquations, tolerance: float) -> Any:
     variables, entries = translate(system)
     compact = size(system) > (COMPACT_SOON if system.closed else COMPACT)
     options: dict[str, Any] = {"tol": tolerance, "compact_mode": compact}
-    soon = system.closed and not compact
-    if soon:  # where each step is looked at, its code is not worth more than it costs
+    soon = system.contacts is not None or (system.closed and not compact)
+    if soon:  # where each step is looked at, its code is not worth more than it costs: 11 s of 12 for a rimless wheel
         options["opt_level"] = 0
     start = np.zeros(len(variables))
 
