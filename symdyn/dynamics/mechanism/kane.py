@@ -36,7 +36,7 @@ from symdyn.graph import Expr, Graph, gradient, substitute, tangents
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS, joint_motion
-from symdyn.scene.values import Place, Strut
+from symdyn.scene.values import Place
 from symdyn.spatial import Inertia, Mat, Transform, Vec, Wrench, add, cross, dot, scale, sub, zero_vector
 
 
@@ -128,7 +128,10 @@ class Kane:
         """Return F_r without drives: weights, springs, dampers, friction, loads, declared forces; shape (nv,)."""
         gravity = vector(self.scene.gravity, self.graph)
         acts = [(part.partial, part.weight(gravity)) for part in self.bodies]
-        return self._summed(self._resisted(), [*acts, *self._exerted()])
+        total = self._summed(self._resisted(), [*acts, *self._pushed()])
+        for forces in self._pulled():
+            total = [one + force for one, force in zip(total, forces, strict=True)]
+        return total
 
     def rotor_forces(self) -> list[Expr]:
         """Return the part in F_r* of rotors of turning and sliding joints: -armature · d(rate)/dt ∂rate/∂u_r."""
@@ -180,40 +183,43 @@ class Kane:
             total = [one - force * slope for one, slope in zip(total, slopes, strict=True)]
         return total
 
-    def _exerted(self) -> Iterator[tuple[Partial, Wrench]]:
-        """Yield what struts between points, ropes and loads exert, and the partial velocities of their places."""
-        placed = body_placements(self.scene, self.graph)
-        for strut in self.scene.struts:
+    def _pulled(self) -> Iterator[list[Expr]]:
+        """Yield the forces of struts between points and of ropes along every velocity.
+
+        What a unit pulls with at the places takes the power that the length grows by, s ṡ where that is of size s.
+        """
+        graph, placed, taut = self.graph, body_placements(self.scene, self.graph), Taut(self.scene, self.graph)
+        for strut in (one for one in self.scene.struts if one.ends):
+            law = FORCES[strut.kind].pull
             if strut.is_rope:
-                yield from self._rope(strut, placed)
-            elif strut.ends:
-                yield from self._between(strut, placed)
+                acts = taut.pulls(strut.ends, placed)
+            else:
+                a, b = (placed[end.body].point(vector(end.at, graph)) for end in strut.ends)
+                apart = Wrench(sub(b, a), zero_vector(graph))
+                acts = list(zip(strut.ends, (apart, -apart), strict=True))
+            moved = [self._moved(place, placed[place.body]) for place, _ in acts]
+            wrenches = [wrench for _, wrench in acts]
+            slopes = [
+                graph.total(map(Wrench.power, wrenches, columns))
+                for columns in zip(*(partial for _, partial in moved), strict=True)
+            ]
+            rate = -graph.total(map(Wrench.power, wrenches, (twist for twist, _ in moved)))
+            if strut.is_rope:
+                size = law.force(strut, taut.placed(strut.ends, placed), rate)
+            else:
+                square = dot(apart.force, apart.force)
+                resists = law.energy is None and not square.is_zero
+                size = pull(strut, square, rate / graph.sqrt(square) if resists else graph.zero)
+            yield [size * slope for slope in slopes]
+
+    def _pushed(self) -> Iterator[tuple[Partial, Wrench]]:
+        """Yield what loads exert, and the partial velocities of their places."""
+        placed = body_placements(self.scene, self.graph) if self.scene.loads else {}
         for load in self.scene.loads:
             T = placed[load.place.body]
             wrench = load_vectors(load, self.scene, self.graph)
             wrench = wrench.rotated(T.R) if load.frame == "body" else wrench
             yield self._moved(self.scene.seated(load).place, T)[1], wrench + carried(load, self.scene, T)
-
-    def _between(self, strut: Strut, placed: Mapping[str, Transform]) -> Iterator[tuple[Partial, Wrench]]:
-        """Yield the forces of a strut on its two points, each along the way to the other."""
-        a, b = (placed[end.body].point(vector(end.at, self.graph)) for end in strut.ends)
-        (va, near), (vb, far) = (self._moved(end, placed[end.body]) for end in strut.ends)
-        apart, still = sub(b, a), zero_vector(self.graph)
-        square, rate = dot(apart, apart), self.graph.zero
-        if FORCES[strut.kind].pull.energy is None and not square.is_zero:
-            rate = dot(apart, sub(vb[0], va[0])) / self.graph.sqrt(square)
-        force = scale(pull(strut, square, rate), apart)
-        yield near, Wrench(force, still)
-        yield far, -Wrench(force, still)
-
-    def _rope(self, strut: Strut, placed: Mapping[str, Transform]) -> Iterator[tuple[Partial, Wrench]]:
-        """Yield what the tension of a rope exerts at its places; its length grows by the power that a unit takes."""
-        taut = Taut(self.scene, self.graph)
-        unit = [(self._moved(place, placed[place.body]), wrench) for place, wrench in taut.pulls(strut.ends, placed)]
-        rate = -self.graph.total(wrench.power(twist) for (twist, _), wrench in unit)
-        tension = FORCES[strut.kind].pull.force(strut, taut.placed(strut.ends, placed), rate)
-        for (_, partial), wrench in unit:
-            yield partial, wrench.scaled(tension)
 
     def _moved(self, place: Place, T: Transform) -> tuple[Wrench, Partial]:
         """Return velocity and angular velocity of a place on a body, and its partial velocities."""
@@ -230,13 +236,17 @@ def _part(name: str, inertia: Inertia, T: Transform, state: State) -> KaneBody:
 
 def _motion(T: Transform, state: State) -> tuple[Wrench, Partial]:
     """Return (v, ω) of a placement, ω̃ = Ṙ Rᵀ, ground frame, and its slope by every generalized speed."""
+    moved, one = (*T.p, *T.R[0], *T.R[1], *T.R[2]), T.p[0].graph.one
 
     def twist(x: Sequence[Expr]) -> Wrench:
         return Wrench((x[0], x[1], x[2]), T.R.spin((x[3:6], x[6:9], x[9:12])))
 
-    rates = tangents((*T.p, *T.R[0], *T.R[1], *T.R[2]), state.velocity)
-    one = T.p[0].graph.one
-    return twist(rates), tuple(twist(tangents(rates, {u: one})) for u in state.qd)
+    rates = tangents(moved, state.velocity)
+    partial = tuple(twist(tangents(rates, {u: one})) for u in state.qd)
+    total = twist(tangents(moved, state.clock)) if state.clock else Wrench.none(one.graph)
+    for u, column in zip(state.qd, partial, strict=True):
+        total = total + column.scaled(u)
+    return total, partial
 
 
 def _along(partial: Partial, wrench: Wrench) -> list[Expr]:
