@@ -17,11 +17,12 @@ from symdyn.cli import main
 from symdyn.emit.print import FormulationPage
 from symdyn.emit.print.formulations_page import PAGES as EVERY
 from symdyn.errors import DerivationError, SymdynError
+from symdyn.graph import gradient
 from symdyn.scene import Scene, read_text
 from symdyn.table import Table
 from symdyn.teach import rendered, walkthrough
 from symdyn.teach.derivations.formulations import UNTIL, WAYS
-from symdyn.teach.document import Document, Formula, Questions, Step, Words
+from symdyn.teach.document import Document, Formula, Matrix, Questions, Step, Words
 from symdyn.teach.practice.exercises import judge, with_exercises
 
 PAGES = {name: page for name, page in EVERY.items() if name != "contact"}  # a lesson has a section of contacts
@@ -189,6 +190,28 @@ def test_a_top_where_coordinates_are_singular_has_exercises() -> None:
     lesson = with_exercises(walkthrough(symdyn.example("gyroscope"), formulation="routh"))
 
     assert "derived:constant:p1" in {block.key for _, block in lesson.blocks() if isinstance(block, Questions)}
+
+
+@pytest.mark.parametrize("name", ["pendulum", "double_pendulum"])
+def test_slopes_of_the_energy_of_accelerations_are_the_mass_matrix_that_is_shown(name: str) -> None:
+    """Of one coordinate, too; and what bodies add is all of it."""
+    document = lesson_of(scene(name), formulation="gibbs-appell")
+    (shown,) = (block for block in step(document, "derived:least").blocks if isinstance(block, Matrix))
+    S = document.names["gibbs:"].node
+    rates = [document.graph.symbol(f"{q}_ddot") for q in document.scene.coordinates]
+    slopes = [x for one in gradient(S, rates) for x in gradient(one, rates)]
+    shares = [one.node for key, one in document.names.items() if key.startswith("S:")]
+
+    assert floats([document.value(x) for x in shown.entries]) == pytest.approx(floats(slopes), rel=1e-12, abs=1e-12)
+    if shares:
+        assert floats([document.graph.total(shares)]) == pytest.approx(floats([S]), rel=1e-12)
+
+
+def test_rows_in_rates_are_shown_before_they_are_differentiated() -> None:
+    (row,) = step(lesson_of(scene("ROD"), formulation="udwadia-kalaba"), "derived:tied").blocks
+
+    assert isinstance(row, Formula)
+    assert str(row.form.to_sympy()) == "x*x_dot + y*y_dot"
 
 
 def test_forces_of_constraints_do_no_work() -> None:

@@ -3,7 +3,7 @@
     hamilton          p, q̇ solved for, H(q, p), the canonical equations              Goldstein, 8.1
     routh             p kept, cyclic velocities, R, the equations that are left        Goldstein, 8.3
     kane              velocities and partial velocities, F*, F, F + F* = 0             Kane and Levinson, 2 to 4
-    gibbs-appell      S, ∂S/∂q̈ = Q                                                    Gibbs
+    gibbs-appell      accelerations, S, ∂S/∂q̈ = Q                                     Gibbs
     udwadia-kalaba    M and Q without constraints, A and b of these, the force added   Udwadia and Kalaba
     port-hamiltonian  p, q̇ and H, (J - R) ∇H with what acts, the same written out     van der Schaft, 4.2
 
@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from symdyn.algebra import Form, Number, Symbol
-from symdyn.dynamics.mechanism import generalized_forces
+from symdyn.dynamics.mechanism import Kane, generalized_forces
 from symdyn.emit.print import EquationGroup, EquationRow, FormulationPage
 from symdyn.graph import Expr, substitute, tangents
 from symdyn.teach.derivations.dalembert.side_by_side import order_of
@@ -35,6 +35,7 @@ SHOWN: Mapping[str, tuple[str, ...]] = {
     "canonical": ("momenta", "accelerations"),
     "velocity": ("velocities",),
     "inertia": ("accelerations", "inertia"),
+    "acceleration": ("accelerations",),
     "active": ("weights", "forces"),
     "kane": ("inertia", "weights", "forces"),
     "appell": ("inertia", "weights", "forces"),
@@ -247,6 +248,28 @@ class Explained:
         yield from moved
         yield self.step("active", *(self._force(row) for row in self.groups["active"].rows))
 
+    def acceleration_steps(self) -> Iterator[Step]:
+        """Yield for every body accelerations, and its share of the energy of accelerations."""
+        lesson, zero = self.lesson, self.lesson.graph.zero
+        parts = Kane.of(lesson.scene, lesson.graph).bodies
+        for k, part in enumerate(parts, 1):
+            blocks = list[Block]()
+            for letter, vector in (("a", part.a), ("alpha", part.dw)):
+                for axis, x in zip(AXES, vector, strict=True):
+                    if not lesson.vanishes(x):
+                        key = f"{letter}:{k}{axis}"
+                        lesson.called(key, Letter(letter, (f"{k}{axis}",)), x)
+                        blocks.append(folded(lesson, Formula(key, self.order(lesson.short(x)))))
+            still = substitute([part.acceleration_energy], dict.fromkeys(lesson.state.qdd, zero))[0]
+            share = part.acceleration_energy - still
+            if lesson.vanishes(share):
+                continue
+            if len(parts) > 1:
+                lesson.names[f"S:{k}"] = Name(Letter(self.row("gibbs").latex, (str(k),)), share)
+                told = folded(lesson, Formula(f"S:{k}", self.order(lesson.short(share))))
+                blocks += [self.say("by.share"), told]
+            yield self.step(f"acceleration:{k}", *blocks, body=part.body)
+
     def _force(self, row: EquationRow, of: str = "") -> Block:
         """Return a generalized force, of inertia the share of one body."""
         key, above = f"{row.letter}:{of}:{row.place[0] + 1}", row.letter[1:]
@@ -256,7 +279,8 @@ class Explained:
 
     def matrix(self, key: str, entries: Entries, height: int, width: int = 1) -> Matrix:
         """Return the matrix that is named by a key; what has no entry is zero."""
-        places = [(i, j) if width > 1 else (i,) for i in range(height) for j in range(width)]
+        vector = width == 1 and all(len(place) == 1 for place in entries)
+        places = [(i,) if vector else (i, j) for i in range(height) for j in range(width)]
         look, names = self.lesson.names[key].look, list[str]()
         assert isinstance(look, Letter), "a matrix has a letter"
         for place in places:

@@ -90,6 +90,7 @@ def _by_bodies(told: Explained) -> Iterator[Step]:
 
 
 def _by_acceleration(told: Explained) -> Iterator[Step]:
+    yield from told.acceleration_steps()
     yield told.function("gibbs", told.value(told.row("gibbs").form))
     yield told.step("appell", *told.equations("appell"))
 
@@ -100,6 +101,10 @@ def _tied(told: Explained) -> Iterator[Step]:
     yield told.step("free", told.matrix("any:M", joined([1], M), n, n), told.matrix("any:Q", Q, n))
     held = [folded(lesson, Formula("", row.residual, right=Number.ZERO)) for row in rows if row.residual is not None]
     yield from [told.step("held", *held)] if held else []
+    tied = [Form.sum(Form.product((x, named(u))) for x, u in zip(row.G, lesson.state.qd, strict=True))
+            for row in rows if row.residual is None]  # fmt: skip
+    if tied:
+        yield told.step("tied", *(folded(lesson, Formula("", told.order(x), right=Number.ZERO)) for x in tied))
     yield told.step("constraints", told.matrix("any:A", A, len(rows), n), told.matrix("any:b", b, len(rows)))
     looks = {letter: lesson.names[f"any:{letter}"].look for letter in "MQAb"}
     of = {key: look.letter for key, look in looks.items() if isinstance(look, Letter)}
