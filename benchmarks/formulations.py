@@ -38,7 +38,7 @@ Made by `python benchmarks/formulations.py --docs docs`; `tests/test_formulation
 
 Every example by every formulation of `symdyn equations --formulation`: what its page takes to be worked out
 (multiplications, additions and divisions, what is shared once), how many characters it has without spaces, and how many
-milliseconds it took to derive and write, on one core. Lagrange's page holds the equations of motion alone; Hamilton's
+milliseconds of CPU it took to derive and write. Lagrange's page holds the equations of motion alone; Hamilton's
 momenta, H, and rates solved for; Kane's velocities and partial velocities of every body, so that its length tells how
 much is written down on the way, not how long the equations are. A letter: there is no such page; why, stands below.
 
@@ -66,9 +66,9 @@ class Page:
 def measured(scene: Scene, formulation: str) -> Page:
     """Return what a page costs."""
     try:
-        begun = time.perf_counter()
+        begun = time.process_time()
         text = printed_text(scene, "text", formulation=formulation)
-        taken = 1000 * (time.perf_counter() - begun)
+        taken = 1000 * (time.process_time() - begun)
         return Page(FormulationPage(scene, formulation).operations, len("".join(text.split())), taken)
     except SymdynError as fault:
         return Page(fault=" ".join(str(fault).removeprefix(f"{scene.name}: ").split()))

@@ -422,13 +422,15 @@ def in_sines(nodes: Sequence[Expr], state: State, parallel: Sequence[AngleGroup]
         return Form.of
     needed = list(dict.fromkeys([*nodes, *(arg for node in named for arg in node.args)]))
     short = dict(zip(needed, substitute(needed, named), strict=True))
+    known, sizes = dict[str, Form](), Sizes()
+
+    def shorter(node: Expr) -> Form:
+        return min(Form.of(node), write(short[node]).substitute(known), key=lambda form: parts(form, sizes))
+
     try:
         write = Compactor.of(list(short.values()), letters, parallel, state.spheres)
-        known = dict[str, Form]()
         for node, symbol in named.items():  # what stands in others comes before these
-            inside = (write(short[arg]).substitute(known) for arg in node.args)
-            known[str(symbol.value)] = Form.of(node).with_parts(inside)
+            known[str(symbol.value)] = Form.of(node).with_parts(map(shorter, node.args))
     except DerivationError:
         return Form.of
-    sizes: Sizes = {}
-    return lambda node: min(write(short[node]).substitute(known), Form.of(node), key=lambda form: parts(form, sizes))
+    return shorter
