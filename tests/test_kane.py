@@ -35,7 +35,7 @@ def test_every_scene_has_it_in_its_proofs() -> None:
     assert "kane" in formulations_of("tree_forces", symdyn.example("rolling_disc"))
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_it_is_proved_with_every_joint_and_force_there_is() -> None:
     found = verdicts(everything(), "tree_forces")
 

@@ -10,14 +10,14 @@ Reference: Kane and Levinson, Dynamics: Theory and Applications (1985), sections
     F_r  = Σ v_r·m g + ω_r·(h × g) + what struts, dampers, loads and drives do
     F_r* = -Σ v_r·(m a + α × h + ω × (ω × h)) + ω_r·(h × a + I α + ω × I ω)
 
-Partial velocities come from velocities of points, and accelerations from these: no energy, no recursion. Struts and loads
-are forces at points, too, no slopes of a length or an energy. So this is a third derivation, which shares with the two
-others the scene, the joints' own placements and rates, and the laws of force.
+Partial velocities come from velocities of points, and accelerations from these: no energy, no recursion. Struts and
+loads are forces at points, too, no slopes of a length or an energy. So this is a third derivation, which shares with
+the two others the scene, the joints' own placements and rates, and the laws of force.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from symdyn.dynamics.mechanism.ropes import Taut
@@ -38,7 +38,6 @@ from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS, joint_motion
 from symdyn.scene.values import Place
 from symdyn.spatial import Inertia, Mat, Transform, Vec, Wrench, add, cross, dot, scale, sub, zero_vector
-
 
 Partial = tuple[Wrench, ...]
 """Partial velocities (v_r, ω_r) of a place on a body for every generalized speed, ground frame."""

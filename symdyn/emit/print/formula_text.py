@@ -404,7 +404,7 @@ Forms = Callable[[Expr], Form]
 def in_sines(nodes: Sequence[Expr], state: State, parallel: Sequence[AngleGroup]) -> Forms:
     """Return what writes nodes: as short as a ring of sines can, as they stand where there is no such ring.
 
-    Lengths and other functions of the state that no ring has are letters of it, written out last, where that is shorter.
+    Lengths and other functions of the state that no ring has are letters of it, written out last, where that is less.
     """
     letters = (*state.q, *state.qd, *state.qdd)
     with suppress(DerivationError):
