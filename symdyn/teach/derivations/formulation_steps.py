@@ -186,10 +186,10 @@ class Explained:
         shown = known.get(self.page.formulation.replace("port-hamiltonian", "hamilton" if said else ""), [])
         return [*(Formula("", left, right=right) for left, right in shown), *said]
 
-    def step(self, group: str, *blocks: Block, how: str = "", **places: str | Form | Words) -> Step:
+    def step(self, group: str, *blocks: Block, **places: str | Form | Words) -> Step:
         """Return a step about a group: its claim, and the first time its reason, stand under what is before a colon."""
         lesson, kind = self.lesson, group.partition(":")[0]
-        claim, reason = (self.variant(f"by.{kind}{how}{end}") for end in ("", ".reason"))
+        claim, reason = (self.variant(f"by.{kind}{end}") for end in ("", ".reason"))
         shown = SHOWN.get(kind, ())
         told = reason in lesson.told or reason not in lesson.tongue.lesson
         lesson.told.add(reason)
@@ -198,9 +198,13 @@ class Explained:
         return Step(key, self.say(claim, **places), blocks, because, show=shown)
 
     def variant(self, key: str) -> str:
-        """Return the key of prose about velocities along axes that turn, where there is such."""
-        other = f"{key}.turning"
-        return other if self.turning and other in self.lesson.tongue.lesson else key
+        """Return the key of prose about axes that turn, and velocities that are not solved for, where there is such."""
+        own = self.groups["canonical"].rows if "canonical" in self.groups else ()
+        unsolved = bool(own) and not {row.name for row in own}.intersection(self.lesson.scene.velocities)
+        ends = (".unsolved.turning", ".turning", ".unsolved")
+        told = (self.turning and unsolved, self.turning, unsolved)
+        others = (f"{key}{end}" for end, holds in zip(ends, told, strict=True) if holds)
+        return next((other for other in others if other in self.lesson.tongue.lesson), key)
 
     def formula(self, key: str, by: Form, form: Form) -> Block:
         """Return key = by = form, or a fold of key = form where that is long."""
@@ -225,12 +229,12 @@ class Explained:
         if solved:
             yield self.step("solved", *(folded(lesson, one) for one in solved))
 
-    def function(self, group: str, node: Expr, *formed: Form, how: str = "") -> Step:
+    def function(self, group: str, node: Expr, *formed: Form) -> Step:
         """Return the step of a function: what it is formed of, then as the page has it."""
         row, key = self.row(group), f"{group}:"
         self.lesson.names[key] = Name(Letter(row.latex), node)
         blocks = [Formula(key, form) for form in formed]
-        return self.step(group, *blocks, folded(self.lesson, Formula(key, self.order(row.form))), how=how)
+        return self.step(group, *blocks, folded(self.lesson, Formula(key, self.order(row.form))))
 
     def work(self) -> list[Form]:
         """Return the products p q̇ of momenta that stand in formulas."""
@@ -243,9 +247,8 @@ class Explained:
         whole = lesson.page.lengths.written_out(Form.sum((lesson.page.K, lesson.page.P)))
         formed = Form.sum((*self.work(), Symbol("L:").negative))
         blocks, rows = list[Block](), {row.name: row.form for row in self.groups["canonical"].rows}
-        how = "" if set(lesson.scene.velocities) & {*rows} else ".unsolved"
-        shown = [formed] if how else [formed, self.order(whole)]
-        yield self.function("hamiltonian", lesson.energy.K + lesson.energy.P, *shown, how=how)
+        shown = [formed, self.order(whole)] if {*rows}.intersection(lesson.scene.velocities) else [formed]
+        yield self.function("hamiltonian", lesson.energy.K + lesson.energy.P, *shown)
         for p, i in self.momenta.items():
             if (u := lesson.scene.velocities[i]) in rows:
                 blocks.append(self.formula(u, lesson.slope(H.name, p, None), rows[u]))
@@ -259,7 +262,7 @@ class Explained:
             turned = Form.of(self.turned(lesson.state.qd, [lesson.graph.symbol(name) for name in self.momenta])[i])
             pushed = Form.sum((slope.negative, turned, lesson.page.lengths.written_out(lesson.page.right[i])))
             blocks.append(self.formula(f"{p}_dot", pushed, rows[f"{p}_dot"]))
-        yield self.step("canonical", *blocks, how=how)
+        yield self.step("canonical", *blocks)
 
     def body_steps(self) -> Iterator[Step]:
         """Yield for every body velocities and partial velocities, then accelerations and shares of F*; then F."""
@@ -396,7 +399,7 @@ def structured_steps(told: Explained) -> Iterator[Step]:
     whole = Formula("rate:", Form.sum((Symbol("moved:"), Symbol("input:"))))
     matrices = told.matrix("flow:", flow, 2 * n, 2 * n), told.matrix("input:", given, 2 * n)
     if told.turning:
-        moved = {(i,): form for i in range(n) if (form := given[n + i,]) != Number.ZERO}
+        moved: Entries = {(i,): form for i in range(n) if (form := given[n + i,]) != Number.ZERO}
         matrices = told.matrix("flow:", pushed(told), n, n), told.matrix("input:", moved, n)
     names = together([Symbol(name) for name in (*lesson.scene.coordinates, *told.momenta)])
     yield told.step("structure", whole, *matrices, names=names)
