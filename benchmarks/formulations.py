@@ -53,6 +53,22 @@ equal to Lagrange's equations.
 """
 
 
+BOOKS = """
+## Held against books
+
+| what is published | test |
+| --- | --- |
+| spherical pendulum: H, R with its amended potential, transformation to cyclic coordinates (Goldstein, 3.3, 8.1, 10.3) | `test_canonical.py`, `test_formulations.py` |
+| heavy symmetric top: H, R, two constant momenta (Goldstein, 5.7) | `test_canonical.py`, `test_formulations.py` |
+| Kepler's problem as a linkage: the canonical equations (Goldstein, 8.2) | `test_canonical.py` |
+| Kane and Levinson, Dynamics (1985): exercises 10.1, 10.2, 11.8, 11.10 | `test_kane.py`, `test_formulations.py` |
+| Udwadia and Kalaba: a particle on a rod (1992), with ẏ = z² ẋ (1996); least forces of a four-bar | `test_formulations.py` |
+| Spong's acrobot (1995): partial feedback linearisation, collocated and not, with zero dynamics | `test_linearizing.py` |
+| Furuta's pendulum (Cazzolato and Prime, 2011): zero dynamics of both kinds | `test_linearizing.py` |
+| inertia wheel pendulum (Ortega and others, 2002), Takegaki and Arimoto (1981), Åström and Furuta (2000): shaping, damping, V' | `test_shaping.py` |
+"""  # noqa: E501
+
+
 @dataclass(frozen=True)
 class Page:
     """What a page costs: operations, characters, milliseconds; or why there is none."""
@@ -109,7 +125,14 @@ def page(found: dict[str, dict[str, Page]]) -> str:
     rows = [[name, *(shown(one[formulation]) for formulation in FORMULATIONS)] for name, one in found.items()]
     table = Table(("example", *FORMULATIONS), rows)
     why = [f"- ({letter}) {text}" for letter, text in zip(ascii_lowercase, reasons, strict=False)]
-    parts = (HEAD, "## Operations / characters / milliseconds\n", table.markdown(), "\n## Where there is none\n", *why)
+    parts = (
+        HEAD,
+        "## Operations / characters / milliseconds\n",
+        table.markdown(),
+        "\n## Where there is none\n",
+        *why,
+        BOOKS,
+    )
     return "\n".join(parts).rstrip() + "\n"
 
 
