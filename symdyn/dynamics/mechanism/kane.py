@@ -89,7 +89,7 @@ class KaneBody:
 
     def along(self, wrench: Wrench) -> list[Expr]:
         """Return v_r·force + ω_r·moment for every generalized speed."""
-        return _along(self.partial, wrench)
+        return [wrench.power(twist) for twist in self.partial]
 
 
 @dataclass(frozen=True)
@@ -165,7 +165,7 @@ class Kane:
 
     def _summed(self, total: list[Expr], acts: Sequence[tuple[Partial, Wrench]]) -> list[Expr]:
         for partial, wrench in acts:
-            total = [force + share for force, share in zip(total, _along(partial, wrench), strict=True)]
+            total = [force + share for force, share in zip(total, map(wrench.power, partial), strict=True)]
         return total
 
     def _resisted(self) -> list[Expr]:
@@ -246,7 +246,3 @@ def _motion(T: Transform, state: State) -> tuple[Wrench, Partial]:
     for u, column in zip(state.qd, partial, strict=True):
         total = total + column.scaled(u)
     return total, partial
-
-
-def _along(partial: Partial, wrench: Wrench) -> list[Expr]:
-    return [wrench.power(twist) for twist in partial]

@@ -167,16 +167,12 @@ class Explained:
         def slope(of: str, by: str) -> Symbol:
             return self.lesson.slope(f"any:{of}", f"any:{by}", None)
 
+        change = [Symbol("any:XH").negative, Symbol("any:turned")] if self.turning else [slope("H", "q0").negative]
         rate, QA = self.lesson.rate(slope("R", "q1").name, None), Symbol("any:QA")
         known: Mapping[str, list[tuple[Form, Form]]] = {
             "hamilton": [
                 (Symbol("any:q1"), slope("H", "p0")),
-                (
-                    Symbol("any:p1"),
-                    Form.sum((Symbol("any:XH").negative, Symbol("any:turned"), QA))
-                    if self.turning
-                    else Form.sum((slope("H", "q0").negative, QA)),
-                ),
+                (Symbol("any:p1"), Form.sum((*change, QA))),
             ],
             "routh": [(Form.sum((rate, slope("R", "q0").negative)), QA)],
             "kane": [(Form.sum((Symbol("any:F"), Symbol("any:F*"))), Number.ZERO)],

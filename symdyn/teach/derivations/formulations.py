@@ -24,14 +24,7 @@ from symdyn.graph import Expr, gradient, reachable, substitute, tangents
 from symdyn.scene import Scene, SceneUnits, without_hidden_zeros
 from symdyn.scene.values import force_unit
 from symdyn.teach.derivations.constrained import Constrained
-from symdyn.teach.derivations.formulation_steps import (
-    Entries,
-    Explained,
-    joined,
-    pushed,
-    structured_steps,
-    tied_steps,
-)
+from symdyn.teach.derivations.formulation_steps import Explained, joined, pushed, structured_steps, tied_steps
 from symdyn.teach.derivations.lagrange import energy_sections, scene_picture, scene_section, state_step, with_figures
 from symdyn.teach.derivations.multipliers import choose_tied_motion
 from symdyn.teach.derivations.precession import NO_FORM, precession_steps
@@ -213,7 +206,8 @@ def proof_step(told: Explained, claims: Mapping[str, Claim]) -> Step:
     kept = [key for key, verdict in verdicts.items() if verdict in Verdict.HOLD]
     blocks: list[Block] = [told.say(f"by.proof.{key}") for key in kept if key != "lagrange"]
     if "lagrange" in kept:
-        blocks.append(told.say(f"by.proof.lagrange.{told.page.formulation}"))
+        alike = {"port-hamiltonian": "hamilton", "gibbs-appell": "kane"}
+        blocks.append(told.say(f"by.proof.lagrange.{alike.get(name := told.page.formulation, name)}"))
         blocks += [folded(lesson, Formula("", page.left(i), right=page.right[i])) for i in range(lesson.state.n)]
     how = lesson.say("by.agrees")
     if all(one.verdict == Verdict.PROVED for one in findings):
@@ -321,7 +315,7 @@ def _in_numbers(
 
 def _least(told: Explained, chosen: Chosen) -> Iterator[Step]:
     n = told.lesson.state.n
-    M: Entries = {(i, j): told.lesson.forms.form("k_z", i, j) for i in range(n) for j in range(n)}
+    M: dict[tuple[int, ...], Form] = {(i, j): told.lesson.forms.form("k_z", i, j) for i in range(n) for j in range(n)}
     yield told.step("least", told.matrix("any:M", M, n, n))
 
 
