@@ -40,10 +40,10 @@ from symdyn.emit.print.formulation_groups import (
     refuse_led,
     written_forms,
 )
-from symdyn.emit.print.printable import Printable
+from symdyn.emit.print.printable import Printable, other_rates
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.emit.print.sympy_page import sympy_rows
-from symdyn.emit.print.written_page import equation_lines, other_rates, rate_lines, rate_sections, symbol_table
+from symdyn.emit.print.written_page import equation_lines, rate_lines, rate_sections, symbol_table
 from symdyn.emit.render import in_latex
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Graph, evaluate, gradient
