@@ -133,6 +133,8 @@ def _choices(said: Any) -> list[Any]:
     """Return choices: those that are written, or those of a table or function of the product."""
     if not isinstance(said, str):
         return list(said)
+    if "+" in said:
+        return [one for part in said.split("+") for one in _choices(part)]
     if said == "formulations":
         return _formulations()
     module, _, names = said.partition(":")

@@ -17,12 +17,15 @@ from symdyn.cli import main
 from symdyn.emit.print import FormulationPage
 from symdyn.emit.print.formulations_page import PAGES as EVERY
 from symdyn.errors import DerivationError, SymdynError
+from symdyn.graph import gradient
 from symdyn.scene import Scene, read_text
 from symdyn.table import Table
 from symdyn.teach import rendered, walkthrough
 from symdyn.teach.derivations.formulations import UNTIL, WAYS
-from symdyn.teach.document import Document, Formula, Questions, Step, Words
+from symdyn.teach.document import Document, Formula, Matrix, Questions, Step, Words
 from symdyn.teach.practice.exercises import judge, with_exercises
+from symdyn.verdict import Verdict
+from symdyn.verify import Claim, on_unit_sphere, prove
 
 PAGES = {name: page for name, page in EVERY.items() if name != "contact"}  # a lesson has a section of contacts
 
@@ -115,11 +118,78 @@ def test_a_scene_without_a_formulation_is_refused_with_the_reason_of_the_page(na
         assert str(refused.value) == said
 
 
-def test_a_ball_by_its_quaternion_has_another_lesson() -> None:
-    """Kane's page of it exists; the lesson says where quaternions have theirs."""
-    free = read_text(BALL)
+SLIDER = (
+    BALL.replace('parent = "ground"', 'parent = "cart"').replace("com = [0, 0, 0]", "com = [0, 0, 0.4]")
+    + """
+[bodies.cart]
+mass = 3
+[joints.rail]
+type = "prismatic"
+parent = "ground"
+child = "cart"
+axis = [1, 0, 0]
+damping = 0.1
+"""
+)
+
+
+TURNED = [
+    ("heavy_top", "port-hamiltonian"),
+    ("heavy_top", "kane"),
+    ("free_body", "gibbs-appell"),
+    ("SLIDER", "hamilton"),
+]
+
+
+@pytest.mark.parametrize(
+    ("name", "formulation"),
+    [
+        pytest.param(name, formulation, marks=[] if (name, formulation) in TURNED else pytest.mark.slow)
+        for name in ("heavy_top", "free_body", "SLIDER")
+        for formulation in ("hamilton", "kane", "gibbs-appell", "port-hamiltonian")
+    ],
+)
+def test_bodies_that_turn_by_quaternions_have_lessons_with_proofs(name: str, formulation: str) -> None:
+    """In velocities along their axes, with Lie and Poisson's terms; of the last M is too long to be inverted."""
+    one = read_text(SLIDER, "slider") if name == "SLIDER" else symdyn.example(name)
+    document = lesson_of(one, "sk", formulation)
+    proof = step(document, "derived:proof")
+
+    assert "rotations.quaternion" in [part.key for part in document.sections]
+    assert "konečnými poľami" in "".join(map(str, proof.reason.parts))
+    pairs = [
+        (document.names[x.left].node, document.value(form))
+        for _, x in document.blocks()
+        if isinstance(x, Formula) and x.left in document.names
+        for form in (x.form, x.right)
+        if form is not None and all(name not in document.names or document.names[name].node for name in form.symbols)
+    ]
+    left, right = zip(*((node, shown) for node, shown in pairs if node is not None), strict=True)
+    (finding,) = prove(on_unit_sphere(one, [Claim("formulas", "names", "shown", left, right)]))[1]
+    assert finding.verdict == Verdict.PROVED, finding.where
+
+
+def test_momenta_of_a_top_that_stay_are_told_though_no_coordinate_is_cyclic() -> None:
+    kept = step(lesson_of(symdyn.example("heavy_top"), formulation="hamilton"), "derived:brackets")
+    (row,) = kept.blocks
+
+    assert isinstance(row, Formula)
+    assert row.left == "p2_dot"
+
+
+def test_a_ball_among_constraints_has_the_lesson_of_quaternions() -> None:
+    tied = (
+        SLIDER
+        + """
+[constraints.held]
+formula = "m2*j_wx + q1_dot"
+acts_in = "joints"
+[parameters]
+m2 = { value = 1, unit = "m" }
+"""
+    )
     with pytest.raises(DerivationError, match=r"joint j turns by a quaternion; formulation=\"quaternions\""):
-        walkthrough(free, formulation="kane")
+        walkthrough(read_text(tied, "tied"), formulation="udwadia-kalaba")
 
 
 @pytest.mark.parametrize(("name", "formulation"), [("pendulum", "hamilton"), ("four_bar", "udwadia-kalaba")])
@@ -189,6 +259,28 @@ def test_a_top_where_coordinates_are_singular_has_exercises() -> None:
     lesson = with_exercises(walkthrough(symdyn.example("gyroscope"), formulation="routh"))
 
     assert "derived:constant:p1" in {block.key for _, block in lesson.blocks() if isinstance(block, Questions)}
+
+
+@pytest.mark.parametrize("name", ["pendulum", "double_pendulum"])
+def test_slopes_of_the_energy_of_accelerations_are_the_mass_matrix_that_is_shown(name: str) -> None:
+    """Of one coordinate, too; and what bodies add is all of it."""
+    document = lesson_of(scene(name), formulation="gibbs-appell")
+    (shown,) = (block for block in step(document, "derived:least").blocks if isinstance(block, Matrix))
+    S = document.names["gibbs:"].node
+    rates = [document.graph.symbol(f"{q}_ddot") for q in document.scene.coordinates]
+    slopes = [x for one in gradient(S, rates) for x in gradient(one, rates)]
+    shares = [one.node for key, one in document.names.items() if key.startswith("S:")]
+
+    assert floats([document.value(x) for x in shown.entries]) == pytest.approx(floats(slopes), rel=1e-12, abs=1e-12)
+    if shares:
+        assert floats([document.graph.total(shares)]) == pytest.approx(floats([S]), rel=1e-12)
+
+
+def test_rows_in_rates_are_shown_before_they_are_differentiated() -> None:
+    (row,) = step(lesson_of(scene("ROD"), formulation="udwadia-kalaba"), "derived:tied").blocks
+
+    assert isinstance(row, Formula)
+    assert str(row.form.to_sympy()) == "x*x_dot + y*y_dot"
 
 
 def test_forces_of_constraints_do_no_work() -> None:

@@ -270,7 +270,7 @@ def certify(
         seed: of primes, points and states; the same seed, the same proofs.
         progress: called with what is being done.
         real: number type of the modules that are measured, "double" or "float".
-        formulation: the derivation that becomes code, as for `formulate`; "hamilton", "routh", "gibbs-appell",
+        formulation: the derivation that becomes code wherever a function has it; "hamilton", "routh", "gibbs-appell",
             "udwadia-kalaba" or "port-hamiltonian" for the functions of these, with their laws.
         prepare: whether the code is that of `prepare`: each function of it, after `prepare`, is proved to be the
             function without, and is measured together with it.

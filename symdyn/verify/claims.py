@@ -325,9 +325,10 @@ def taken(
         outputs, formulation = (*BY_FORMULATION[formulation], *driving, *(outputs or ())), None
     if outputs is not None:
         outputs = tuple(dict.fromkeys(request_of(name, workspace.scene) for name in outputs))
+        known_formulation(workspace.scene, outputs, formulation, BY_FORMULATION)
         return outputs, choose(workspace, outputs, formulation), [], []
     wanted = Requested.of(workspace, "verify")
-    known_formulation(workspace.scene, wanted.outputs, formulation)
+    known_formulation(workspace.scene, wanted.outputs, formulation, BY_FORMULATION)
     functions: list[Function] = []
     why: dict[str, str] = {}
 

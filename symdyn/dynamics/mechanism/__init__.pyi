@@ -2,6 +2,7 @@
 
 from .angles import angles_of as angles_of
 from .cost import cost as cost
+from .kane import Kane as Kane
 from .linear_solve import RowSolve as RowSolve, solve as solve
 from .ropes import Taut as Taut
 from .state import (

@@ -10,28 +10,37 @@ Reference: Kane and Levinson, Dynamics: Theory and Applications (1985), sections
     F_r  = Σ v_r·m g + ω_r·(h × g) + what struts, dampers, loads and drives do
     F_r* = -Σ v_r·(m a + α × h + ω × (ω × h)) + ω_r·(h × a + I α + ω × I ω)
 
-Partial velocities come from velocities of points, and accelerations from these: no energy, no recursion, and so a third
-derivation, which shares with the two others the scene, the joints' own placements, and the laws of force.
+Partial velocities come from velocities of points, and accelerations from these: no energy, no recursion. Struts and
+loads are forces at points, too, no slopes of a length or an energy. So this is a third derivation, which shares with
+the two others the scene, the joints' own placements and rates, and the laws of force.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from symdyn.dynamics.mechanism.kinematics import directions
+from symdyn.dynamics.mechanism.ropes import Taut
 from symdyn.dynamics.mechanism.state import (
     State,
     body_placements,
-    elastic_slopes,
-    generalized_forces,
-    placement_rates,
+    carried,
+    declared_forces,
+    joint_of,
+    joint_resistance,
+    load_vectors,
+    pull,
     vector,
 )
 from symdyn.graph import Expr, Graph, gradient, substitute, tangents
 from symdyn.scene import Scene
+from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS, joint_motion
-from symdyn.spatial import Inertia, Mat, Transform, Vec, Wrench, add, cross, dot, scale, zero_vector
+from symdyn.scene.values import Place
+from symdyn.spatial import Inertia, Mat, Transform, Vec, Wrench, add, cross, dot, scale, sub, zero_vector
+
+Partial = tuple[Wrench, ...]
+"""Partial velocities (v_r, ω_r) of a place on a body for every generalized speed, ground frame."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +60,7 @@ class KaneBody:
     m: Expr
     h: Vec
     I: Mat  # noqa: E741  the standard symbol
-    partial: tuple[Wrench, ...]
+    partial: Partial
     v: Vec
     w: Vec
     a: Vec
@@ -100,27 +109,28 @@ class Kane:
             T, still, none = placed[body.name], zero_vector(graph), Inertia.none(graph).I
             for particle in body.particles:
                 at = Transform(T.R, T.point(vector(particle.at, graph)))
-                found.append(_part(body.name, Inertia(particle.mass.express(graph), still, none), at, scene, state))
+                found.append(_part(body.name, Inertia(particle.mass.express(graph), still, none), at, state))
             at = T if body.about != "com" or body.com is None else Transform(T.R, T.point(vector(body.com, graph)))
             h = still if at is not T else body.mass_moment(graph)
             inertia = Inertia(body.mass.express(graph), h, Mat.symmetric(*(x.express(graph) for x in body.inertia)))
             if inertia != Inertia.none(graph):
-                found.append(_part(body.name, inertia, at, scene, state))
+                found.append(_part(body.name, inertia, at, state))
         for joint in scene.joints:
             a = joint.armature.express(graph)
             if not a.is_zero and JOINTS[joint.type].ball(joint):
                 inertia = Inertia(graph.zero, zero_vector(graph), Mat.symmetric(a, a, a, *(graph.zero,) * 3))
                 turned = Transform(joint_motion(joint, graph).placement.R, zero_vector(graph))
-                found.append(_part(joint.name, inertia, turned, scene, state))
+                found.append(_part(joint.name, inertia, turned, state))
         return cls(scene, graph, state, tuple(found))
 
     def active_forces(self) -> list[Expr]:
         """Return F_r without drives: weights, springs, dampers, friction, loads, declared forces; shape (nv,)."""
         gravity = vector(self.scene.gravity, self.graph)
-        springs = elastic_slopes(self.scene, self.graph, directions(self.scene, self.graph).slopes)
-        total = generalized_forces(self.scene, self.graph)
-        total = [force - spring for force, spring in zip(total, springs, strict=True)]
-        return self._summed(total, [(part, part.weight(gravity)) for part in self.bodies])
+        acts = [(part.partial, part.weight(gravity)) for part in self.bodies]
+        total = self._summed(self._resisted(), [*acts, *self._pushed()])
+        for forces in self._pulled():
+            total = [one + force for one, force in zip(total, forces, strict=True)]
+        return total
 
     def rotor_forces(self) -> list[Expr]:
         """Return the part in F_r* of rotors of turning and sliding joints: -armature · d(rate)/dt ∂rate/∂u_r."""
@@ -132,7 +142,7 @@ class Kane:
 
     def inertia_forces(self) -> list[Expr]:
         """Return F_r* of all parts and rotors."""
-        return self._summed(self.rotor_forces(), [(part, part.inertia_force) for part in self.bodies])
+        return self._summed(self.rotor_forces(), [(part.partial, part.inertia_force) for part in self.bodies])
 
     def gibbs_function(self) -> Expr:
         """Return S of Gibbs and Appell, without what stays at u̇ = 0, J/s^2; ∂S/∂u̇_r = -F_r*."""
@@ -153,24 +163,86 @@ class Kane:
                 (faster,) = tangents([rate], self.state.acceleration)
                 yield a, rate, faster
 
-    def _summed(self, total: list[Expr], acts: list[tuple[KaneBody, Wrench]]) -> list[Expr]:
-        for part, wrench in acts:
-            total = [force + share for force, share in zip(total, part.along(wrench), strict=True)]
+    def _summed(self, total: list[Expr], acts: Sequence[tuple[Partial, Wrench]]) -> list[Expr]:
+        for partial, wrench in acts:
+            total = [force + share for force, share in zip(total, map(wrench.power, partial), strict=True)]
         return total
 
+    def _resisted(self) -> list[Expr]:
+        """Return what joints declare, less damping, friction and struts at them along the slopes of their rates."""
+        total, graph = declared_forces(self.scene, self.graph), self.graph
+        against = [(rate, joint_resistance(one, rate)) for one in self.scene.joints for rate in one.speeds(graph)]
+        for strut in self.scene.struts:
+            if strut.joint:
+                joint = joint_of(self.scene, strut)
+                (rate,) = joint.speeds(graph)
+                against.append((rate, FORCES[strut.kind].pull.force(strut, joint.position(graph), rate)))
+        for rate, force in against:
+            slopes = gradient(rate, self.state.qd)
+            total = [one - force * slope for one, slope in zip(total, slopes, strict=True)]
+        return total
 
-def _part(name: str, inertia: Inertia, T: Transform, scene: Scene, state: State) -> KaneBody:
-    partial = tuple(placement_rates(T, scene, inertia.m.graph))
-    v, w = (_total(inertia.m.graph, [scale(u, twist[k]) for u, twist in zip(state.qd, partial, strict=True)])
-            for k in (0, 1))  # fmt: skip
+    def _pulled(self) -> Iterator[list[Expr]]:
+        """Yield the forces of struts between points and of ropes along every velocity.
+
+        What a unit pulls with at the places takes the power that the length grows by, s ṡ where that is of size s.
+        """
+        graph, placed, taut = self.graph, body_placements(self.scene, self.graph), Taut(self.scene, self.graph)
+        for strut in (one for one in self.scene.struts if one.ends):
+            law = FORCES[strut.kind].pull
+            if strut.is_rope:
+                acts = taut.pulls(strut.ends, placed)
+            else:
+                a, b = (placed[end.body].point(vector(end.at, graph)) for end in strut.ends)
+                apart = Wrench(sub(b, a), zero_vector(graph))
+                acts = list(zip(strut.ends, (apart, -apart), strict=True))
+            moved = [self._moved(place, placed[place.body]) for place, _ in acts]
+            wrenches = [wrench for _, wrench in acts]
+            slopes = [
+                graph.total(map(Wrench.power, wrenches, columns))
+                for columns in zip(*(partial for _, partial in moved), strict=True)
+            ]
+            rate = -graph.total(map(Wrench.power, wrenches, (twist for twist, _ in moved)))
+            if strut.is_rope:
+                size = law.force(strut, taut.placed(strut.ends, placed), rate)
+            else:
+                square = dot(apart.force, apart.force)
+                resists = law.energy is None and not square.is_zero
+                size = pull(strut, square, rate / graph.sqrt(square) if resists else graph.zero)
+            yield [size * slope for slope in slopes]
+
+    def _pushed(self) -> Iterator[tuple[Partial, Wrench]]:
+        """Yield what loads exert, and the partial velocities of their places."""
+        placed = body_placements(self.scene, self.graph) if self.scene.loads else {}
+        for load in self.scene.loads:
+            T = placed[load.place.body]
+            wrench = load_vectors(load, self.scene, self.graph)
+            wrench = wrench.rotated(T.R) if load.frame == "body" else wrench
+            yield self._moved(self.scene.seated(load).place, T)[1], wrench + carried(load, self.scene, T)
+
+    def _moved(self, place: Place, T: Transform) -> tuple[Wrench, Partial]:
+        """Return velocity and angular velocity of a place on a body, and its partial velocities."""
+        return _motion(Transform(T.R, T.point(vector(place.at, self.graph))), self.state)
+
+
+def _part(name: str, inertia: Inertia, T: Transform, state: State) -> KaneBody:
+    (v, w), partial = _motion(T, state)
     x = tangents((*v, *w), state.acceleration)
     turned = T.R @ inertia.I @ T.R.T
     a, dw = (x[0], x[1], x[2]), (x[3], x[4], x[5])
     return KaneBody(name, inertia.m, T.R @ inertia.h, turned, partial, v, w, a, dw, T.R)
 
 
-def _total(graph: Graph, vectors: list[Vec]) -> Vec:
-    total = zero_vector(graph)
-    for one in vectors:
-        total = add(total, one)
-    return total
+def _motion(T: Transform, state: State) -> tuple[Wrench, Partial]:
+    """Return (v, ω) of a placement, ω̃ = Ṙ Rᵀ, ground frame, and its slope by every generalized speed."""
+    moved, one = (*T.p, *T.R[0], *T.R[1], *T.R[2]), T.p[0].graph.one
+
+    def twist(x: Sequence[Expr]) -> Wrench:
+        return Wrench((x[0], x[1], x[2]), T.R.spin((x[3:6], x[6:9], x[9:12])))
+
+    rates = tangents(moved, state.velocity)
+    partial = tuple(twist(tangents(rates, {u: one})) for u in state.qd)
+    total = twist(tangents(moved, state.clock)) if state.clock else Wrench.none(one.graph)
+    for u, column in zip(state.qd, partial, strict=True):
+        total = total + column.scaled(u)
+    return total, partial

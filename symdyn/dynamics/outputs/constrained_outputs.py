@@ -257,6 +257,7 @@ OF_LOOPS: dict[str, Output] = {
         formulations={
             "rnea": Formulation(lambda w: w.forces(list(w.state.qdd))),
             "lagrange": by_lagrange(lambda w: w.loops.lagrange_forces),
+            "kane": by_lagrange(lambda w: w.kane.driving_forces()),
         },
     ),
     "velocities": _of_loops(

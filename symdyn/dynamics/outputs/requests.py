@@ -25,7 +25,7 @@ Closed scenes have rows of their own in place of some, along the manifold of the
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -328,8 +328,10 @@ def formulations_lacking(request: str, scene: Scene) -> dict[str, str]:
     }
 
 
-def known_formulation(scene: Scene, outputs: Sequence[str], formulation: str | None) -> None:
-    """Raise DerivationError where a formulation is asked for that no output has."""
+def known_formulation(
+    scene: Scene, outputs: Sequence[str], formulation: str | None, others: Iterable[str] = ()
+) -> None:
+    """Raise DerivationError where a formulation is asked for that no output has; it names these, and others."""
     known = (
         dict.fromkeys(one for request in outputs for one in formulations_of(request, scene))
         if formulation is not None
@@ -344,7 +346,7 @@ def known_formulation(scene: Scene, outputs: Sequence[str], formulation: str | N
         why = lacking(scene) if loop else ""
         raise DerivationError(
             f"no output that was asked for has the formulation {formulation!r}{why and f' ({why})'}; "
-            f"{choice(formulation, known)}"
+            f"{choice(formulation, [*known, *others])}"
         )
 
 

@@ -257,8 +257,8 @@ def refuse_too_long(name: str, what: str, forms: Iterable[Form], ask: str) -> No
     Raises:
         EmitError: they do not.
     """
-    known: dict[int, tuple[Form, int]] = {}
-    size = BYTES * sum(_parts(form, known) for form in forms) / 1e6
+    known: Sizes = {}
+    size = BYTES * sum(parts(form, known) for form in forms) / 1e6
     if size > MOST:
         raise EmitError(
             f"{name}: {what} would be some {float(f'{size:.1g}'):g} MB of formulas, and {MOST:g} MB are the most that "
@@ -266,8 +266,12 @@ def refuse_too_long(name: str, what: str, forms: Iterable[Form], ask: str) -> No
         )
 
 
-def _parts(form: Form, known: dict[int, tuple[Form, int]]) -> int:
-    """Return of how many parts a form is written; `known` holds it by identity, as long forms share theirs."""
+Sizes = dict[int, tuple[Form, int]]
+"""Forms with their sizes, held by identity, as long forms share their parts."""
+
+
+def parts(form: Form, known: Sizes) -> int:
+    """Return of how many parts a form is written."""
     if id(form) not in known:
-        known[id(form)] = form, 1 + sum(_parts(part, known) for part in form.parts)
+        known[id(form)] = form, 1 + sum(parts(part, known) for part in form.parts)
     return known[id(form)][1]

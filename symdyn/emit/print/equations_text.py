@@ -275,7 +275,7 @@ class EquationsOfMotion(Shown, BySympy):
 
         check_arguments(EquationsOfMotion.sympy, locals(), EmitError)
         if self.formulation != "lagrange":
-            raise EmitError(f"the equations of {self.formulation} are printed, by .latex() or .text(); leave it out")
+            raise EmitError(f"the equations of {self.formulation} are printed, by .latex(), .text() or printed_text")
         return sympy_equations(self.page, dynamic)
 
     def _sympy_(self) -> Any:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Container, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import lru_cache
@@ -26,11 +27,11 @@ from symdyn.algebra import (
     Symbol,
 )
 from symdyn.dynamics.mechanism import State
-from symdyn.emit.print.breaking import BREAK, LINE, latex_width
+from symdyn.emit.print.breaking import BREAK, LINE, Sizes, latex_width, parts
 from symdyn.emit.print.printed_names import PrintName
 from symdyn.emit.render import in_latex
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Op
+from symdyn.graph import Expr, Op, reachable, substitute
 from symdyn.rounding import digits_or
 from symdyn.scene import Quantity
 from symdyn.scene.values import LatexSymbol, spell
@@ -401,8 +402,35 @@ Forms = Callable[[Expr], Form]
 
 
 def in_sines(nodes: Sequence[Expr], state: State, parallel: Sequence[AngleGroup]) -> Forms:
-    """Return what writes nodes: as short as a ring of sines can, as they stand where there is no such ring."""
+    """Return what writes nodes: as short as a ring of sines can, as they stand where there is no such ring.
+
+    Lengths and other functions of the state that no ring has are letters of it, written out last, where that is less.
+    """
+    letters = (*state.q, *state.qd, *state.qdd)
+    with suppress(DerivationError):
+        return Compactor.of(nodes, letters, parallel, state.spheres)
+    moving = set[Expr]()
+    for node in reachable(nodes):
+        if node in letters or not moving.isdisjoint(node.args):
+            moving.add(node)
+    named = {
+        node: node.graph.symbol(f"function[{k}]")
+        for k, node in enumerate(reachable(nodes))
+        if node in moving and node.op.is_function and node.op not in (Op.SIN, Op.COS)
+    }
+    if not named:  # the ring's forms are too long
+        return Form.of
+    needed = list(dict.fromkeys([*nodes, *(arg for node in named for arg in node.args)]))
+    short = dict(zip(needed, substitute(needed, named), strict=True))
+    known, sizes = dict[str, Form](), Sizes()
+
+    def shorter(node: Expr) -> Form:
+        return min(Form.of(node), write(short[node]).substitute(known), key=lambda form: parts(form, sizes))
+
     try:
-        return Compactor.of(nodes, (*state.q, *state.qd, *state.qdd), parallel, state.spheres)
+        write = Compactor.of(list(short.values()), letters, parallel, state.spheres)
+        for node, symbol in named.items():  # what stands in others comes before these
+            known[str(symbol.value)] = Form.of(node).with_parts(map(shorter, node.args))
     except DerivationError:
         return Form.of
+    return shorter

@@ -19,7 +19,6 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from symdyn.algebra import Form, Number, Ratios
-from symdyn.arguments import argument
 from symdyn.dynamics import Function, Workspace
 from symdyn.dynamics.mechanism import solve
 from symdyn.dynamics.outputs import Counts
@@ -41,8 +40,9 @@ from symdyn.emit.print.formulation_groups import (
     refuse_led,
     written_forms,
 )
-from symdyn.emit.print.printable import Printable
+from symdyn.emit.print.printable import Printable, other_rates
 from symdyn.emit.print.printed_names import latex_symbols
+from symdyn.emit.print.sympy_page import sympy_rows
 from symdyn.emit.print.written_page import equation_lines, rate_lines, rate_sections, symbol_table
 from symdyn.emit.render import in_latex
 from symdyn.errors import DerivationError, EmitError
@@ -260,18 +260,20 @@ class FormulationPage:
 
 
 def formulation_text(scene: Scene, formulation: str, format: str = "latex", document: bool = False) -> str:
-    """Return a formulation in LaTeX, a whole document of it where that is asked for, or as plain text.
+    """Return a formulation in LaTeX, a whole document of it where that is asked for, as plain text, or as Python.
 
     Raises:
         EmitError: another format, a document of text, or more than anybody reads.
         DerivationError: the scene has no such formulation, and why.
     """
-    if format not in ("latex", "text") or (format == "text" and document):
-        told = f"without {argument('document')}"
-        raise EmitError(f"{formulation}: it is written in LaTeX and, {told}, as text, not as {format}")
+    if document and format != "latex":
+        raise EmitError(f"{formulation}: a document is written in LaTeX, not as {format}")
     page = FormulationPage(scene, formulation)
     page.refuse_too_long()
     groups, forms = page.groups, page.forms
+    if format == "sympy":
+        rows = [(group.key.replace(":", "_"), row.name, row.form) for group in groups for row in group.rows]
+        return sympy_rows(scene, [*rows, *(("rate", name, form) for name, form in other_rates(scene))])
     if format == "text":
         return "\n".join(["\n\n".join(map(_text, groups)), *rate_lines(scene)])
     symbols = latex_symbols(scene, (), [name for group in groups for name in group.letters])

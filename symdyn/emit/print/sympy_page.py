@@ -9,6 +9,7 @@ holds them is none that is wrong; `.subs(sub).doit()` writes them out.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
@@ -101,6 +102,20 @@ def sympy_definitions(scene: Scene, named: Sequence[tuple[str, Form]]) -> str:
     variables = _Variables(scene, (name for _, form in named for name in form.symbols))
     lines = [f"{variables.fresh(name)} = {variables.show(form)}" for name, form in named]
     return "\n".join([*variables.declarations(), *lines])
+
+
+def sympy_rows(scene: Scene, rows: Sequence[tuple[str, str, Form]]) -> str:
+    """Return equations as Python, each by a key, its left side (a name, its square "p**2", or 0) and the right one."""
+    left = [(name.removesuffix("**2"), "**2" * name.endswith("**2")) for _, name, _ in rows]
+    left = [(name.replace("*", "_star"), square) for name, square in left]
+    used = [*(x for *_, form in rows for x in form.symbols), *(name for name, _ in left if name != "0")]
+    variables, count = _Variables(scene, used), Counter[str]()
+    lines = [*variables.declarations()]
+    for (key, _, form), (name, square) in zip(rows, left, strict=True):
+        count[key] += 1
+        side = f"{variables.symbols.get(name, name)}{square}"
+        lines.append(f"{variables.fresh(f'{key}{count[key]}')} = Eq({side}, {variables.show(form)})")
+    return "\n".join(lines)
 
 
 def _equations(page: Printable, variables: _Variables) -> Iterator[str]:

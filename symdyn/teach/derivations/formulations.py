@@ -24,10 +24,12 @@ from symdyn.graph import Expr, gradient, reachable, substitute, tangents
 from symdyn.scene import Scene, SceneUnits, without_hidden_zeros
 from symdyn.scene.values import force_unit
 from symdyn.teach.derivations.constrained import Constrained
-from symdyn.teach.derivations.formulation_steps import Entries, Explained, joined
+from symdyn.teach.derivations.formulation_steps import Explained, joined, pushed, structured_steps, tied_steps
 from symdyn.teach.derivations.lagrange import energy_sections, scene_picture, scene_section, state_step, with_figures
 from symdyn.teach.derivations.multipliers import choose_tied_motion
 from symdyn.teach.derivations.precession import NO_FORM, precession_steps
+from symdyn.teach.derivations.quaternion_steps import Turning
+from symdyn.teach.derivations.quaternions import choose_turned, rotation_sections, turning_scene
 from symdyn.teach.derivations.reduced import reduced
 from symdyn.teach.derivations.steady import steady_step
 from symdyn.teach.derivations.velocities import folded
@@ -36,7 +38,7 @@ from symdyn.teach.lesson import Lesson, Prose, called, named, refuse_quaternions
 from symdyn.teach.notation import scene_step
 from symdyn.teach.shown_state import Chosen, choose_state, picture_letters
 from symdyn.verdict import Verdict
-from symdyn.verify import Claim, prove
+from symdyn.verify import Claim, on_unit_sphere, prove
 
 UNTIL = ("equations", "check", "gains")
 """The parts that it may end with."""
@@ -53,9 +55,10 @@ def with_cost(document: Document, declared: Scene) -> Document:
     ours, theirs, n = page.operations, FormulationPage(declared, "lagrange").operations, len(declared.velocities)
     kept = sum(len(one.letters) for one in page.groups if one.key == "constant")
     tied = len({row.place[0] for one in page.groups for row in one.rows if row.letter == "A"})
-    first = document.formulation in FIRST_ORDER
-    orders = ("multipliers" if tied else "second", "first" if first else "second")
-    counts = (n, 2 * n if first else n - kept)
+    every = len(declared.coordinates) + n
+    first, turning = document.formulation in FIRST_ORDER, every > 2 * n
+    orders = ("multipliers" if tied else "first" if turning else "second", "first" if first or turning else "second")
+    counts = (every, every) if turning else (n, 2 * n if first else n - kept)
     rows = [
         (lesson.text(f"by.name.{name}"), str(taken), lesson.text(f"by.order.{order}", count=str(count), tied=str(tied)))
         for name, taken, order, count in zip(
@@ -90,55 +93,9 @@ def _by_bodies(told: Explained) -> Iterator[Step]:
 
 
 def _by_acceleration(told: Explained) -> Iterator[Step]:
+    yield from told.acceleration_steps()
     yield told.function("gibbs", told.value(told.row("gibbs").form))
     yield told.step("appell", *told.equations("appell"))
-
-
-def _tied(told: Explained) -> Iterator[Step]:
-    lesson, n, rows = told.lesson, told.lesson.state.n, told.lesson.page.constraints.rows
-    M, Q, A, b = (told.entries(letter) for letter in "MQAb")
-    yield told.step("free", told.matrix("any:M", joined([1], M), n, n), told.matrix("any:Q", Q, n))
-    held = [folded(lesson, Formula("", row.residual, right=Number.ZERO)) for row in rows if row.residual is not None]
-    yield from [told.step("held", *held)] if held else []
-    yield told.step("constraints", told.matrix("any:A", A, len(rows), n), told.matrix("any:b", b, len(rows)))
-    looks = {letter: lesson.names[f"any:{letter}"].look for letter in "MQAb"}
-    of = {key: look.letter for key, look in looks.items() if isinstance(look, Letter)}
-    pulled = f"{of['A']} {of['M']}^{{-1}}"
-    answer = f"{pulled} {of['A']}^T"
-    lesson.names |= {
-        "pulled:": Name(Letter(rf"{of['M']} \ddot q")),
-        "added:": Name(Letter("Q", ("c",))),
-        "answer:": Name(Letter(answer)),
-        "spelled:": Name(Letter(f"{of['A']}^T ({answer})^+ ({of['b']} - {pulled} {of['Q']})")),
-    }
-    short = [told.matrix("added:", told.entries("Q_c"), n)] if told.groups["added"].rows else []
-    whole = Formula("pulled:", Form.sum((Symbol("any:Q"), Symbol("added:"))))
-    yield told.step("added", *short, whole, Formula("added:", Symbol("spelled:")), answer=Symbol("answer:"))
-
-
-def _structured(told: Explained) -> Iterator[Step]:
-    *steps, canonical = told.canonical_steps()
-    yield from steps
-    lesson, n, F = told.lesson, told.lesson.state.n, told.entries("F")
-    flows, H = r"\mathbf{J} - \mathbf{R}", told.row("hamiltonian").latex
-    latex = {"rate:": r"\dot{\mathbf{x}}", "moved:": rf"({flows}) \nabla {H}", "input:": r"\mathbf{f}", "flow:": flows}
-    lesson.names |= {key: Name(Letter(shown)) for key, shown in latex.items()}
-    flow: Entries = {(i, n + i): Number.ONE for i in range(n)}
-    for (i, j), form in ({(i, i - n): Number.MINUS_ONE for i in range(n)} | _pushed(told)).items():
-        flow[n + i, n + j] = form
-    drives = [Symbol(tau) if tau else Number.ZERO for tau in lesson.scene.drives]
-    given: Entries = {(n + i,): Form.sum((tau, F.get((i,), Number.ZERO))) for i, tau in enumerate(drives)}
-    whole = Formula("rate:", Form.sum((Symbol("moved:"), Symbol("input:"))))
-    matrices = told.matrix("flow:", flow, 2 * n, 2 * n), told.matrix("input:", given, 2 * n)
-    names = together([Symbol(name) for name in (*lesson.scene.coordinates, *told.momenta)])
-    yield told.step("structure", whole, *matrices, names=names)
-    yield canonical
-
-
-def _pushed(told: Explained) -> Entries:
-    """Return J - R of momenta, no entry that is zero."""
-    lost = {place: form.negative for place, form in told.entries("R").items()}
-    return joined([-1, 1], told.entries("J"), lost)
 
 
 # Proofs
@@ -150,28 +107,31 @@ def _same(left: Sequence[Expr], right: Sequence[Expr]) -> Claim:
 
 def _of_momenta(told: Explained) -> dict[str, Claim]:
     """H is the energy, its slopes are the printed rates, and these are the rates of p by Lagrange's equations."""
-    lesson, graph, n = told.lesson, told.lesson.graph, told.lesson.state.n
+    lesson, graph = told.lesson, told.lesson.graph
     H, rows = told.row("hamiltonian").form, {row.name: row.form for row in told.groups["canonical"].rows}
     faster, drives = [f"{p}_dot" for p in told.momenta], lesson.scene.drives
     rates = [told.value(rows[name]) + rest for name, rest in zip(faster, told.needed, strict=True)]
     claims = {"energy": _same([told.value(H)], [lesson.energy.K + lesson.energy.P])}
     if all(name in rows for name in lesson.scene.velocities):
-        slopes = gradient(H.express(graph), [*map(graph.symbol, told.momenta), *lesson.state.q])
+        node, p = H.express(graph), [graph.symbol(name) for name in told.momenta]
+        slopes, along = gradient(node, p), lesson.energy.directions.slopes(node)
         pushed = [Q + graph.symbol(tau) if tau else Q for Q, tau in zip(told.acting, drives, strict=True)]
-        right = [Q - x for x, Q in zip(slopes[n:], pushed, strict=True)]
+        moving = dict(zip(lesson.state.qd, slopes, strict=True))
+        right = [Q - x + y for x, y, Q in zip(along, told.turned(slopes, p), pushed, strict=True)]
         shown = [rows[name].express(graph) for name in (*lesson.scene.velocities, *faster)]
-        claims["slopes"] = _same([*slopes[:n], *right], shown)
+        claims["slopes"] = _same([*slopes, *substitute(right, moving)], substitute(shown, moving))
     return claims | {"lagrange": _same(rates, lesson.momentum_rates)}
 
 
 def _of_ports(told: Explained) -> dict[str, Claim]:
     """The parts of what acts are all of it, and the power is the rate of energy where time does not act."""
     lesson, graph, u = told.lesson, told.lesson.graph, told.lesson.state.qd
-    F, flow = told.entries("F"), _pushed(told)
-    pushed = [F.get((i,), Number.ZERO).express(graph) for i in range(len(u))]
+    F, flow = told.entries("F"), pushed(told)
+    forces = [F.get((i,), Number.ZERO).express(graph) for i in range(len(u))]
     for (i, j), form in flow.items():
-        pushed[i] = pushed[i] + form.express(graph) * u[j]
-    claims = _of_momenta(told) | {"structure": _same(pushed, told.acting)}
+        forces[i] = forces[i] + told.value(form) * u[j]
+    acting = [a + b for a, b in zip(told.acting, told.turned(u, lesson.momenta), strict=True)]
+    claims = _of_momenta(told) | {"structure": _same(forces, acting)}
     if not {graph.symbol(TIME), *lesson.state.clock}.intersection(reachable([lesson.L])):
         (rate,) = tangents([lesson.energy.K + lesson.energy.P], lesson.state.acceleration)
         idle = (needed * x for needed, x in zip(told.needed, u, strict=True))
@@ -239,14 +199,15 @@ def proof_step(told: Explained, claims: Mapping[str, Claim]) -> Step:
     """
     lesson, page = told.lesson, told.lesson.page
     positive = [one.name for one in lesson.scene.parameters if one.positive]
-    fields, findings = prove(list(claims.values()), positive=positive)
+    fields, findings = prove(on_unit_sphere(lesson.scene, list(claims.values())), positive=positive)
     verdicts = {key: one.verdict for key, one in zip(claims, findings, strict=True)}
     wrong = [key for key, verdict in verdicts.items() if verdict == Verdict.DIFFERENT]
     assert not wrong, f"{told.page.formulation} differs from Lagrange's equations: {wrong}"
     kept = [key for key, verdict in verdicts.items() if verdict in Verdict.HOLD]
     blocks: list[Block] = [told.say(f"by.proof.{key}") for key in kept if key != "lagrange"]
     if "lagrange" in kept:
-        blocks.append(told.say(f"by.proof.lagrange.{told.page.formulation}"))
+        alike = {"port-hamiltonian": "hamilton", "gibbs-appell": "kane"}
+        blocks.append(told.say(f"by.proof.lagrange.{alike.get(name := told.page.formulation, name)}"))
         blocks += [folded(lesson, Formula("", page.left(i), right=page.right[i])) for i in range(lesson.state.n)]
     how = lesson.say("by.agrees")
     if all(one.verdict == Verdict.PROVED for one in findings):
@@ -261,14 +222,16 @@ def proof_step(told: Explained, claims: Mapping[str, Claim]) -> Step:
 
 def _kept(told: Explained, chosen: Chosen) -> Iterator[Step]:
     """Yield which momenta are conserved, and the balance of energy."""
-    if "brackets" in told.groups:
+    kept, lesson = [row.name for row in told.groups["canonical"].rows if row.form == Number.ZERO], told.lesson
+    if told.turning and kept:
+        yield told.step("brackets", *(Formula(name, Number.ZERO) for name in kept))
+    elif "brackets" in told.groups:
         names = [row.name for row in told.groups["brackets"].rows]
-        of = together([named(told.lesson.state.q[told.momenta[name.removesuffix("_dot")]]) for name in names])
+        of = together([named(lesson.state.q[told.momenta[name.removesuffix("_dot")]]) for name in names])
         yield told.step("brackets", *(Formula(name, Number.ZERO) for name in names), coordinates=of)
     else:
         yield told.step("brackets.none")
     yield from _volume(told)
-    lesson = told.lesson
     if not {lesson.graph.symbol(TIME), *lesson.state.clock}.intersection(reachable([lesson.L, *told.acting])):
         pushed = zip(lesson.page.right, lesson.state.qd, strict=True)
         work = Form.sum(lesson.page.lengths.written_out(x).signed_product(named(u)) for x, u in pushed if x.terms)
@@ -340,8 +303,10 @@ def _in_numbers(
     lesson = told.lesson
     units = [lesson.scene.shown_unit(force_unit(unit)) for unit in SceneUnits(lesson.scene).velocities]
     rows: list[list[str | Form | Words]] = []
+    noise = 1e-10 * max(map(abs, (*drives, *(x for column in columns.values() for x in column))), default=0.0)
     for i, u in enumerate(lesson.state.qd):
-        known = [f"{lesson.written(one[i])} {units[i]}" for one in (*columns.values(), drives)]
+        sizes = (one[i] if abs(one[i]) > noise else 0.0 for one in (*columns.values(), drives))
+        known = [f"{lesson.written(x)} {units[i]}" for x in sizes]
         rows.append([named(u), *known[:-1], known[-1] if lesson.scene.drives[i] else "–"])
     heads = ["by.velocity.head", *(f"by.{name}.head" for name in columns), "by.drive.head"]
     yield replace(state_step(lesson, chosen), key="derived:state")
@@ -350,7 +315,7 @@ def _in_numbers(
 
 def _least(told: Explained, chosen: Chosen) -> Iterator[Step]:
     n = told.lesson.state.n
-    M: Entries = {(i, j): told.lesson.forms.form("k_z", i, j) for i in range(n) for j in range(n)}
+    M: dict[tuple[int, ...], Form] = {(i, j): told.lesson.forms.form("k_z", i, j) for i in range(n) for j in range(n)}
     yield told.step("least", told.matrix("any:M", M, n, n))
 
 
@@ -391,8 +356,8 @@ WAYS: Mapping[str, Way] = {
     "routh": Way(_routhian, _of_routh, _reduced),
     "kane": Way(_by_bodies, partial(_of_sums, "kane"), _balanced, 1),
     "gibbs-appell": Way(_by_acceleration, partial(_of_sums, "appell"), _least, 1),
-    "udwadia-kalaba": Way(_tied, _of_constraints, _forces, 0),
-    "port-hamiltonian": Way(_structured, _of_ports, _powers),
+    "udwadia-kalaba": Way(tied_steps, _of_constraints, _forces, 0),
+    "port-hamiltonian": Way(structured_steps, _of_ports, _powers),
 }
 """Formulations of `FormulationPage`, each by its lesson."""
 
@@ -406,21 +371,27 @@ def formulation_walkthrough(formulation: str, scene: Scene, language: str = "en"
     """
     way, scene, last = WAYS[formulation], without_hidden_zeros(scene), UNTIL.index(until)
     page = FormulationPage(scene, formulation)
-    if way.sections == 1 and not scene.is_constrained:
-        refuse_quaternions(scene)  # their pages of Kane and Appell exist, and take seconds
     page.refuse_too_long()  # derives it, and says first what the page says
-    refuse_quaternions(scene)
-    lesson = Constrained(scene, language) if scene.is_constrained else Lesson(scene, language)
+    turning = len(scene.coordinates) > len(scene.velocities)
+    if scene.is_constrained:
+        refuse_quaternions(scene)
+    lesson = (Constrained if scene.is_constrained else Turning if turning else Lesson)(scene, language)
     assert lesson.forms.n == lesson.state.n, "closed forms and graph have the same velocities"  # raises early
-    tied = lesson if isinstance(lesson, Constrained) else None
-    chosen = choose_tied_motion(tied) if tied else choose_state(scene, lesson.state, lesson.graph)
+    if isinstance(lesson, Constrained):
+        chosen = choose_tied_motion(lesson, choose_turned(lesson) if isinstance(lesson, Turning) else None)
+    else:
+        chosen = choose_state(scene, lesson.state, lesson.graph)
     told, found = Explained(lesson, page), lesson.masses
-    letters = () if tied else picture_letters(scene, lesson.graph, chosen)
+    letters = () if isinstance(lesson, Constrained) else picture_letters(scene, lesson.graph, chosen)
     shown = scene_step(lesson, scene_picture(lesson, chosen, letters), numbered=False)
     claim, reason = (told.say(f"by.idea.{formulation}{end}") for end in ("", ".reason"))
     idea = Step("derived:idea", claim, tuple(told.stated()), reason)
-    sections = [scene_section(lesson, chosen, shown), lesson.section("by.idea", [idea])]
-    for part in islice(energy_sections(lesson, found), way.sections):
+    if isinstance(lesson, Turning):
+        opened, parts = turning_scene(lesson, shown), rotation_sections(lesson)
+    else:
+        opened, parts = scene_section(lesson, chosen, shown), energy_sections(lesson, found)
+    sections = [opened, lesson.section("by.idea", [idea])]
+    for part in islice(parts, way.sections):
         steps = (replace(one, reference="") for one in part.steps)  # numbers are those of another lesson's source
         sections.append(replace(part, steps=tuple(steps)))
     sections.append(lesson.section("by.equations", list(way.steps(told))))

@@ -6,6 +6,7 @@ velocities, and ends with what the equations are worth at a state, and what stay
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
 from math import sqrt
@@ -229,23 +230,9 @@ def quaternions_walkthrough(scene: Scene, language: str = "en", until: str = "nu
     chosen = choose_tied_motion(lesson, None if lesson.ties else choose_turned(lesson))
     last, right = UNTIL.index(until), right_sides(lesson)
     shown = scene_step(lesson, scene_picture(lesson, chosen), numbered=False)
-    sections = [
-        lesson.section(
-            "scene",
-            [
-                shown,
-                *silent_steps(lesson),
-                task_step(lesson),
-                *acting_steps(lesson),
-                symbols_step(lesson),
-                joints_step(lesson),
-            ],
-        ),
-        lesson.section("rotations.quaternion", rotation_steps(lesson)),
-    ]
-    if last >= 1:
-        sections.append(lesson.section("velocities", body_velocity_steps(lesson)))
-        sections.append(lesson.section("energies", energy_steps(lesson)))
+    begun = rotation_sections(lesson)
+    sections = [turning_scene(lesson, shown, *silent_steps(lesson), task_step(lesson)), next(begun)]
+    sections += begun if last >= 1 else ()
     if last >= 2:
         sections += _equations(lesson, right)
     if last >= 3:
@@ -256,6 +243,18 @@ def quaternions_walkthrough(scene: Scene, language: str = "en", until: str = "nu
     sections = [with_figures(section, lesson.masses) for section in sections]
     title = lesson.text("title.quaternions", scene=called(lesson.scene))
     return Document(title, language, lesson.scene, lesson.graph, lesson.names, tuple(sections), "quaternions")
+
+
+def turning_scene(lesson: Turning, *first: Step) -> Section:
+    """Return the section of the mechanism: its first steps, what acts, all symbols, joints."""
+    return lesson.section("scene", [*first, *acting_steps(lesson), symbols_step(lesson), joints_step(lesson)])
+
+
+def rotation_sections(lesson: Turning) -> Iterator[Section]:
+    """Yield the sections of quaternions, velocities in turning axes, and energies."""
+    yield lesson.section("rotations.quaternion", rotation_steps(lesson))
+    yield lesson.section("velocities", body_velocity_steps(lesson))
+    yield lesson.section("energies", energy_steps(lesson))
 
 
 def _without_idle_masses(lesson: Turning) -> Turning:
