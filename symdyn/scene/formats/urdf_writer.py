@@ -17,7 +17,8 @@ from symdyn.errors import SceneError, listed
 from symdyn.scene.declaration.reading import Written, lost_words
 from symdyn.scene.formats.inertias import possible
 from symdyn.scene.formats.placing import angle_text, decimal_text, known, known_angle, printable_names, xyz_rpy
-from symdyn.scene.formats.urdf import INERTIA, TYPES, UNLIMITED
+from symdyn.scene.formats.robot_file import INERTIA, UNLIMITED
+from symdyn.scene.formats.urdf import TYPES
 from symdyn.scene.joints.blocks import AXIS, ORIENTATION
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.body import Body, Pose, central_inertia
