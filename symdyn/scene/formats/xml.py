@@ -2,7 +2,8 @@
 
 Document types are refused whole, so that there are no entities to expand and nothing outside to fetch. The text is fed
 to the parser in small pieces and refused as soon as it nests too deep, grows too many elements, or opens a tag that
-does not end. What remains is a plain tree of elements with the lines they stand in; text between tags is dropped.
+does not end. What remains is a plain tree of elements with the lines they stand in; of a text
+between tags the beginning is kept.
 
 Two slips that other readers of robot files pass over are mended with a note, in the text and before the parser sees it:
 a declaration <?xml ...?> that is not the first thing of the file, and prefixes that are declared nowhere.
