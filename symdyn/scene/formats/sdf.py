@@ -118,7 +118,7 @@ def read_element(root: XmlElement, source: str, options: ReadOptions, faults: Fa
         if len(found) > 1:
             faults.add(f"line {found[1].line}", f"there are {len(found)} {what}; keep one in a file")
     if not moving:
-        static = f"; {listed(still)} is static: delete <static>" if still else ", such as <model><link/></model>"
+        static = f"; {listed(still)} is static: delete <static>" if still else ""
         faults.add("", f"there is no <model> that moves{static}")
     faults.close()
     if still:
@@ -237,7 +237,7 @@ class _Model(RobotFile):
     def _point(self, name: str, frame: XmlElement) -> Entry:
         """Return a frame as a point."""
         where, link = self.where(name, frame), self.frames.body(name, self.canonical)
-        at = self.poses.placed(self.frames.between(link, name), where)
+        at = self.poses.placed(self.frames.between(link, name))
         return Entry(self.body_name[name], {"body": self.body_name.get(link, Scene.GROUND), "at": at}, where)
 
     # Links
@@ -277,8 +277,8 @@ class _Model(RobotFile):
             "type": TYPES.get(given, STAND_IN),
             "parent": self.body_name.get(parent, Scene.GROUND),
             "child": self.body_name.get(child, ""),
-            "origin": self.poses.placed(self._from(parent, name), where),
-            "tip": self.poses.placed(self.frames.between(name, child or MODEL), where),
+            "origin": self.poses.placed(self._from(parent, name)),
+            "tip": self.poses.placed(self.frames.between(name, child or MODEL)),
         }
         if given == "fixed":
             return Entry(self.joint_name[name], table, where)
@@ -382,10 +382,8 @@ class _Model(RobotFile):
             start = [*translation(Pose(steps)), *map(quantity, quaternion(steps))]
             found.append((link, free_base(joint, root, joints, self.faults, start if start != AT_REST else None)))
             if self.base is None:
-                told = f"is free, by the joint {joint}, as no joint ties it to the world"
-                self.faults.note(
-                    self.where(name, link), f"{told}; a fixed joint with <parent>world</parent> would hold it"
-                )
+                advice = "a fixed joint with <parent>world</parent> would hold one"
+                self.note(f"what no joint ties to the world is free, by a joint NAME_free; {advice}", root)
         if self.base is not None and len(found) != 1:
             self.faults.add(
                 FLOATING, f"{len(found)} parts of the model are free, and one can have this name; leave it out"

@@ -9,13 +9,13 @@ the other. Reference: SDFormat specification, "Pose frame semantics".
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
 from symdyn.errors import suggestion
 from symdyn.scene.formats.mjcf_joints import merged
-from symdyn.scene.formats.placing import Doubles, known, placement
+from symdyn.scene.formats.placing import Doubles, Matrix, known, placement, times
 from symdyn.scene.formats.robot_file import Attributes
 from symdyn.scene.formats.xml import XmlElement
 from symdyn.scene.values import folding
@@ -29,6 +29,11 @@ EULER, QUATERNION = "euler_rpy", "quat_xyzw"
 
 NUMBERS = {EULER: "six: x y z roll pitch yaw", QUATERNION: "seven: x y z, then the quaternion x y z w"}
 """Formats of a rotation, and the numbers of a pose with one."""
+
+FAR = 36
+"""Steps between two frames from which on they are worked out one after the other, each frame once."""
+
+UNTURNED: Matrix = [[float(i == j) for j in range(3)] for i in range(3)]
 
 
 @dataclass(frozen=True)
@@ -51,10 +56,14 @@ class Frame:
 
 
 class Frames:
-    """The frames of one scope. What names none, and what goes in a circle, is a fault, and hangs on the root then."""
+    """The frames of one scope, each led back to its root."""
 
     def __init__(self, root: str, frames: Iterable[Frame], faults: Faults) -> None:
-        """Look whether every frame is led back to the root."""
+        """Look whether every frame is led back to the root.
+
+        Raises:
+            SceneError: names that stand twice or name no frame, and what goes in a circle.
+        """
         self.root, self.faults = root, faults
         self.frames: dict[str, Frame] = {}
         for frame in frames:
@@ -65,11 +74,13 @@ class Frames:
                 self.frames[frame.name] = frame
         self.above = {name: self.known(one.base, one.where, "relative_to") for name, one in self.frames.items()}
         self.carrier = {
-            name: name if not one.attached else self.known(one.attached, one.where, "attached_to")
+            name: one.attached and self.known(one.attached, one.where, "attached_to")
             for name, one in self.frames.items()
         }
+        self.places: dict[str, tuple[list[float], Matrix]] = {root: ([0.0] * 3, UNTURNED)}
         self.depth = self._depths(self.above, "relative_to")
         self._depths(self.carrier, "attached_to")
+        faults.close()
 
     def known(self, name: str, where: str, key: str) -> str:
         """Return a name if it is that of a frame; after a fault the root's."""
@@ -81,32 +92,31 @@ class Frames:
         return self.root
 
     def _depths(self, above: dict[str, str], key: str) -> dict[str, int]:
-        """Return how far each frame is from the root, or from what carries itself; break circles, with a fault each."""
-        depths = {self.root: 0}
+        """Return how far each frame is from the root, or from what carries itself; a circle is a fault."""
+        depths = {self.root: 0, "": 0}
         for start in self.frames:
             path: dict[str, None] = {}
             name = start
-            while name not in depths and name not in path and above[name] != name:
+            while name not in depths and name not in path:
                 path[name] = None
                 name = above[name]
             if name in path:
                 ring = list(path)[list(path).index(name) :]
                 shown = " -> ".join([*ring[:10], *["..."] * (len(ring) > 10), name])
                 self.faults.add(self.frames[name].where, f"{key} goes in a circle: {shown}; give one in {self.root}")
-                above[name] = self.root
-            base = depths.setdefault(name, 0)
-            for k, one in enumerate(reversed(path), start=1):
-                depths.setdefault(one, base + k)
+            for one in reversed(path):
+                depths[one] = depths.get(above[one], 0) + 1
         return depths
 
     def body(self, name: str, canonical: str) -> str:
         """Return the link that a frame moves with; `canonical` carries the frame of the model."""
-        while name != self.root and self.carrier[name] != name:
+        while name != self.root and self.carrier[name]:
             name = self.carrier[name]
         return canonical if name == self.root else name
 
     def between(self, a: str, b: str) -> tuple[Step, ...]:
-        """Return steps from frame a to frame b, where all joints are at zero."""
+        """Return steps from frame a to frame b, where all joints are at zero; far away, with numbers worked out."""
+        ends = (a, b)
         back: list[Step] = []
         forth: list[tuple[Step, ...]] = []
         while a != b:
@@ -116,7 +126,33 @@ class Frames:
             else:
                 forth.append(self.frames[b].pose)
                 b = self.above[b]
+            if len(back) + 6 * len(forth) > FAR:
+                (p, R), (s, S) = (self.seen(end) for end in ends)
+                turn = [list(column) for column in zip(*R, strict=True)]
+                shift = [sum(x * (t - r) for x, t, r in zip(row, s, p, strict=True)) for row in turn]
+                return stepped(shift, times(turn, S), Doubles(snap=True))
         return (*back, *(step for steps in reversed(forth) for step in steps))
+
+    def seen(self, name: str) -> tuple[list[float], Matrix]:
+        """Return translation and rotation of a frame in the root, kept for the frames behind it."""
+        path = []
+        while name not in self.places:
+            path.append(name)
+            name = self.above[name]
+        for one in reversed(path):
+            (p, R), (shift, turn) = self.places[self.above[one]], placement(Pose(self.frames[one].pose), {})
+            r = [a + sum(x * float(y) for x, y in zip(row, shift, strict=True)) for a, row in zip(p, R, strict=True)]
+            self.places[one] = r, times(R, [[float(x) for x in row] for row in turn])
+        return self.places[path[0] if path else name]
+
+
+def stepped(
+    shift: Sequence[float | Fraction], turn: Sequence[Sequence[float | Fraction]], doubles: Doubles
+) -> tuple[Step, ...]:
+    """Return a translation and a rotation matrix as steps; what is rounding beside a metre is zero."""
+    p = [x if isinstance(x, Fraction) else doubles.vector((x, 1.0, 0.0))[0] for x in shift]
+    turns = doubles.turns([[float(x) for x in row] for row in turn], "")
+    return merged(*zip(STRAIGHT[:3], map(quantity, p), strict=True), *turns).steps
 
 
 class Poses:
@@ -154,7 +190,7 @@ class Poses:
             return ()
         return merged(*shift, *self.quaternions.rotation((w, x, y, z), where)).steps
 
-    def placed(self, steps: tuple[Step, ...], where: str) -> Pose:
+    def placed(self, steps: tuple[Step, ...]) -> Pose:
         """Return steps as one placement: as they stand where that is xyz and rpy, else with numbers worked out."""
         pose = Pose(steps)
         while (shorter := merged(*pose.steps)) != pose:
@@ -162,10 +198,7 @@ class Poses:
         order = [STRAIGHT.index(kind) for kind, _ in pose.steps]
         if order == sorted(set(order)):
             return pose
-        p, R = placement(pose, {})
-        shift = [x if isinstance(x, Fraction) else self.doubles.vector((x, 1.0, 0.0))[0] for x in p]
-        turns = self.doubles.turns([[float(x) for x in row] for row in R], where)
-        return merged(*zip(STRAIGHT[:3], map(quantity, shift), strict=True), *turns)
+        return Pose(stepped(*placement(pose, {}), self.doubles))
 
     def turned(self, axis: Vector, steps: tuple[Step, ...]) -> Vector:
         """Return a direction that is given behind some steps along the axes in front of them."""

@@ -93,7 +93,7 @@ class SdfWriter(UrdfWriter):
         lost += [f"points.{one.name}: a point of the ground" for one in scene.points if one.body == Scene.GROUND]
         plain = [replace(joint, start=()) if joint.type == "free" else joint for joint in scene.joints]
         elements = tuple(one for one in scene.elements if one not in held)
-        return lost + list(lost_words(replace(scene, joints=tuple(plain), loops=(), elements=elements)))
+        return [*lost, *lost_words(replace(scene, joints=tuple(plain), loops=(), elements=elements))]
 
     def text(self) -> str:
         """Return the file."""
@@ -109,7 +109,7 @@ class SdfWriter(UrdfWriter):
         model = element("model", self.scene.name, lines)
         gravity = [self.value(x) for x in self.scene.gravity]
         if gravity != [x.at({}) for x in STANDARD_GRAVITY]:
-            model = element("world", "world", [f"<gravity>{words_of(gravity)}</gravity>", *model])
+            model = element("world", "scene", [f"<gravity>{words_of(gravity)}</gravity>", *model])
         return "\n".join([HEAD, *element("sdf", "", model, VERSION)]) + "\n"
 
     def pose(self, pose: Pose, relative: str = "") -> str:

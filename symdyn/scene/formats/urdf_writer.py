@@ -69,7 +69,7 @@ def _lost(scene: Scene) -> list[str]:
             lost.append(f"{where}: drive = false: every joint of a URDF that moves is driven")
         if len(joint.coordinates) > 1 and any(joint.drives):
             lost.append(f"{where}: drives: no floating or planar joint of a URDF is driven")
-    return lost + lost_words(scene)
+    return [*lost, *lost_words(scene)]
 
 
 def lost_names(scene: Scene) -> list[str]:
