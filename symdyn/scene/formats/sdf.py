@@ -123,9 +123,8 @@ def read_element(root: XmlElement, source: str, options: ReadOptions, faults: Fa
     faults.close()
     if still:
         faults.note("", f"what is static is left aside ({listed(still)})")
-    model = _Model(
-        moving[0], worlds[0] if root.all("world") else root, root.attributes.get("version", ""), faults, options
-    )
+    scope = worlds[0] if root.all("world") else root
+    model = _Model(moving[0], scope, root.attributes.get("version", ""), faults, options)
     declaration = model.declaration()
     model.note_data()
     return reading_of(declaration, faults, options)
@@ -159,19 +158,17 @@ class _Model(RobotFile):
         _refuse(root, faults)
         self.poses, self.base = Poses(self.attributes, options.snap), options.floating_base
         self.old = () < tuple(int(part) for part in version.split(".") if part.isdecimal() and len(part) < 9) < OLD
-        self.links, self.joints, points = (
-            [self.named(one) for one in root.all(tag)] for tag in ("link", "joint", "frame")
-        )
+        tags = ("link", "joint", "frame")
+        self.links, self.joints, points = ([self.named(one) for one in root.all(tag)] for tag in tags)
         self.frames = self._frames(MODEL, [*self.links, *self.joints, *points])
         self.body_name = self.printable([name for name, _ in (*self.links, *points) if name], "link")
         self.joint_name = self.printable([name for name, _ in self.joints if name], "joint")
         where, link = f"line {root.line}: model", next((name for name, _ in self.links), "")
         if not link:
             faults.add(where, "there is no <link>; a model has one at least")
-        self.canonical = self.frames.known(
-            root.attributes.get("canonical_link") or link or MODEL, where, "canonical_link"
-        )
-        placed = self.frames.known(root.attributes.get("placement_frame") or MODEL, where, "placement_frame")
+        keys = ("canonical_link", "placement_frame")
+        carrier, placed = (self.frames.known(root.attributes.get(key) or MODEL, where, key) for key in keys)
+        self.canonical = self.frames.body(carrier, link)
         world = self._frames(WORLD, [self.named(one) for one in scope.children if one.tag in ("frame", "model")])
         name = root.attributes.get("name", "").strip()
         self.place = (*world.between(WORLD, name or WORLD), *self.frames.between(placed, MODEL))
@@ -201,10 +198,8 @@ class _Model(RobotFile):
 
     def _gravity(self, scope: XmlElement) -> object:
         """Return the gravity of the world, None without one; no gravity where it pulls no link."""
-        where, free = (
-            f"line {scope.line}: world",
-            [name for name, link in self.links if _says(link, "gravity", "false", "0")],
-        )
+        where = f"line {scope.line}: world"
+        free = [name for name, link in self.links if _says(link, "gravity", "false", "0")]
         if free and len(free) < len(self.links):
             advice = "give it to all links or to none, and write [loads] in TOML"
             self.faults.add(where, f"<gravity> is false for some links and not for others ({listed(free)}); {advice}")
@@ -225,10 +220,10 @@ class _Model(RobotFile):
             if one.tag == "joint" and attached not in names:
                 attached = root  # reported where it is read
             where, pose = self.where(name, one), one.first("pose")
-            frames += [
-                Frame(name, self.poses.read(where, pose), based(pose) or attached or root, attached, where)
-            ] * bool(name)
-        return Frames(root, frames, self.faults)
+            if name:
+                base = based(pose) or attached or root
+                frames.append(Frame(name, self.poses.read(where, pose), base, attached, where))
+        return Frames(root, frames, self.faults, self.attributes.snap)
 
     def _from(self, link: str, frame: str) -> tuple[Step, ...]:
         """Return steps from a link, or from the world (""), to a frame."""
@@ -253,9 +248,8 @@ class _Model(RobotFile):
             self.faults.add(where, f"<inertial auto> takes the inertia from shapes, which are not read; {advice}")
         pose = inertial.first("pose")
         if base := based(pose):
-            self.faults.add(
-                where, f"<pose relative_to={show(base)}> of <inertial>: it is in its link; delete relative_to"
-            )
+            told = f"<pose relative_to={show(base)}> of <inertial>: it is in its link; delete relative_to"
+            self.faults.add(where, told)
         if "mass" not in inertial.attributes or inertial.first("inertia") is None:
             self.note("what <inertial> leaves out is 1 kg and 1 kg m^2, as SDF has it", name)
         steps = self.poses.read(where, pose)
@@ -327,24 +321,22 @@ class _Model(RobotFile):
             first, *others = (number(where, part, key) for part in parts)
             table |= {key: first} if first != Quantity.ZERO else {}
             if others not in ([], [first]):
-                self.faults.add(
-                    where, f"{key} of its two axes differs, and a joint has one; make them equal, or {SPLIT}"
-                )
-        limits, mimic = [self._limit(where, given, axis) for axis in axes], _part(axes[0], "mimic")
+                told = f"{key} of its two axes differs, and a joint has one; make them equal, or {SPLIT}"
+                self.faults.add(where, told)
+        limits = [self._limit(where, given, axis) for axis in axes]
+        stiff = [k for k in (number(where, part, "spring_stiffness") for part in parts) if k != Quantity.ZERO]
+        mimics = [axis.first("mimic") for axis in axes if axis.first("mimic")]
         if not single:
-            if any(
-                axis.first("mimic") or number(where, part, "spring_stiffness") != Quantity.ZERO
-                for axis, part in zip(axes, parts, strict=True)
-            ):
+            if stiff or mimics:
                 self.faults.add(where, f"a spring, or <mimic>, of a {given} joint is not read; {SPLIT}")
             if any(limits):
                 self.note("limits of a joint with several coordinates are left out", name)
-        elif (stiffness := number(where, parts[0], "spring_stiffness")) != Quantity.ZERO:
-            spring = {"joint": self.joint_name[name], "stiffness": stiffness}
-            self.springs.append(
-                Entry(self.joint_name[name], spring | {"free": angle(where, parts[0], "spring_reference")}, where)
-            )
-        if single and mimic.attributes:
+        elif stiff:
+            spring = {"joint": self.joint_name[name], "stiffness": stiff[0]}
+            spring["free"] = angle(where, parts[0], "spring_reference")
+            self.springs.append(Entry(self.joint_name[name], spring, where))
+        if single and mimics:
+            mimic = _part(axes[0], "mimic")
             leader = self.attributes.text(where, mimic, "joint", "name the joint to follow")
             if mimic.attributes.get("axis", "axis") != "axis":
                 self.faults.add(where, f"<mimic> of an axis2 is not read; in place of its leader {SPLIT}")
@@ -354,11 +346,9 @@ class _Model(RobotFile):
             table["mimic"] = {"joint": self.joint_name.get(leader, leader), "ratio": ratio, "offset": offset}
         elif not all(driven := [given != "ball" and one.get("effort") != Quantity.ZERO for one in limits]):
             table |= {"drives": driven} if any(driven) else {"drive": False}
-        return table | (
-            {"limits": {key: value for key, value in limits[0].items() if key != "effort" or value != Quantity.ZERO}}
-            if single
-            else {}
-        )
+        if single:
+            table["limits"] = _without(limits[0], ["effort"] if limits[0].get("effort") == Quantity.ZERO else [])
+        return table
 
     def _limit(self, where: str, given: str, axis: XmlElement) -> dict[str, Quantity]:
         """Return the limits of an axis; of effort and velocity, a negative one is none."""
@@ -370,24 +360,28 @@ class _Model(RobotFile):
 
     def _free(self, joints: Sequence[Entry]) -> list[tuple[XmlElement, Entry]]:
         """Return a free joint for each part that no joint ties to the world, beside the link that it carries."""
-        ends = [{str(joint.table["parent"]), str(joint.table["child"])} for joint in joints]
-        children, seen, found = {joint.table["child"] for joint in joints}, _reached(ends, Scene.GROUND), []
+        at: dict[str, set[str]] = {}
+        for joint in joints:
+            pair = {str(joint.table["parent"]), str(joint.table["child"])}
+            for body in pair:
+                at.setdefault(body, set()).update(pair)
+        children, seen, found = {joint.table["child"] for joint in joints}, _reached(at, Scene.GROUND), []
         heads = sorted(self.links, key=lambda one: (self.body_name.get(one[0]) in children, one[0] != self.canonical))
         for name, link in heads:
             root = self.body_name.get(name, Scene.GROUND)
             if root in seen:
                 continue
-            seen |= _reached(ends, root)
-            joint, steps = self.base or f"{root}_free", self._from("", name)
+            seen |= _reached(at, root)
+            steps = self._from("", name)
             start = [*translation(Pose(steps)), *map(quantity, quaternion(steps))]
-            found.append((link, free_base(joint, root, joints, self.faults, start if start != AT_REST else None)))
+            there = start if start != AT_REST else None
+            found.append((link, free_base(self.base or f"{root}_free", root, joints, self.faults, there)))
             if self.base is None:
                 advice = "a fixed joint with <parent>world</parent> would hold one"
                 self.note(f"what no joint ties to the world is free, by a joint NAME_free; {advice}", root)
         if self.base is not None and len(found) != 1:
-            self.faults.add(
-                FLOATING, f"{len(found)} parts of the model are free, and one can have this name; leave it out"
-            )
+            told = f"{len(found)} parts of the model are free, and one can have this name; leave it out"
+            self.faults.add(FLOATING, told)
         return found
 
 
@@ -412,12 +406,8 @@ def quaternion(steps: Sequence[Step]) -> list[Value]:
     return found
 
 
-def _reached(ends: Sequence[set[str]], start: str) -> set[str]:
+def _reached(at: Mapping[str, set[str]], start: str) -> set[str]:
     """Return what joints lead to from a body, itself included."""
-    at: dict[str, set[str]] = {}
-    for pair in ends:
-        for body in pair:
-            at.setdefault(body, set()).update(pair)
     seen, waiting = {start}, [start]
     while waiting:
         new = at.get(waiting.pop(), set()) - seen

@@ -58,13 +58,13 @@ class Frame:
 class Frames:
     """The frames of one scope, each led back to its root."""
 
-    def __init__(self, root: str, frames: Iterable[Frame], faults: Faults) -> None:
+    def __init__(self, root: str, frames: Iterable[Frame], faults: Faults, snap: bool) -> None:
         """Look whether every frame is led back to the root.
 
         Raises:
             SceneError: names that stand twice or name no frame, and what goes in a circle.
         """
-        self.root, self.faults = root, faults
+        self.root, self.faults, self.doubles = root, faults, Doubles(snap)
         self.frames: dict[str, Frame] = {}
         for frame in frames:
             if frame.name == root or frame.name in self.frames:
@@ -130,7 +130,7 @@ class Frames:
                 (p, R), (s, S) = (self.seen(end) for end in ends)
                 turn = [list(column) for column in zip(*R, strict=True)]
                 shift = [sum(x * (t - r) for x, t, r in zip(row, s, p, strict=True)) for row in turn]
-                return stepped(shift, times(turn, S), Doubles(snap=True))
+                return stepped(shift, times(turn, S), self.doubles)
         return (*back, *(step for steps in reversed(forth) for step in steps))
 
     def seen(self, name: str) -> tuple[list[float], Matrix]:

@@ -69,8 +69,8 @@ class SdfWriter(UrdfWriter):
     def __init__(self, scene: Scene) -> None:
         """Give every joint a name of its own; one spring a joint is written."""
         super().__init__(scene)
-        self.frames.append("world")
-        self.called = {one.name: self.new(self.frames, one.name) for one in (*scene.joints, *scene.loops)}
+        taken = [*self.frames, "world"]
+        self.called = {one.name: self.new(taken, one.name) for one in (*scene.joints, *scene.loops)}
         self.leaders = {q: self.called[name] for q, name in self.leaders.items()}
         self.springs: dict[str, Spring] = {}
         for one in scene.elements:
@@ -85,11 +85,14 @@ class SdfWriter(UrdfWriter):
             where, free = f"joints.{joint.name}", joint.type == "free"
             if joint.type in ("free", "spherical") and any(joint.drives):
                 lost.append(f"{where}: drives: nothing drives a link that is free, nor a ball")
+            if free and joint.name != f"{joint.child}_free":
+                lost.append(f"{where}: a link that is free has no joint; read again it is called {joint.child}_free")
             if free and (joint.origin.steps or joint.tip.steps):
                 lost.append(f"{where}: origin and tip: read again, coordinates count from the world to the link")
             if free and (joint.damping, joint.friction) != (Quantity.ZERO, Quantity.ZERO):
                 lost.append(f"{where}: damping: a link that is free has none")
         lost += [f"{one}: is called {name} there" for one, name in self.called.items() if one != name]
+        lost += [f"springs.{s.name}: is called {name} there" for name, s in self.springs.items() if s.name != name]
         lost += [f"points.{one.name}: a point of the ground" for one in scene.points if one.body == Scene.GROUND]
         plain = [replace(joint, start=()) if joint.type == "free" else joint for joint in scene.joints]
         elements = tuple(one for one in scene.elements if one not in held)
@@ -167,7 +170,9 @@ class SdfWriter(UrdfWriter):
         if spring is not None:
             dynamics |= {"spring_stiffness": spring.stiffness[0], "spring_reference": spring.free}
         said = {name: decimal_text(self.value(x)) for name, x in dynamics.items() if x != Quantity.ZERO}
-        inside = [f"<xyz>{self.axis(joint, key)}</xyz>"] if joint.type != "spherical" else []
+        if joint.type == "spherical" and not said:
+            return []
+        inside = [f"<xyz>{self.axis(joint, key)}</xyz>"]
         inside += element("limit", "", limit) if limit else []
         inside += element("dynamics", "", [f"<{name}>{text}</{name}>" for name, text in said.items()]) if said else []
         if joint.coupling is not None:
@@ -175,14 +180,16 @@ class SdfWriter(UrdfWriter):
             said = dict(zip(("multiplier", "offset", "reference"), (*numbers, "0"), strict=True))
             lines = [f"<{name}>{text}</{name}>" for name, text in said.items()]
             inside += element("mimic", "", lines, f' joint="{leader}"')
-        return element("axis2" if k else "axis", "", inside) if inside else []
+        return element("axis2" if k else "axis", "", inside)
 
     def check(self) -> None:
         """Raise what closes no loop where all coordinates are zero, which is where SDF draws every body.
 
         Raises:
-            SceneError: the loops that are open there.
+            SceneError: the loops that are open there; or a name that SDF keeps for the ground.
         """
+        if "world" in self.frames:
+            raise SceneError(f'{self.scene.name}: "world" is what SDF calls the ground; give the body another name')
         at: dict[str, tuple[Step, ...]] = {Scene.GROUND: ()}
         for joint in self.scene.joints:
             moved = _started(joint) if joint.type == "free" else ()
