@@ -155,6 +155,7 @@ DOORS = {  # what writes files of a scene, by folder; {scene}, {folder} and {val
     "toml": "convert {scene} {folder}/c.toml",
     "par": "convert {scene} --lossy {folder}/c.par",
     "urdf": "convert {scene} --lossy {folder}/c.urdf",
+    "sdf": "convert {scene} --lossy {folder}/c.sdf",
 }
 
 

@@ -99,7 +99,7 @@ def test_a_scene_with_faults_leaves_the_old_file_alone(invalid: Path, tmp_path: 
     [
         (SCARA, "arm.txt", "arm.txt: no format to write is known by this name; give it one of the extensions .toml"),
         (SCARA, "arm", "arm: no format to write is known by this name"),
-        (SCARA, "arm.sdf", "arm.sdf: no format to write is known by this name"),
+        (SCARA, "arm.step", "arm.step: no format to write is known by this name"),
         ("nowhere.toml", "arm.toml", "nowhere.toml: there is no such file"),
         ("nowhere.urdf", "arm.toml", "nowhere.urdf: there is no such file"),
         ("robot.step", "arm.toml", 'robot.step: the extension ".step" names no format; there are .toml, .urdf'),

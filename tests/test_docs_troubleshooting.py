@@ -46,7 +46,7 @@ def test_a_message_that_is_told_comes(
         with pytest.raises((SymdynError, TypeError, ValueError), match=pattern(message)):
             exec(compile(python, "page", "exec"), {})
         return
-    Path("robot.sdf").touch()
+    Path("robot.sdf").write_text('<sdf><model name="a"><link name="b"/><model name="c"/></model></sdf>')
     for scene in blocks(below, "toml"):
         Path("scene.toml").write_text(scene, encoding="utf-8")
     commands = re.findall(r"^    \$ symdyn (.*)$", below, flags=re.MULTILINE) or ["info scene.toml"]

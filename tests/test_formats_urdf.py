@@ -310,11 +310,6 @@ def test_another_root_is_refused():
         read_element(XmlElement.parse((b"<sdf/>"), "x.urdf"), "x.urdf", ReadOptions())
 
 
-def test_sdf_is_refused_with_the_way_out():
-    with pytest.raises(SceneError, match=r"robot\.sdf: is SDF, which is not read here.*give the URDF.*TOML"):
-        read_noting("robot.sdf")
-
-
 # Names
 
 

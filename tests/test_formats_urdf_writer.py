@@ -169,11 +169,11 @@ def test_what_the_format_cannot_hold_is_listed():
 
     assert write_text(scene).lost == (
         "the names of parameters: b are written as their values",
-        "gravity = [0, -9.81, 0]: readers of URDF take [0, 0, -9.81]",
         "the names of coordinates: theta are called q1, q2, ... when the file is read again",
         "the names of drives: F are called tau1, tau2, ... when the file is read again",
-        "joints.hinge: drive = false: every joint of a URDF that moves is driven",
         "joints.hinge: armature = 0.01: there is no rotor inertia",
+        "gravity = [0, -9.81, 0]: readers of URDF take [0, 0, -9.81]",
+        "joints.hinge: drive = false: every joint of a URDF that moves is driven",
         "joints.hinge: force = -b*theta: there are no forces in formulas",
     )
     assert write_text(read_text(EXACT)).lost == ()
@@ -211,7 +211,7 @@ def test_what_has_no_word_in_robot_files_is_lost_or_refused():
         )
 
     ball = '[bodies.x]\nmass = 1\n[joints.y]\ntype = "spherical"\nparent = "ground"\nchild = "x"\n'
-    with pytest.raises(SceneError, match=r"joints\.y: a URDF has no spherical joints; it has revolute, prismatic"):
+    with pytest.raises(SceneError, match=r"joints\.y: URDF has no spherical joints; it has revolute, prismatic"):
         write_text(read_text(EXACT + ball))
 
 

@@ -68,7 +68,7 @@ def test_a_file_of_many_elements_is_refused_before_it_fills_the_memory(monkeypat
     assert "line 1: there are more than 1000 elements" in refusal(b"<a>" + b"<b/>" * 1000 + b"</a>")
 
 
-def test_text_between_tags_is_dropped_and_takes_no_memory():
+def test_long_text_between_tags_is_cut_and_takes_no_memory():
     content = b"<a>" + b"x" * 8_000_000 + b"</a>"
     tracemalloc.start()
     root = XmlElement.parse(content, "robot.urdf")
@@ -76,6 +76,7 @@ def test_text_between_tags_is_dropped_and_takes_no_memory():
     tracemalloc.stop()
 
     assert root.children == []
+    assert root.text == "x" * xml.LONGEST_TEXT + "..."
     assert peak < 4_000_000
 
 

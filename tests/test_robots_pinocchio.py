@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import time
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -19,6 +20,7 @@ from symdyn.program import lower
 from symdyn.runtime import lambdify
 from symdyn.scene import Scene
 from symdyn.scene.declaration.reading import Reading, ReadOptions
+from symdyn.scene.formats import sdf, sdf_writer
 from symdyn.scene.formats.urdf import read
 from symdyn.scene.formats.urdf_writer import write_text
 
@@ -82,6 +84,21 @@ def test_the_dynamics_are_those_of_pinocchio(path):
         assert np.min(np.linalg.eigvalsh(M)) <= 1e-15 * np.max(M)
     else:
         assert found["forward_dynamics"] <= CLOSE
+
+
+@every_robot
+def test_a_robot_that_goes_through_sdf_is_that_of_pinocchio(path, tmp_path):
+    scene = read_plainly(path).scene
+    file = tmp_path / "robot.sdf"
+    file.write_text(sdf_writer.write_text(scene).text)
+    back = sdf.read(file, ReadOptions(snap=False, allow_invalid_inertia=True)).scene
+    names = [joint.name for joint in scene.joints if joint.moves]  # in SDF no joint is called as a link
+    renamed = dict(zip([joint.name for joint in back.joints if joint.moves], names, strict=True))
+    joints = tuple(replace(joint, name=renamed.get(joint.name, joint.name)) for joint in back.joints)
+    found = differences(replace(back, joints=joints), Peer(path, scene))
+
+    assert found["inverse_dynamics"] <= CLOSE
+    assert found["mass_matrix"] <= CLOSE
 
 
 @needs_robots

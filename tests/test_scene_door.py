@@ -43,11 +43,11 @@ def test_extensions_may_be_capitals(tmp_path):
     assert read(path) == read(URDF)
 
 
-def test_sdf_is_refused_with_the_way_out(tmp_path):
+def test_sdf_is_known_by_its_root(tmp_path):
     path = tmp_path / "robot.xml"
     path.write_text('<sdf version="1.9"><model name="m"/></sdf>')
 
-    with pytest.raises(SceneError, match=r"robot\.xml: is SDF, which is not read here.* give the URDF"):
+    with pytest.raises(SceneError, match=r"robot\.xml: line 1: model: there is no <link>"):
         read(path)
 
 

@@ -1,4 +1,4 @@
-"""`symdyn convert SCENE OUT`: the same mechanism in another format, TOML, URDF or Khalil's .par."""
+"""`symdyn convert SCENE OUT`: the same mechanism in another format, TOML, URDF, SDF or Khalil's .par."""
 
 from __future__ import annotations
 

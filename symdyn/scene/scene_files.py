@@ -42,6 +42,7 @@ from symdyn.scene.values.unit import Unit
 READERS: Mapping[str, str] = {
     "toml": "symdyn.scene.toml",
     "urdf": "symdyn.scene.formats.urdf",
+    "sdf": "symdyn.scene.formats.sdf",
     "mjcf": "symdyn.scene.formats.mjcf",
     "par": "symdyn.scene.formats.par",
 }
@@ -49,6 +50,7 @@ READERS: Mapping[str, str] = {
 WRITERS: Mapping[str, str] = {
     "toml": "symdyn.scene.toml",
     "urdf": "symdyn.scene.formats.urdf_writer",
+    "sdf": "symdyn.scene.formats.sdf_writer",
     "par": "symdyn.scene.formats.par_writer",
 }
 
@@ -63,13 +65,6 @@ EXTENSIONS: Mapping[str, str] = {
 
 MOST_TOLD = 12
 """Joints whose coordinates are named when a robot file is read."""
-
-SDF = (
-    "is SDF, which is not read here, as there is no maintained parser for it to rely on; give the URDF that the SDF "
-    "was made from (gz sdf -p makes SDF of URDF), or write its links as [bodies.NAME] and its joints as [joints.NAME] "
-    "of a TOML file; begin one with symdyn new"
-)
-"""Gazebo's own parser is C++ outside the package registry, and python-sdformat had its last release in 2022."""
 
 ROOTS: Mapping[str, str] = {"robot": "urdf", "mujoco": "mjcf", "sdf": "sdf"}
 
@@ -143,7 +138,7 @@ def read(
     floating_base: str | None = None,
     units: Literal["none"] | None = None,
 ) -> Scene:
-    """Return the scene in a file: TOML, URDF, MJCF or Khalil's .par.
+    """Return the scene in a file: TOML, URDF, SDF, MJCF or Khalil's .par.
 
     >>> from symdyn.resources import example_files, folder
     >>> read(folder("examples") / "cart_pole.toml")
@@ -157,7 +152,7 @@ def read(
         allow_invalid_inertia: accept inertias that no real body has, of every body.
         spanning_tree: names of the joints to cut where joints close loops; chosen when left out.
         floating_base: name of a free joint between the ground and the root link of a URDF or the base of an MJCF file,
-            with a quaternion and no drives; without it the root is the ground.
+            with a quaternion and no drives; without it the root is the ground. In SDF, of the one that is there.
         units: "none" of a scene that is without dimensions on purpose, so that none is checked.
 
     Raises:
@@ -191,8 +186,6 @@ def read_noting(
         faults = Faults(str(file))
         check_base(options.floating_base, format, faults)
         faults.close()
-    if format == "sdf":
-        raise SceneError(f"{file}: {SDF}")
     reader: Callable[[Path | Opened, ReadOptions], Reading] = import_module(READERS[format]).read
     reading = reader(file, options)
     told = reading.scene.coordinates_of_joints(MOST_TOLD)

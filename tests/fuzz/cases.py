@@ -85,7 +85,10 @@ def _check(rng: Random) -> tuple[list[str], dict[str, bytes]]:
 
 
 def _convert(rng: Random) -> tuple[list[str], dict[str, bytes]]:
-    return [rng.choice(("out.toml", "out.toml", "out.urdf", "out.par", "out.xyz", "out/a.toml")), "--lossy"], {}
+    return [
+        rng.choice(("out.toml", "out.toml", "out.urdf", "out.sdf", "out.par", "out.xyz", "out/a.toml")),
+        "--lossy",
+    ], {}
 
 
 def _sweep(rng: Random) -> tuple[list[str], dict[str, bytes]]:
@@ -261,8 +264,10 @@ def _scene(rng: Random, few: bool, spoilt: float) -> tuple[str, bytes]:
         made = spoil(rng, grammar.scene(rng, FEW if few else 6, chance(rng, spoilt)), times)
         content = toml(made).encode(errors="surrogatepass")
         return "scene.toml", scribble(rng, content, 1) if times and chance(rng, 0.2) else content
-    kind = rng.choice(("small", "small", "urdf", "xml", "par") if few else ("small", "toml", "urdf", "xml", "par"))
-    endings = {"urdf": ".urdf", "xml": ".xml", "par": ".par"}
+    kind = rng.choice(
+        ("small", "small", "urdf", "sdf", "xml", "par") if few else ("small", "toml", "urdf", "sdf", "xml", "par")
+    )
+    endings = {"urdf": ".urdf", "sdf": ".sdf", "xml": ".xml", "par": ".par"}
     content, other = rng.choice(seeds()[kind]), rng.choice(seeds()[kind])
     return f"scene{endings.get(kind, '.toml')}", scribble(rng, content, times, other)
 
@@ -271,7 +276,7 @@ def _scene(rng: Random, few: bool, spoilt: float) -> tuple[str, bytes]:
 def seeds() -> dict[str, list[bytes]]:
     """Return the files of this repository by kind; "small" are scenes of few bodies."""
     folders = [ROOT / part for part in ("examples", "tests/data", "tests/data/found")]
-    found: dict[str, list[bytes]] = {kind: [] for kind in ("small", "toml", "urdf", "xml", "par")}
+    found: dict[str, list[bytes]] = {kind: [] for kind in ("small", "toml", "urdf", "sdf", "xml", "par")}
     for path in sorted(path for folder in folders for path in folder.iterdir() if path.is_file()):
         kind = path.suffix[1:]
         content = path.read_bytes()
@@ -279,7 +284,7 @@ def seeds() -> dict[str, list[bytes]]:
             found[kind].append(content)
             if kind == "toml" and content.count(b"\n[bodies.") <= FEW and b"dh" not in content:
                 found["small"].append(content)
-    for kind in ("urdf", "par"):
+    for kind in ("urdf", "sdf", "par"):
         found[kind] += _converted(kind)
     found["homework"] = [path.read_bytes() for path in sorted((ROOT / "docs").glob("check-derivation.md"))]
     found["small"].sort(key=len)

@@ -12,12 +12,12 @@ from symdyn.graph import Op
 from symdyn.scene.declaration.joint_table import freedoms
 from symdyn.scene.formats.placing import ROUNDING, Doubles, decimal_text, matrix_of, times
 from symdyn.scene.values import folding
-from symdyn.scene.values.body import circular, impossible
+from symdyn.scene.values.body import Step, circular, impossible
 from symdyn.scene.values.entry import Entry, Faults, show
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.grammar import check_name
 from symdyn.scene.values.model import Scene
-from symdyn.scene.values.quantity import Quantity, Value, Vector
+from symdyn.scene.values.quantity import Quantity, Value
 
 Entries = tuple[Quantity, Quantity, Quantity, Quantity, Quantity, Quantity]
 
@@ -33,16 +33,17 @@ LARGEST = 1e-14
 """Relative to the largest entry; what rounding breaks is mended by less, and what is broken by more was so before."""
 
 
-def turned(entries: Entries, rpy: Vector) -> Entries:
-    """Return R I Rᵀ with R = Rz(yaw) Ry(pitch) Rx(roll), exact; right angles only permute the entries.
+def turned(entries: Entries, steps: Sequence[Step]) -> Entries:
+    """Return R I Rᵀ, exact; right angles only permute the entries.
 
     Args:
         entries: xx, yy, zz, xy, xz, yz of I along the turned axes, kg m^2.
-        rpy: roll, pitch and yaw of these axes in the body frame, rad.
+        steps: R as turns about moved axes, of these axes in the body frame.
     """
     matrix = dict(zip(PLACES, entries, strict=True))
-    for axis, angle in enumerate(rpy):
-        matrix = _turned_about(axis, angle, matrix)
+    for kind, angle in reversed(steps):
+        if angle != Quantity.ZERO:
+            matrix = _turned_about("xyz".index(kind[1]), angle, matrix)
     xx, yy, zz, xy, xz, yz = (matrix[key] for key in PLACES)
     return xx, yy, zz, xy, xz, yz
 

@@ -124,22 +124,31 @@ def xyz_rpy(pose: Pose, values: Mapping[str, Value]) -> tuple[list[Value], list[
     Raises:
         FormulaError: one of its amounts has no value.
     """
+    p, R = placement(pose, values)
+    turns = [(kind, known_angle(amount, values)) for kind, amount in pose.steps if kind[0] == "R"]
+    order = [kind for kind, _ in turns]
+    if order == [kind for kind in ("Rz", "Ry", "Rx") if kind in order]:
+        given = dict(turns)
+        return p, [given.get(kind, Fraction(0)) for kind in ("Rx", "Ry", "Rz")]
+    return p, _rpy(R)
+
+
+def placement(pose: Pose, values: Mapping[str, Value]) -> tuple[list[Value], Rows]:
+    """Return a pose as a translation (m) and a rotation matrix.
+
+    Raises:
+        FormulaError: one of its amounts has no value.
+    """
     R: Rows = [[Fraction(i == j) for j in range(3)] for i in range(3)]
     p: list[Value] = [Fraction(0)] * 3
-    turns: list[tuple[str, Value]] = []
     for kind, amount in pose.steps:
         axis = "xyz".index(kind[1])
         if kind[0] == "T":
             shift = known(amount, values)
             p = [p[i] + R[i][axis] * shift for i in range(3)]
         else:
-            turns.append((kind, known_angle(amount, values)))
             R = _product(R, _elementary(axis, amount, values))
-    order = [kind for kind, _ in turns]
-    if order == [kind for kind in ("Rz", "Ry", "Rx") if kind in order]:
-        given = dict(turns)
-        return p, [given.get(kind, Fraction(0)) for kind in ("Rx", "Ry", "Rz")]
-    return p, _rpy(R)
+    return p, R
 
 
 def known(quantity: Quantity, values: Mapping[str, Value]) -> Value:
@@ -243,7 +252,10 @@ class Doubles:
 
     def rotation(self, quaternion: Sequence[float], where: str) -> tuple[Step, ...]:
         """Return the rotation of a unit quaternion w, x, y, z as elementary steps."""
-        matrix = matrix_of(quaternion)
+        return self.turns(matrix_of(quaternion), where)
+
+    def turns(self, matrix: Matrix, where: str) -> tuple[Step, ...]:
+        """Return a rotation as elementary steps."""
         for sequence in SEQUENCES if self.snap else ():
             exact = [_exact_angle(angle) for angle in _angles(matrix, sequence)]
             if None in exact:

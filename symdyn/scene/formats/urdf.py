@@ -11,14 +11,10 @@ Reference: the URDF XML specification, wiki.ros.org/urdf/XML.
     floating         a free joint with a quaternion; planar: in the plane across the axis; neither is driven
     damping          enters the equations; friction and limits are data
     mimic            position = multiplier · position of the joint + offset
-
-Numbers in attributes of XML elements: exact as written, angles snapped, every fault collected.
 """
 
 from __future__ import annotations
 
-import re
-from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
@@ -26,105 +22,14 @@ from symdyn.errors import SceneError, listed, suggestion
 from symdyn.scene.declaration.declare import Declaration, reading_of
 from symdyn.scene.declaration.joint_table import STAND_IN, freedoms
 from symdyn.scene.declaration.reading import Opened, Reading, ReadOptions
-from symdyn.scene.formats.inertias import Entries, free_base, turned
-from symdyn.scene.formats.placing import printable_names, snap_angle
+from symdyn.scene.formats.inertias import free_base
+from symdyn.scene.formats.robot_file import RobotFile
 from symdyn.scene.formats.xml import XmlElement
 from symdyn.scene.joints.blocks import AXIS
 from symdyn.scene.joints.joint_table import JOINTS
-from symdyn.scene.values import folding
 from symdyn.scene.values.entry import Entry, Faults, show
-from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.model import Scene
-from symdyn.scene.values.quantity import NULL, FormulaError, Quantity, Vector, spell
-
-_DECIMAL = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?\Z", re.ASCII)
-
-
-class Attributes:
-    """Typed access to attributes. What cannot be read is a fault, and a usable stand-in takes its place."""
-
-    def __init__(self, faults: Faults, snap: bool) -> None:
-        """Remember where faults go and whether angles are snapped to multiples of π."""
-        self.faults, self.snap = faults, snap
-        self._snapped: dict[tuple[str, Quantity], list[str]] = {}
-
-    def text(self, where: str, element: XmlElement, key: str, advice: str) -> str:
-        """Return text that must be given, "" after a fault."""
-        value = element.attributes.get(key, "").strip()
-        if not value:
-            self.faults.add(where, f"<{element.tag}> has no {key}; {advice}")
-        return value
-
-    def number(self, where: str, element: XmlElement, key: str, default: Quantity | None = Quantity.ZERO) -> Quantity:
-        """Return a number; one that must be given has no default."""
-        if key not in element.attributes:
-            if default is None:
-                self.faults.add(where, f'<{element.tag}> has no {key}; give a number such as {key}="1.0"')
-            return default or Quantity.ZERO
-        return self._read(where, element, key, element.attributes[key].strip())
-
-    def angle(self, where: str, element: XmlElement, key: str) -> Quantity:
-        """Return an angle, rad; 0 when it is not given."""
-        value = self.number(where, element, key)
-        return self._snap(where, key, element.attributes.get(key, ""), value)
-
-    def vector(self, where: str, element: XmlElement | None, key: str, default: Vector = NULL) -> Vector:
-        """Return three numbers; the default when the element or the attribute is not there."""
-        words = self._three(where, element, key)
-        if element is None or words is None:
-            return default
-        return self._triple([self._read(where, element, key, word) for word in words])
-
-    def angles(self, where: str, element: XmlElement | None, key: str) -> Vector:
-        """Return three angles, rad; zeros when the element or the attribute is not there."""
-        words = self._three(where, element, key)
-        if element is None or words is None:
-            return NULL
-        place = f"<{element.tag}> {key}"
-        values = [self._snap(where, place, word, self._read(where, element, key, word)) for word in words]
-        return self._triple(values)
-
-    def note_snaps(self) -> None:
-        """Note every angle that was read as a multiple of π, one line for each spelling."""
-        for (text, value), places in self._snapped.items():
-            self.faults.note("", f"{text} is read as {spell(value)} in {', '.join(places)}")
-
-    def _three(self, where: str, element: XmlElement | None, key: str) -> list[str] | None:
-        if element is None or key not in element.attributes:
-            return None
-        words = element.attributes[key].split()
-        if len(words) == 3:
-            return words
-        shown = show(element.attributes[key])
-        advice = f'three are needed, such as {key}="0 0 1"'
-        self.faults.add(where, f"<{element.tag}> {key}={shown} has {len(words)} numbers; {advice}")
-        return None
-
-    def _triple(self, values: list[Quantity]) -> Vector:
-        x, y, z = values
-        return (x, y, z)
-
-    def _read(self, where: str, element: XmlElement, key: str, text: str) -> Quantity:
-        try:
-            if not _DECIMAL.match(text):
-                raise FormulaError("is not a decimal number; write one such as 0.35 or 1e-3")
-            return quantity(Decimal(text))
-        except FormulaError as error:
-            reason = str(error)
-            verb = "" if reason.startswith("is ") else "cannot be used: "
-            self.faults.add(where, f"<{element.tag}> {key}={show(text)} {verb}{reason}")
-            return Quantity.ZERO
-
-    def _snap(self, where: str, place: str, text: str, value: Quantity) -> Quantity:
-        snapped = snap_angle(text) if self.snap and value != Quantity.ZERO else None
-        if snapped is None:
-            return value
-        places = self._snapped.setdefault((text.strip(), snapped), [])
-        name = f"{where} {place}"
-        if name not in places:
-            places.append(name)
-        return snapped
-
+from symdyn.scene.values.quantity import Quantity, Vector, spell
 
 TYPES = {
     "revolute": "revolute",
@@ -139,11 +44,6 @@ SEVERAL = ("floating", "planar")
 """Joints of several coordinates, which nothing drives."""
 
 X_AXIS: Vector = (Quantity.ONE, Quantity.ZERO, Quantity.ZERO)
-
-UNLIMITED = 10**9
-"""A limit of this size or more is none: the format demands numbers, and files write 1e9 or 1e16 for "no limit"."""
-
-INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
 def read(path: Path | Opened, options: ReadOptions) -> Reading:
@@ -185,33 +85,30 @@ def _refuse_xacro(root: XmlElement, source: str) -> None:
                 raise SceneError(f"{source}: line {element.line}: {found}; {advice}")
 
 
-class _Robot:
+class _Robot(RobotFile):
     """One walk over one file: links to bodies, joints to joints, names to printable names."""
 
     def __init__(self, root: XmlElement, faults: Faults, options: ReadOptions) -> None:
-        self.root, self.faults = root, faults
-        self.source = faults.source
-        self.attributes = Attributes(faults, options.snap)
-        self.links = [self._named(link) for link in root.all("link")]
-        self.joints = [self._named(joint) for joint in root.all("joint")]
-        self.body_name = self._printable([name for name, _ in self.links if name], "link")
-        self.joint_name = self._printable([name for name, _ in self.joints if name], "joint")
+        super().__init__(root, faults, options)
+        self.links = [self.named(link) for link in root.all("link")]
+        self.joints = [self.named(joint) for joint in root.all("joint")]
+        self.body_name = self.printable([name for name, _ in self.links if name], "link")
+        self.joint_name = self.printable([name for name, _ in self.joints if name], "joint")
         self.base, roots = options.floating_base, self._roots()
         if self.base is None:
             self.body_name.update(dict.fromkeys(roots, Scene.GROUND))
         self.root_names = [self.body_name[name] for name in roots]
-        self.data: dict[str, list[str]] = {}
 
     def name(self) -> str:
         """Return the name of the scene."""
         given = self.root.attributes.get("name") or Path(self.source).stem
-        return self._printable([given], "robot")[given]
+        return self.printable([given], "robot")[given]
 
     def bodies(self) -> list[Entry]:
         """Return the links but the root."""
         entries = []
         for name, link in self.links:
-            where = self._where(name, link)
+            where = self.where(name, link)
             body = self._body(where, link)
             if name and self.body_name[name] != Scene.GROUND:
                 entries.append(Entry(self.body_name[name], body, where))
@@ -223,7 +120,7 @@ class _Robot:
     def joints_in_file(self) -> list[Entry]:
         """Return the joints; where the base floats, the one that carries the root is the first."""
         joints = [
-            Entry(self.joint_name[name], self._joint(self._where(name, joint), name, joint), self._where(name, joint))
+            Entry(self.joint_name[name], self._joint(self.where(name, joint), name, joint), self.where(name, joint))
             for name, joint in self.joints
             if name
         ]
@@ -231,30 +128,7 @@ class _Robot:
             joints[:0] = [free_base(self.base, root, joints, self.faults) for root in self.root_names]
         return joints
 
-    def note_data(self) -> None:
-        """Note what was snapped, and what was read that the equations do not hold, or that other tools leave out."""
-        self.attributes.note_snaps()
-        for what, names in self.data.items():
-            self.faults.note("", f"{what} ({listed(names)})")
-
     # Names and tree
-
-    def _named(self, element: XmlElement) -> tuple[str, XmlElement]:
-        name = element.attributes.get("name", "").strip()
-        if not name:
-            advice = f'give one such as name="{element.tag}_1"'
-            self.faults.add(f"line {element.line}", f"<{element.tag}> has no name; {advice}")
-        return name, element
-
-    def _where(self, name: str, element: XmlElement) -> str:
-        return f"line {element.line}: {element.tag} {name}".rstrip()
-
-    def _printable(self, names: list[str], kind: str) -> dict[str, str]:
-        chosen = printable_names(names, kind)
-        for name, better in chosen.items():
-            if name != better:
-                self.faults.note(f"{kind} {show(name)}", f"is called {better} here")
-        return chosen
 
     def _roots(self) -> list[str]:
         """Return the links that are nobody's child; in a tree there is one."""
@@ -283,17 +157,11 @@ class _Robot:
             return {}
         table: dict[str, Any] = {"mass": self.attributes.number(where, mass, "value", None)}
         if inertia is None:
-            self._note("<inertial> without <inertia> is read as a point mass at its origin", where)
+            self.note("<inertial> without <inertia> is read as a point mass at its origin", where)
             return table | {"com": self.attributes.vector(where, origin, "xyz")}
-        xx, yy, zz, xy, xz, yz = (self.attributes.number(where, inertia, key, None) for key in INERTIA)
-        entries: Entries = (xx, yy, zz, xy, xz, yz)
         rpy = self.attributes.angles(where, origin, "rpy")
-        if rpy != NULL:
-            entries = turned(entries, rpy)
         table["com"] = self.attributes.vector(where, origin, "xyz")
-        table["inertia"] = dict(zip(("xx", "yy", "zz", "xy", "xz", "yz"), entries, strict=True))
-        table["inertia_about"] = "com"
-        return table
+        return table | self.inertia(where, inertia, tuple(zip(("Rz", "Ry", "Rx"), reversed(rpy), strict=True)))
 
     # Joints
 
@@ -316,20 +184,20 @@ class _Robot:
         if not freedoms(Entry(name, table, where)):
             for key in ("damping", "friction"):
                 if losses.get(key, Quantity.ZERO) != Quantity.ZERO:
-                    self._note(f"{key} of a fixed joint is left out", name)
+                    self.note(f"{key} of a fixed joint is left out", name)
             if joint.first("mimic") is not None:
-                self._note("mimic of a fixed joint is left out", name)
+                self.note("mimic of a fixed joint is left out", name)
             return table
         if AXIS in JOINTS[kind].keys:
             table["axis"] = self.attributes.vector(where, joint.first("axis"), "xyz", X_AXIS)
         if joint.attributes.get("type") in SEVERAL:
             for tag in ("limit", "mimic"):
                 if joint.first(tag) is not None:
-                    self._note(f"{tag} of a joint with several coordinates is left out", name)
+                    self.note(f"{tag} of a joint with several coordinates is left out", name)
             return table | losses | {"drive": False}
         table.update(losses)
         if losses.get("damping", Quantity.ZERO) != Quantity.ZERO:
-            self._note("damping enters the equations as -damping * rate", name)
+            self.note("damping enters the equations as -damping * rate", name)
         table["limits"] = self._limits(where, joint)
         mimic = joint.first("mimic")
         if mimic is not None:
@@ -363,20 +231,7 @@ class _Robot:
                 self.faults.add(where, f"<limit> is missing; {advice}")
             return {}
         defaults = {} if kind == "continuous" else {"lower": Quantity.ZERO, "upper": Quantity.ZERO}
-        limits = {}
-        for key in (*defaults, "velocity", "effort"):
-            if limit.attributes.get(key, "").strip().lstrip("+-").lower() in ("inf", "infinity"):
-                continue
-            value = self.attributes.number(where, limit, key, defaults.get(key))
-            size = folding.fraction(value)
-            if size is None or -UNLIMITED < size < UNLIMITED:
-                limits[key] = value
-        low, high = (folding.fraction(limits[key]) if key in limits else None for key in ("lower", "upper"))
-        if low is not None and high is not None and low > high:
-            shown = (f"{key}={show(limit.attributes.get(key, '0'))}" for key in ("lower", "upper"))
-            self.faults.add(where, f"<limit> {' is above '.join(shown)}; swap them")
-            return {}
-        return limits
+        return self.limits(where, limit, {**defaults, "velocity": None, "effort": None})
 
     def _mimic(self, where: str, joint: XmlElement, mimic: XmlElement) -> dict[str, object]:
         leader = self.attributes.text(where, mimic, "joint", "name the joint to follow")
@@ -387,9 +242,6 @@ class _Robot:
             "ratio": self.attributes.number(where, mimic, "multiplier", Quantity.ONE),
             "offset": read_offset(where, mimic, "offset"),
         }
-
-    def _note(self, what: str, name: str) -> None:
-        self.data.setdefault(what, []).append(name)
 
 
 def _link_of(joint: XmlElement, key: str) -> str:

@@ -8,7 +8,7 @@ no gravity, no rotor inertia, no forces in formulas, no passive joints, and no n
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Iterable, Sequence
 from fractions import Fraction
 from xml.sax.saxutils import quoteattr
 
@@ -17,13 +17,15 @@ from symdyn.errors import SceneError, listed
 from symdyn.scene.declaration.reading import Written, lost_words
 from symdyn.scene.formats.inertias import possible
 from symdyn.scene.formats.placing import angle_text, decimal_text, known, known_angle, printable_names, xyz_rpy
-from symdyn.scene.formats.urdf import INERTIA, TYPES, UNLIMITED
+from symdyn.scene.formats.robot_file import INERTIA, UNLIMITED
+from symdyn.scene.formats.urdf import TYPES
 from symdyn.scene.joints.blocks import AXIS, ORIENTATION
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.body import Body, Pose, central_inertia
 from symdyn.scene.values.joint import Joint
+from symdyn.scene.values.key import Key
 from symdyn.scene.values.model import STANDARD_GRAVITY, Scene
-from symdyn.scene.values.quantity import Quantity, Value, spell
+from symdyn.scene.values.quantity import Quantity, Value, Vector, spell
 
 KINDS = {ours: next(word for word in TYPES if TYPES[word] == ours) for ours in dict.fromkeys(TYPES.values())}
 
@@ -39,31 +41,45 @@ def write_text(scene: Scene) -> Written:
     Raises:
         SceneError: a parameter has no value, or a body has a first moment without a mass.
     """
+    check_writable(scene, "URDF", KINDS, scene.joints)
+    return Written(UrdfWriter(scene).text(), tuple(_lost(scene)))
+
+
+def check_writable(scene: Scene, format: str, kinds: Collection[str], joints: Iterable[Joint]) -> None:
+    """Raise what a format of numbers cannot hold even in part: letters without a value, joints of other kinds."""
     free = [*(parameter.name for parameter in scene.free_parameters), *scene.changing]
     if free:
         advice = "give each a value, or write TOML"
         have = "has" if len(free) == 1 else "have"
-        raise SceneError(f"{scene.name}: URDF holds numbers only, and {listed(free)} {have} no value; {advice}")
-    strange = [joint for joint in scene.joints if joint.type not in KINDS]
-    if strange:
-        where = f"{scene.source or scene.name}: joints."
-        known = ", ".join(KINDS)
-        raise SceneError([f"{where}{one.name}: a URDF has no {one.type} joints; it has {known}" for one in strange])
-    return Written(_Writer(scene).text(), tuple(_lost(scene)))
+        raise SceneError(f"{scene.name}: {format} holds numbers only, and {listed(free)} {have} no value; {advice}")
+    if strange := [joint for joint in joints if joint.type not in kinds]:
+        where, known = f"{scene.source or scene.name}: joints.", ", ".join(kinds)
+        raise SceneError([f"{where}{one.name}: {format} has no {one.type} joints; it has {known}" for one in strange])
 
 
 def _lost(scene: Scene) -> list[str]:
     """Return what the format cannot hold, one line each."""
+    lost = lost_names(scene)
+    if [x.at(values_of(scene)) for x in scene.gravity] != [x.at({}) for x in STANDARD_GRAVITY]:
+        shown = ", ".join(spell(x) for x in scene.gravity)
+        lost.append(f"gravity = [{shown}]: readers of URDF take [0, 0, -9.81]")
+    for joint in scene.joints:
+        where = f"joints.{joint.name}"
+        if joint.coordinate and joint.drive is None:
+            lost.append(f"{where}: drive = false: every joint of a URDF that moves is driven")
+        if len(joint.coordinates) > 1 and any(joint.drives):
+            lost.append(f"{where}: drives: no floating or planar joint of a URDF is driven")
+    return [*lost, *lost_words(scene)]
+
+
+def lost_names(scene: Scene) -> list[str]:
+    """Return what a format of bodies and joints in numbers cannot hold, names first, one line each."""
     lost = []
     if scene.parameters:
         names = listed(parameter.name for parameter in scene.parameters)
         lost.append(f"the names of parameters: {names} are written as their values")
     if known := [parameter.name for parameter in scene.parameters if parameter.tolerance]:
         lost.append(f"tolerances: {listed(known)}")
-    values = _values(scene)
-    if [x.at(values) for x in scene.gravity] != [x.at(values) for x in STANDARD_GRAVITY]:
-        shown = ", ".join(spell(x) for x in scene.gravity)
-        lost.append(f"gravity = [{shown}]: readers of URDF take [0, 0, -9.81]")
     renamed = [q for k, q in enumerate(scene.coordinates, start=1) if q != f"q{k}"]
     if renamed:
         lost.append(f"the names of coordinates: {listed(renamed)} are called q1, q2, ... when the file is read again")
@@ -72,15 +88,10 @@ def _lost(scene: Scene) -> list[str]:
         lost.append(f"the names of drives: {listed(renamed)} are called tau1, tau2, ... when the file is read again")
     for joint in scene.joints:
         where = f"joints.{joint.name}"
-        if joint.coordinate and joint.drive is None:
-            lost.append(f"{where}: drive = false: every joint of a URDF that moves is driven")
-        if len(joint.coordinates) > 1 and any(joint.drives):
-            lost.append(f"{where}: drives: no floating or planar joint of a URDF is driven")
         if ORIENTATION.of(joint) != ORIENTATION.default:
             lost.append(f'{where}: orientation = "{ORIENTATION.of(joint)}": it is read as a quaternion')
         if joint.armature != Quantity.ZERO:
             lost.append(f"{where}: armature = {spell(joint.armature)}: there is no rotor inertia")
-    lost += lost_words(scene)
     for body in scene.bodies:
         if body.allow_invalid_inertia:
             again = argument("allow_invalid_inertia", True)
@@ -88,36 +99,40 @@ def _lost(scene: Scene) -> list[str]:
     return lost
 
 
-def _values(scene: Scene) -> dict[str, Value]:
+def values_of(scene: Scene) -> dict[str, Value]:
+    """Return the values of the parameters."""
     found = {p.name: p.value.at({}) for p in scene.parameters if p.value is not None}
     return {name: value for name, value in found.items() if value is not None}
 
 
-class _Writer:
+class UrdfWriter:
     """One scene, with the values of its parameters and names for the links and joints that URDF needs on top."""
 
+    FORMAT = "URDF"
+
     def __init__(self, scene: Scene) -> None:
-        self.scene, self.values = scene, _values(scene)
+        """Remember values, and which names are taken."""
+        self.scene, self.values = scene, values_of(scene)
         self.frames = [body.name for body in scene.bodies] + [point.name for point in scene.points]
         self.joints = [joint.name for joint in scene.joints]
-        self.leaders = {joint.coordinate: joint.name for joint in scene.moving}
+        self.leaders = {joint.coordinate: joint.name for joint in scene.moving if len(joint.coordinates) == 1}
 
     def text(self) -> str:
         """Return the file."""
-        lines = _element("link", Scene.GROUND)
+        lines = element("link", Scene.GROUND)
         for joint, body in zip(self.scene.joints, self.scene.bodies, strict=True):
             carried = body.name
             if joint.tip.steps:
                 carried = self.new(self.frames, f"{body.name}_base")
-                lines += [*_element("link", carried), *self.joint(joint, carried)]
+                lines += [*element("link", carried), *self.joint(joint, carried)]
                 lines += self.fixed(self.new(self.joints, f"{joint.name}_tip"), carried, body.name, joint.tip)
             else:
                 lines += self.joint(joint, carried)
-            lines += _element("link", body.name, self.inertial(body))
+            lines += element("link", body.name, self.inertial(body))
         for point in self.scene.points:
-            lines += _element("link", point.name)
+            lines += element("link", point.name)
             lines += self.fixed(self.new(self.joints, f"{point.name}_joint"), point.body, point.name, point.at)
-        return "\n".join(['<?xml version="1.0"?>', *_element("robot", self.scene.name, lines)]) + "\n"
+        return "\n".join(['<?xml version="1.0"?>', *element("robot", self.scene.name, lines)]) + "\n"
 
     def new(self, taken: list[str], name: str) -> str:
         """Return a name like `name` that is not taken, and take it."""
@@ -133,8 +148,8 @@ class _Writer:
         if not mass and not any(inertia):
             return []
         entries = " ".join(f'{key}="{decimal_text(x)}"' for key, x in zip(INERTIA, possible(inertia), strict=True))
-        origin = [f'<origin xyz="{_words(com)}"/>'] if any(com) else []
-        return _element("inertial", "", [*origin, f'<mass value="{decimal_text(mass)}"/>', f"<inertia {entries}/>"])
+        origin = [f'<origin xyz="{words_of(com)}"/>'] if any(com) else []
+        return element("inertial", "", [*origin, f'<mass value="{decimal_text(mass)}"/>', f"<inertia {entries}/>"])
 
     def combined(self, body: Body) -> tuple[Value, list[Value], list[Value]]:
         """Return mass, centre of mass and inertia about it (xx, yy, zz, xy, xz, yz) of a body with its point masses."""
@@ -187,15 +202,20 @@ class _Writer:
             inside.append(f"<limit {shown}/>")
         inside += self.dynamics(joint)
         if joint.coupling is not None:
-            if len(joint.coupling.ratios) > 1:
-                advice = "give it a coordinate of its own, or write TOML"
-                raise SceneError(
-                    f"{self.scene.name}: joints.{joint.name}: URDF has no joint that follows several; {advice}"
-                )
-            ((followed, slope),) = joint.coupling.ratios
-            ratio, offset, leader = decimal_text(self.value(slope)), self.offset(joint), self.leaders[followed]
+            leader, ratio, offset = self.follows(joint)
             inside.append(f'<mimic joint="{leader}" multiplier="{ratio}" offset="{offset}"/>')
         return self.ends(joint.name, kind, joint.parent, child, joint.origin, inside)
+
+    def follows(self, joint: Joint) -> tuple[str, str, str]:
+        """Return the joint that one with a coupling follows, the ratio and the offset."""
+        assert joint.coupling is not None, "the joint follows another one"
+        (followed, slope), *more = joint.coupling.ratios
+        if more or followed not in self.leaders:
+            what = "several" if more else "one coordinate of several"
+            advice = "give it a coordinate of its own, or write TOML"
+            where = f"{self.scene.name}: joints.{joint.name}"
+            raise SceneError(f"{where}: {self.FORMAT} has no joint that follows {what}; {advice}")
+        return self.leaders[followed], decimal_text(self.value(slope)), self.offset(joint)
 
     def several(self, joint: Joint, child: str) -> list[str]:
         """Return the lines of a floating or planar joint."""
@@ -217,21 +237,21 @@ class _Writer:
     def ends(self, name: str, kind: str, parent: str, child: str, origin: Pose, inside: Sequence[str]) -> list[str]:
         """Return the lines of any joint."""
         xyz, rpy = xyz_rpy(origin, self.values)
-        shift = f' xyz="{_words(xyz)}"' if any(xyz) else ""
+        shift = f' xyz="{words_of(xyz)}"' if any(xyz) else ""
         turn = f' rpy="{" ".join(angle_text(x) for x in rpy)}"' if any(rpy) else ""
         place = [f"<origin{shift}{turn}/>"] if shift or turn else []
         lines = [*place, f'<parent link="{parent}"/>', f'<child link="{child}"/>', *inside]
-        return _element("joint", name, lines, f' type="{kind}"')
+        return element("joint", name, lines, f' type="{kind}"')
 
-    def axis(self, joint: Joint) -> str:
-        """Return the axis with length one, as the format wants it; rounded unit vectors are left as they are."""
-        axis = [self.value(x) for x in joint.axis]
+    def axis(self, joint: Joint, key: Key[Vector] = AXIS) -> str:
+        """Return an axis with length one, as the format wants it; rounded unit vectors are left as they are."""
+        axis = [self.value(x) for x in key.of(joint)]
         if abs(math.hypot(*map(float, axis)) - 1) < NEARLY_ONE:
-            return _words(axis)
+            return words_of(axis)
         if sum(map(bool, axis)) == 1:
-            return _words([Fraction((x > 0) - (x < 0)) for x in axis])
+            return words_of([Fraction((x > 0) - (x < 0)) for x in axis])
         length = math.hypot(*(float(x) for x in axis))
-        return _words([float(x) / length if x else Fraction(0) for x in axis])
+        return words_of([float(x) / length if x else Fraction(0) for x in axis])
 
     def offset(self, joint: Joint) -> str:
         """Return the offset of a joint that follows another one, an angle if it turns."""
@@ -251,13 +271,14 @@ class _Writer:
         return known(quantity, self.values)
 
 
-def _element(tag: str, name: str, inside: Sequence[str] = (), more: str = "") -> list[str]:
+def element(tag: str, name: str, inside: Sequence[str] = (), more: str = "") -> list[str]:
     """Return an element, what is inside indented by one step."""
-    opening = f"{tag} name={quoteattr(name)}{more}" if name else tag
+    opening = f"{tag} name={quoteattr(name)}{more}" if name else f"{tag}{more}"
     if not inside:
         return [f"<{opening}/>"]
     return [f"<{opening}>", *(INDENT + line for line in inside), f"</{tag}>"]
 
 
-def _words(numbers: Sequence[Value]) -> str:
+def words_of(numbers: Sequence[Value]) -> str:
+    """Return numbers with blanks between them."""
     return " ".join(decimal_text(x) for x in numbers)

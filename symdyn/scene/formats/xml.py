@@ -2,7 +2,8 @@
 
 Document types are refused whole, so that there are no entities to expand and nothing outside to fetch. The text is fed
 to the parser in small pieces and refused as soon as it nests too deep, grows too many elements, or opens a tag that
-does not end. What remains is a plain tree of elements with the lines they stand in; text between tags is dropped.
+does not end. What remains is a plain tree of elements with the lines they stand in; of a text
+between tags the beginning is kept.
 
 Two slips that other readers of robot files pass over are mended with a note, in the text and before the parser sees it:
 a declaration <?xml ...?> that is not the first thing of the file, and prefixes that are declared nowhere.
@@ -35,6 +36,9 @@ LONGEST_GAP = 10_000
 MOST_PREFIXES = 50
 MOST_COMMENTS = 1000
 
+LONGEST_TEXT = 1000
+"""Characters of the text of an element that are kept; that of a longer one ends in dots, and is no number."""
+
 _BOM = b"\xef\xbb\xbf"
 
 _PROLOG = ((b"<!--", b"-->"), (b"<?", b"?>"), (b"<!", b">"))  # what may stand in front of the root element
@@ -62,12 +66,14 @@ class XmlElement:
         attributes: by name, in the order of the file.
         line: where it begins, from 1.
         children: elements inside it, in the order of the file.
+        pieces: of the text inside it.
     """
 
     tag: str
     attributes: dict[str, str]
     line: int
     children: list[XmlElement] = field(default_factory=list)
+    pieces: list[str] = field(default_factory=list)
 
     @staticmethod
     def read(path: Path | Opened, note: Note | None = None) -> XmlElement:
@@ -110,6 +116,16 @@ class XmlElement:
     def first(self, tag: str) -> XmlElement | None:
         """Return the first child called `tag`, as readers of URDF do when there are several."""
         return next((child for child in self.children if child.tag == tag), None)
+
+    @property
+    def text(self) -> str:
+        """The text inside it, without blanks around it."""
+        return "".join(self.pieces).strip()
+
+    def flat(self) -> XmlElement:
+        """Return the element with what children without children say, by their names, among its attributes."""
+        said = {child.tag: child.text for child in reversed(self.children) if child.text and not child.children}
+        return XmlElement(self.tag, {**said, **self.attributes}, self.line, self.children, self.pieces)
 
     def walk(self) -> Iterator[XmlElement]:
         """Return the element and everything inside it, in the order of the file."""
@@ -249,6 +265,12 @@ class _Builder:
         else:
             self.root = element
         self.open.append(element)
+
+    def data(self, text: str) -> None:
+        pieces = self.open[-1].pieces
+        room = LONGEST_TEXT - sum(map(len, pieces))
+        if room >= 0:
+            pieces.append(text if len(text) <= room else f"{text[:room]}...")
 
     def end(self, tag: str) -> None:
         self.open.pop()
