@@ -37,6 +37,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.algebra import Array
+from symdyn.transcription.local import PLACES
 from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
@@ -105,6 +106,9 @@ METHODS: dict[str, Method] = {
 
 Places = NDArray[np.int64]
 """Indices."""
+
+ROWWISE = ("balance", "held", "path", "cone", "open")
+"""Functions whose entries are equations as they are."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -276,7 +280,7 @@ class Slopes:
         if "pull" in p.locals:
             found.append(-p.locals["pull"].slopes(p.behind(nodes)))
         for name in self._rowwise:
-            values = p.locals[name].slopes(stages if name == "balance" else nodes)
+            values = p.locals[name].slopes(stages if PLACES[name] == "stage" else nodes)
             _, known, chain = p.wires[name]
             found.append(values if name in self._plain else (values * chain)[known])
         return found
@@ -298,5 +302,5 @@ class Slopes:
 
     @cached_property
     def _rowwise(self) -> list[str]:
-        """Functions whose entries are equations as they are."""
-        return [name for name in ("balance", "held", "path") if name in self.problem.locals]
+        """Those that the problem has."""
+        return [name for name in ROWWISE if name in self.problem.locals]

@@ -5,6 +5,7 @@ of the user. Unknowns at a place are of these kinds:
 
     q, s, u      coordinates, states of one's own, velocities       λ    multipliers of all rows, "multiplier"
     a            accelerations u̇                                    y    what the ends of intervals give way by, "slack"
+    λ, Λ         forces and impulses of contacts, "contact" and "impulse", see `contact_entries`
     τ            driving forces and inputs, "force"                 t    time
     p            parameters that are unknowns, "free"
 
@@ -15,6 +16,8 @@ of the user. Unknowns at a place are of these kinds:
     path         formulas of the user                               at the ends of intervals
     running      the integrand of the cost                          at stages
     final        the cost of the end                                at the end
+    cone, open   what contacts keep inside a phase                  at stages, at the ends of intervals
+    momentum, law, touch, struck                                    between two phases
 
 The balance is that of inverse dynamics, with accelerations as unknowns: it takes about half the operations of forward
 dynamics, has no matrix to factor in it, and its derivatives take a third. A prescribed motion is a constraint
@@ -40,17 +43,27 @@ from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import Faults
 from symdyn.simulation import compiled_entries, points
 from symdyn.simulation.prescribed import drive_names, number_of, parameter_values
+from symdyn.transcription.contact_entries import Contacts
 
 PLACES = {
     "balance": "stage",
     "rates": "stage",
     "running": "stage",
+    "cone": "stage",
     "held": "node",
     "pull": "node",
     "path": "node",
+    "open": "node",
     "final": "end",
+    "momentum": "passage",
+    "law": "passage",
+    "touch": "passage",
+    "struck": "passage",
 }
 """Where each local function is asked for."""
+
+GIVEN = ("mode", "law")
+"""Kinds of numbers that are no unknowns: what contacts do in a phase, and in a passage."""
 
 Pattern = tuple[tuple[int, str, int], ...]
 
@@ -85,6 +98,7 @@ class Written:
         rows: number of rows, those of prescribed motions last.
         holding: the rows among them that hold a position.
         rest: the balance without what inverse dynamics finds.
+        contacts: what opens and closes.
     """
 
     kinds: Mapping[str, tuple[Expr, ...]]
@@ -93,6 +107,7 @@ class Written:
     rows: int
     holding: tuple[int, ...]
     rest: tuple[Expr, ...]
+    contacts: Contacts
 
 
 def written(w: Workspace, free: Sequence[str], formulas: Mapping[str, Sequence[Quantity]]) -> Written:
@@ -107,7 +122,8 @@ def written(w: Workspace, free: Sequence[str], formulas: Mapping[str, Sequence[Q
     holding = tuple(k for k, entry in enumerate(residual) if not entry.is_zero)
     own = [k for k, name in enumerate(w.scene.drives) if name and k not in given.place]
     driven = (*own, *range(n, n + len(w.inputs)))
-    parts = _quaternions(w)
+    parts, contacts = _quaternions(w), Contacts.of(w, len(G))
+    count, first = len(contacts.gaps) + len(contacts.forces), len(holding) + len(G) + len(parts)
     kinds = {
         "q": w.state.q,
         "s": w.states,
@@ -115,31 +131,46 @@ def written(w: Workspace, free: Sequence[str], formulas: Mapping[str, Sequence[Q
         "a": w.state.qdd,
         "multiplier": symbols_of(w, "multiplier", len(G)),
         "force": (*(w.state.tau[k] for k in own), *w.inputs),
-        "slack": symbols_of(w, "slack", len(holding) + len(G) + len(parts)),
+        "slack": symbols_of(w, "slack", first + count),
         "free": tuple(graph.symbol(name) for name in free),
         TIME: (graph.symbol(TIME),),
+        "contact": contacts.forces,
+        "mode": contacts.mode,
+        "before": contacts.before,
+        "impulse": contacts.impulses,
+        "law": contacts.law,
     }
     forces = w.forces(list(w.state.qdd))
     across = [[row[k] for row in G] for k in range(n)]
     held = [graph.total(x * y for x, y in zip(row, kinds["multiplier"], strict=True)) for row in across]
+    for row, force in zip(contacts.rows, contacts.forces, strict=True):
+        held = [x + part * force for x, part in zip(held, row, strict=True)]
     acting = [-(w.state.tau[k] if k in own else graph.zero) - held[k] for k in range(n)]
     nu, mu = kinds["slack"][: len(holding)], kinds["slack"][len(holding) : len(holding) + len(G)]
     moved = [graph.total(across[k][r] * x for r, x in zip(holding, nu, strict=True)) for k in range(n)]
+    turned = [graph.total(across[k][r] * x for r, x in enumerate(mu)) for k in range(n)]
+    if contacts.touches:
+        more = contacts.pulled(kinds["slack"][first:], n)
+        moved, turned = ([*map(add, *both)] for both in zip((moved, turned), more, strict=True))
+        accelerated = (x for one in contacts.touches for x in one.rows)
+        acceleration += contacts.balance([_along(row.entries, w.state.qdd) + row.bias for row in accelerated])
     pull = substitute(w.state.rates, dict(zip(w.state.qd, moved, strict=True)))
-    for part, rho in zip(parts, kinds["slack"][len(holding) + len(G) :], strict=True):
+    for part, rho in zip(parts, kinds["slack"][len(holding) + len(G) : first], strict=True):
         for k in part:
             pull[k] = pull[k] + rho * w.state.q[k]
     pull += [graph.zero for _ in w.states]
-    pull += [graph.total(x * y for x, y in zip(row, mu, strict=True)) for row in across]
+    pull += turned
     lengths = [graph.total(w.state.q[k] * w.state.q[k] for k in part) - graph.one for part in parts]
     entries: dict[str, Sequence[Expr]] = {
         "balance": [*map(add, forces, acting), *acceleration],
         "rates": [*w.state.rates, *w.state_rates],
-        "held": [*(residual[k] for k in holding), *rate, *lengths],
+        "held": [*(residual[k] for k in holding), *rate, *lengths, *contacts.held(w.state.qd)],
         "pull": pull if kinds["slack"] else [],
     }
     entries |= {name: _expressed(w, found) for name, found in formulas.items()}
-    return Written(kinds, entries, driven, len(G), holding, (*acting, *acceleration))
+    if contacts.touches:
+        entries |= {"cone": contacts.cone, "open": contacts.open(w.state.qd), **contacts.passage(w, G, forces)}
+    return Written(kinds, entries, driven, len(G), holding, (*acting, *acceleration), contacts)
 
 
 def _rows(w: Workspace) -> tuple[list[list[Expr]], list[Expr], list[Expr], list[Expr]]:
@@ -151,10 +182,8 @@ def _rows(w: Workspace) -> tuple[list[list[Expr]], list[Expr], list[Expr], list[
     if w.scene.is_constrained:
         rows = w.loops.recursive
         G, residual, bias = w.loops.G(rows), w.loops.residual(rows), w.loops.bias(rows)
-    rate = [graph.total(x * y for x, y in zip(row, u, strict=True)) for row in G]
-    acceleration = [
-        graph.total(x * y for x, y in zip(row, a, strict=True)) + rest for row, rest in zip(G, bias, strict=True)
-    ]
+    rate = [_along(row, u) for row in G]
+    acceleration = [_along(row, a) + rest for row, rest in zip(G, bias, strict=True)]
     given = w.prescribed
     at = {speed: q for q, speed in zip(w.state.q, w.state.rates, strict=True)}
     for k, p, v, b in zip(given.place, given.position, given.velocity, given.acceleration, strict=True):
@@ -163,6 +192,10 @@ def _rows(w: Workspace) -> tuple[list[list[Expr]], list[Expr], list[Expr], list[
         rate.append(u[k] - v)
         acceleration.append(a[k] - b)
     return G, residual, rate, acceleration
+
+
+def _along(row: Sequence[Expr], x: Sequence[Expr]) -> Expr:
+    return x[0].graph.total(a * b for a, b in zip(row, x, strict=True))
 
 
 def symbols_of(w: Workspace, name: str, count: int) -> tuple[Expr, ...]:
@@ -249,6 +282,7 @@ def inputs_of(result: Written, entries: Sequence[Expr]) -> list[tuple[str, int, 
     """Return the unknowns that entries have in them: kind, place in it, symbol."""
     seen = appearing(entries)
     flat = [(kind, k, symbol) for kind, symbols in result.kinds.items() for k, symbol in enumerate(symbols)]
+    flat = [one for one in flat if one[0] not in GIVEN]
     return [one for one in flat if one[2] in seen]
 
 

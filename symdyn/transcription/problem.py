@@ -1,14 +1,13 @@
 """From a scene and what is asked of its motion to a problem in numbers: the function `collocation`.
 
-It says where unknowns and equations stand, what is known of them (bounds, ends, a first guess), and what a user should
-know before it is solved: kinks, and what does not follow parameters that are unknowns.
+It says where unknowns and equations stand, and what is known of them: bounds, ends, a first guess. Of contacts there is
+a problem for each phase of the motion, and they are joined.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain
 from numbers import Real
 from operator import index
 from typing import Literal
@@ -18,16 +17,17 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.arguments import SympyExpression, argument, suggesting
 from symdyn.dynamics.mechanism import TIME
-from symdyn.dynamics.outputs import kinks
+from symdyn.dynamics.outputs import unilaterals_of, with_modes
 from symdyn.errors import SimulateError, listed, suggestion
-from symdyn.graph import substitute
-from symdyn.scene import Quantity, Scene, SceneLike, SceneUnits, parse
-from symdyn.scene.joints import start_of
+from symdyn.scene import Quantity, Scene, SceneLike, SceneUnits
 from symdyn.scene.values import Faults, FormulaError, formula_text, spell, substituted, velocity_name
 from symdyn.simulation import Problem, Start
 from symdyn.simulation.prescribed import drive_names, number_of, parameter_values, read_formula
 from symdyn.transcription.grid import METHODS, Grid, grid, numbered
-from symdyn.transcription.local import Source, Written, source
+from symdyn.transcription.local import Written, source
+from symdyn.transcription.phased import Phased, joined
+from symdyn.transcription.phases import Phase, Sides, bound_phase, read_phases, refused
+from symdyn.transcription.remarks import remarks, taken
 from symdyn.transcription.transcribed import Collocation
 
 Range = tuple[float | None, float | None] | float
@@ -85,6 +85,7 @@ class Layout:
                 "u": (P, nv),
                 "a": (S, nv),
                 "multiplier": (S, found.rows),
+                "contact": (S, len(found.kinds["contact"])),
                 "force": (S, len(found.driven)),
                 "slack": (N, len(found.kinds["slack"])),
                 "free": (len(self.free),),
@@ -93,17 +94,19 @@ class Layout:
         )
         self.row, self.rows = numbered(
             {
-                "balance": (S, nv + found.rows),
+                "balance": (S, len(found.entries["balance"])),
                 "defects": (N, grid.target.shape[1], nq + ns + nv),
                 "held": (N + 1, len(found.entries["held"])),
                 "path": (N + 1, self.paths),
+                "cone": (S, len(found.entries.get("cone", ()))),
+                "open": (N + 1, len(found.entries.get("open", ()))),
             }
         )
 
     def bounded(
-        self, start: Start, bounds: Mapping[str, Range], values: Mapping[str, Quantity], faults: Faults
+        self, start: Start | None, bounds: Mapping[str, Range], values: Mapping[str, Quantity], faults: Faults
     ) -> tuple[Array, Array]:
-        """Return the bounds of z: those of joints, those that are given, and the start."""
+        """Return the bounds of z: those of joints, those that are given, and the start where it is."""
         scene, place = self.scene, self.place
         lower, upper = np.full(self.size, -np.inf), np.full(self.size, np.inf)
         columns = {name: place["q"][:, k] for k, name in enumerate(scene.coordinates)}
@@ -124,9 +127,9 @@ class Layout:
             else:
                 lower[at], upper[at] = low, high
         lower[place["T"]], upper[place["T"]] = self.span
-        states = (("q", scene.coordinates, start.q), ("s", self.states, start.s), ("u", scene.velocities, start.u))
-        for kind, names, x in states:
-            for k, name in enumerate(names):
+        names = {"q": scene.coordinates, "s": self.states, "u": scene.velocities}
+        for kind, x in () if start is None else (("q", start.q), ("s", start.s), ("u", start.u)):
+            for k, name in enumerate(names[kind]):
                 self._fix(0, kind, k, name, float(x[k]), "start", lower, upper, faults)
         return lower, upper
 
@@ -217,58 +220,6 @@ def _limits(
     return found
 
 
-WHAT = {
-    "balance": "the equations of motion",
-    "rates": "the rates of states",
-    "held": "loops and prescribed motions",
-    "path": "the path",
-    "running": "the cost",
-    "final": "the final cost",
-}
-"""What functions are called that may have kinks."""
-
-
-def remarks(source: Source) -> Iterator[str]:
-    """Tell where functions have kinks, and whether the start, which is given whole, fixes what is unknown."""
-    w, found = source.workspace, source.written
-    meant = dict(zip(w.state.tau, map(w.graph.symbol, drive_names(w.scene)), strict=True))
-    varied = substitute(list(chain(*found.kinds.values())), meant)
-    for name, what in WHAT.items():
-        if told := kinks(substitute(list(found.entries[name]), meant), varied):
-            yield f"slopes of {what} are {told.removeprefix('; ')}"
-    if "held" in source.locals:
-        pattern = source.locals["held"].pattern
-        moving = {source.free[k] for i, kind, k in pattern if kind == "free" and i < len(found.holding)}
-        if moving:
-            yield (
-                f"rows at the start, which is given whole, have {listed(sorted(moving))} in them: only values that "
-                "close them there are left"
-            )
-
-
-def taken(scene: Scene, free: Sequence[str], given: Mapping[str, Mapping[str, object]]) -> Iterator[str]:
-    """Tell where the guess of an unknown parameter is taken for its value: in what must be a number."""
-    formulas = [
-        (f"{where}: {name}", parse(text))
-        for where, one in given.items()
-        for name, text in one.items()
-        if isinstance(text, str)
-    ]
-    for where, names, those in (
-        ("start", scene.coordinates, start_of(scene).position),
-        ("start", [one.name for one in scene.states], [one.value for one in scene.states]),
-        ("start rates", scene.velocities, start_of(scene).velocity),
-    ):
-        formulas += [(f"{where}: {n}", x) for n, x in zip(names, those, strict=True) if n not in given.get(where, {})]
-    for joint in scene.moving:
-        limits = joint.limits
-        every = (limits.lower, limits.upper, limits.velocity, limits.effort)
-        formulas += [(f"limits of {joint.name}", x) for x in every if isinstance(x, Quantity)]
-    for where, formula in formulas:
-        if unknown := [name for name in formula.symbols if name in free]:
-            yield f"{where} takes {listed(unknown)} as the scene has it, not as it is found"
-
-
 def _resting(
     scene: Scene, end: Mapping[str, Number], end_rates: Mapping[str, Number] | Literal["free"] | None
 ) -> tuple[dict[str, Number], list[str]]:
@@ -302,6 +253,7 @@ def collocation(
     bounds: Mapping[str, Range] | None = None,
     path: Mapping[str, Range] | None = None,
     free: str | Sequence[str] = (),
+    phases: Sequence[Mapping[str, object]] | None = None,
 ) -> Collocation:
     """Return an optimal control problem in numbers: the equations of a motion from a start to an end.
 
@@ -333,6 +285,10 @@ def collocation(
             input that is free; None for none; a number is the largest size. They narrow those of the joints' limits.
         path: likewise of formulas without drives and inputs, held at all ends of intervals.
         free: names of parameters that are unknown, and of inputs that are so over time; a scene's values are the guess.
+        phases: of a scene with contacts, stops or dry friction, what they do one phase after another, mappings such as
+            {"closed": "foot"}, {} where all is open: `closed`, a name or names, which stick where there is friction;
+            `slips`, {name: 1 or -1}, the sign of the slip; `strikes`, what strikes where the phase begins; `duration`
+            and `intervals`, its own; `end`, coordinates where it ends. `until` is the time of all of them.
 
     Raises:
         SimulateError: with every fault of the arguments, one line each.
@@ -342,7 +298,13 @@ def collocation(
     declared = problem.refused("drives are unknowns, and inputs held", "forces").scene
     if not declared.velocities:
         raise SimulateError(f"{declared.name}: nothing moves: no joint has a coordinate")
-    declared.refuse_contacts("collocation", SimulateError)
+    laws = unilaterals_of(declared)
+    if phases is None and declared.unilaterals:
+        told = 'say which are closed in each phase, such as phases=[{"closed": "NAME"}, {}]'
+        raise SimulateError(f"{declared.name}: {listed(one.name for one in laws)} open and close; {told}")
+    if phases is not None and not (laws and phases):
+        what = "there is no contact, stop or dry friction" if not laws else "there is none in the list"
+        raise SimulateError(f"{declared.name}: phases: {what}; leave phases out, or say what is closed in each")
     free = (free,) if isinstance(free, str) else tuple(dict.fromkeys(free))
     if jumping := [one.name for one in declared.states if one.reset is not None]:
         raise SimulateError(
@@ -384,28 +346,40 @@ def collocation(
         ),
         "final": _formulas(scene, (formula_text(final_cost),) if final_cost else (), state, "final cost", faults, held),
     }
+    schedule: tuple[Phase, ...] = (Phase(mesh, span),)
+    if phases is not None:
+        schedule = read_phases(scene, phases, mesh, span, (_mesh, _span), laws, faults)
+        scene = replace(with_modes(scene), states=scene.states)
     faults.close(SimulateError)
     functions = source(scene, free, tuple(formulas.items()))
-    found = functions.written
-    made = Layout(scene, free, found, grid(METHODS[method], mesh), len(formulas["path"]), span)
-    lower, upper = made.bounded(first, bounds or {}, values, faults)
+    contacts = functions.written.contacts
+    if phases is not None:
+        refused(functions, schedule)
     rates, resting = _resting(scene, end or {}, end_rates)
-    last = made.ended(end or {}, rates, resting, values, lower, upper, faults)
     around = np.array([ends_of(one, f"path: {name}", faults) for name, one in (path or {}).items()]).reshape(-1, 2)
-    faults.close(SimulateError)
-    rows_lower, rows_upper = np.zeros(made.rows), np.zeros(made.rows)
-    rows_lower[made.row["path"]], rows_upper[made.row["path"]] = around.T
-    guess = np.clip(made.guessed(first, last, values), lower, upper)
     given = {"start": problem.start, "start rates": problem.start_rates, "end": end, "end rates": rates}
     holds = tuple(f"input {one.name} is held at {spell(one.value)} {one.unit}".rstrip() for one in kept)
     rests = f'at rest at the end, where positions are given: {listed(resting)} = 0; end_rates="free" leaves them free'
     told = taken(scene, free, {k: x for k, x in given.items() if isinstance(x, Mapping)})
-    notes = (*([rests] if resting else []), *holds, *first.notes, *told)
-    return Collocation(
-        scene, METHODS[method], made.grid, free, tuple(made.names[k] for k in found.driven), found.driven,
-        made.place, made.row, made.size, made.rows, sum(span) / 2, lower, upper, rows_lower, rows_upper, guess,
-        functions, (*notes, *remarks(functions)),
-    )  # fmt: skip
+    notes = (*([rests] if resting else []), *holds, *first.notes, *told, *remarks(functions))
+    parts, at = list[Collocation](), first
+    for k, phase in enumerate(schedule):
+        last = k == len(schedule) - 1
+        made = Layout(scene, free, functions.written, grid(METHODS[method], phase.mesh), len(around), phase.span)
+        lower, upper = made.bounded(None if k else first, bounds or {}, values, faults)
+        goal = made.ended({**phase.end, **(end or {} if last else {})}, *((rates, resting) if last else ({}, ())), values, lower, upper, faults)
+        faults.close(SimulateError)
+        sides = Sides(made.place, made.row, lower, upper, np.zeros(made.rows), np.zeros(made.rows))
+        sides.rows_lower[made.row["path"]], sides.rows_upper[made.row["path"]] = around.T
+        bound_phase(sides, contacts, phase, schedule[k - 1] if k else None, None if last else schedule[k + 1])
+        guess = np.clip(made.guessed(at, goal, values), lower, upper)
+        at = at if goal is None else goal
+        parts.append(Collocation(
+            scene, METHODS[method], made.grid, free, tuple(made.names[k] for k in functions.written.driven), functions.written.driven,
+            made.place, made.row, made.size, made.rows, sum(phase.span) / 2, *sides[2:], guess,
+            functions, notes, phase.numbers(contacts), last,
+        ))  # fmt: skip
+    return parts[0] if phases is None else joined(declared, schedule, tuple(parts), span, notes)
 
 
 def _drives(scene: Scene) -> list[str]:

@@ -26,9 +26,10 @@ from symdyn.rounding import in_digits
 from symdyn.scene import Scene, bind
 from symdyn.shown import Shown
 from symdyn.simulation import Forces, Start, Trajectory, compiled_entries, simulate
-from symdyn.simulation.prescribed import ForceTable
-from symdyn.transcription.grid import Places, Row
+from symdyn.transcription.grid import Places
 from symdyn.transcription.local import PLACES, Source, appearing, argument_of, inputs_of, symbols_of
+from symdyn.transcription.motion import forces_of, impacts_of, phases_of, run_of
+from symdyn.transcription.nonlinear_program import NonlinearProgram
 from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
@@ -39,30 +40,6 @@ if TYPE_CHECKING:
 
 Weighing = Mapping[str, float] | Sequence[float] | float | Array | None
 """A weight of states or of drives, as of `lqr`."""
-
-
-@dataclass(frozen=True)
-class Pieces(ForceTable):
-    """A polynomial in each interval, through the values at the stages; t are the ends of the intervals.
-
-    Attributes:
-        c: stages within an interval, 0 … 1.
-        values: at the stages, shape (N, s).
-    """
-
-    c: Row = ()
-    values: Array = field(default_factory=lambda: np.zeros((0, 0)))
-
-    @cached_property
-    def _curve(self) -> Callable[[Array], Array]:
-        from scipy.interpolate import PPoly
-
-        powers = np.vander([float(x) for x in self.c])  # highest first, as PPoly has them
-        widths = np.diff(self.t)
-        found: Callable[[Array], Array] = PPoly(
-            np.linalg.solve(powers, self.values.T) / widths ** np.arange(len(self.c))[::-1, None], self.t
-        )
-        return found
 
 
 def along(problem: Collocation, motion: Trajectory) -> Array:
@@ -139,7 +116,7 @@ class Solution(Shown):
         searched: how many starts, which, and what they led to.
     """
 
-    problem: Collocation = field(repr=False)
+    problem: NonlinearProgram = field(repr=False)
     z: Array = field(repr=False)
     multipliers: Array = field(repr=False)
     objective: float
@@ -184,21 +161,25 @@ class Solution(Shown):
     @property
     def scene(self) -> Scene:
         """The mechanism with these values."""
-        return bind(self.problem.scene, self.parameters) if self.problem.free else self.problem.scene
+        return bind(self.problem.scene, self.parameters) if self.parameters else self.problem.scene
 
     @property
     def run(self) -> Trajectory:
-        """The motion at all points; accelerations and forces of others than stages lie in between."""
-        problem, grid, scene = self.problem, self.problem.grid, self.scene
-        t, at = self.duration * grid.share, self.duration * grid.share[grid.stage]
-        stages = np.concatenate([self.z[problem.place["a"]], self._forces()], axis=1)
-        n = len(scene.velocities)
-        a, tau, given = np.split(np.stack([np.interp(t, at, x) for x in stages.T], axis=1), [n, 2 * n], axis=1)
-        q, s, u = (self.z[problem.place[kind]] for kind in ("q", "s", "u"))
-        curves = dict(zip(problem.drives, self.forces.tables.values(), strict=True))
-        extra = dict(zip((one.name for one in scene.given), np.hstack([given, s]).T, strict=True))
-        notes = (*problem.notes, self.status)
-        return Trajectory(scene, t, q, u, a, tau, extra, notes=notes, wall=self.wall, curves=curves)
+        """The motion at all points; accelerations and forces of others than stages lie in between.
+
+        Where phases meet there are two rows, before and behind what happens there.
+        """
+        return run_of(self.scene, self.problem, self.z, self.phases, self.status, self.wall)
+
+    @property
+    def phases(self) -> tuple[Trajectory, ...]:
+        """The motion of each phase, which goes on where the one before ends; one alone without phases."""
+        return phases_of(self.scene, self.problem, self.z)
+
+    @property
+    def impacts(self) -> tuple[Impact, ...]:
+        """What happens at contacts where phases meet, in order, as runs tell it."""
+        return impacts_of(self.problem, self.z)
 
     def plot(self, *names: str | Sequence[str | Sequence[str]], **options: Any) -> Figure:
         """Return a figure of the motion, all as of `Trajectory.plot`."""
@@ -210,14 +191,7 @@ class Solution(Shown):
 
         Where an interval has one stage alone, as in the midpoint rule, a smooth curve goes through those of all.
         """
-        problem, grid = self.problem, self.problem.grid
-        values = self.z[problem.place["force"]]
-        if len(problem.method.c) == 1:
-            t = self.duration * grid.share[grid.stage]
-            return Forces(tables={k: ForceTable(t, x) for k, x in zip(problem.driven, values.T, strict=True)})
-        t = self.duration * grid.share[grid.node]
-        tables = [Pieces(t, np.zeros(len(t)), problem.method.c, x[grid.of]) for x in values.T]
-        return Forces(tables=dict(zip(problem.driven, tables, strict=True)))
+        return forces_of(self.problem, self.z)
 
     def track(self, Q: Weighing = None, R: Weighing = None, end: Weighing = None) -> Feedback:
         """Return the controller that follows the motion: forces and gains over time, by the regulator along it.
@@ -242,21 +216,10 @@ class Solution(Shown):
 
         It may rest on limits of joints, and goes on where rounding passes one.
         """
-        place = self.problem.place
-        start = Start(self.z[place["q"][0]], self.z[place["u"][0]], s=self.z[place["s"][0]])
+        start, place = self.problem.split(self.z)[0], self.problem.parts[0].place
+        begins = Start(start[place["q"][0]], start[place["u"][0]], s=start[place["s"][0]])
         options = {"ignore_limits": True} | options
-        return simulate(self.scene, forces=self.forces, until=self.duration, start=start, **options)
-
-    def _forces(self) -> Array:
-        """Return all driving forces at the stages, those of prescribed motions as well, and inputs, shape (S, …)."""
-        problem = self.problem
-        count = len(problem.scene.velocities) + len(problem.scene.inputs)
-        found = np.zeros((len(problem.grid.stage), count))
-        found[:, list(problem.driven)] = self.z[problem.place["force"]]
-        led = problem.scene.prescribed_velocities
-        if led:
-            found[:, list(led)] = self.z[problem.place["multiplier"]][:, -len(led) :]
-        return found
+        return simulate(self.scene, forces=self.forces, until=self.duration, start=begins, **options)
 
 
 WEIGHTS = "weights"
@@ -306,7 +269,7 @@ class Lagrangian:
 
 def lagrangian(problem: Collocation) -> Lagrangian:
     """Return the Hessian of a problem's Lagrangian as a function, compiled."""
-    bends = _compiled(problem.source)
+    bends = {name: one for name, one in bends_of(problem.source).items() if name in problem.locals}
     wires: dict[str, tuple[NDArray[np.bool_], Array]] = {}
     places: list[tuple[Places, Places]] = []
     for name, one in bends.items():
@@ -349,7 +312,7 @@ def _parts(of: Lagrangian, z: Array, sigma: float, multipliers: Array) -> list[A
         "balance": by_row["balance"],
         "rates": T * shares[:, :first],
         "held": by_row["held"],
-        "path": by_row["path"],
+        **{name: by_row[name] for name in ("path", "cone", "open")},
         "pull": np.concatenate([np.zeros((1, defects.shape[2])), -defects[:, -1]]),
         "running": sigma * T * grid.quadrature[:, None],
         "final": np.full((1, 1), sigma),
@@ -370,7 +333,7 @@ def _parts(of: Lagrangian, z: Array, sigma: float, multipliers: Array) -> list[A
 
 
 @lru_cache(maxsize=16)
-def _compiled(source: Source) -> dict[str, Bends]:
+def bends_of(source: Source) -> dict[str, Bends]:
     """Return the second derivatives of the local functions that are not linear."""
     w, written = source.workspace, source.written
     parts, pairs, takes = {}, {}, {}

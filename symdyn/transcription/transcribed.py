@@ -20,10 +20,9 @@ who hold the three levels in this way too, with Hermite-Simpson collocation.
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,21 +30,18 @@ from numpy.typing import NDArray
 from symdyn.algebra import Array
 from symdyn.arguments import check_arguments
 from symdyn.dynamics.mechanism import TIME
-from symdyn.errors import ArgumentError, SimulateError, choice, quoted
+from symdyn.errors import ArgumentError, choice, quoted
 from symdyn.scene import Scene
-from symdyn.shown import Shown
-from symdyn.transcription.grid import Grid, Method, Places, Slopes, sliced
+from symdyn.transcription.grid import ROWWISE, Grid, Method, Places, Slopes, sliced
 from symdyn.transcription.local import PLACES, Local, Source
+from symdyn.transcription.nonlinear_program import NonlinearProgram
 from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-    from symdyn.transcription.solution import Solution
-
-
 @dataclass(frozen=True, eq=False)
-class Collocation(Shown):
+class Collocation(NonlinearProgram):
     """An optimal control problem of a scene, in N intervals.
 
     Attributes:
@@ -56,10 +52,10 @@ class Collocation(Shown):
         drives: names of the driving forces, and then of the inputs, that are unknowns.
         driven: their velocities; behind velocities the inputs, as `Forces` counts them.
         place: of each kind of unknown, where it stands in z: "q" (P, nq), "s" (P, ns), "u" (P, nv), "a" (S, nv),
-            "multiplier" (S, m), "force" (S, drives), "slack" (N, slacks), "free" (parameters,), "T" (1,) or (0,) where
-            it is given.
+            "multiplier" (S, m), "contact" (S, rows of contacts), "force" (S, drives), "slack" (N, slacks), "free"
+            (parameters,), "T" (1,) or (0,) where it is given.
         row: of each kind of equation, where it stands in g: "balance" (S, nv + m), "defects" (N, R, nq + ns + nv),
-            "held" (N + 1, …), "path" (N + 1, paths).
+            "held" (N + 1, …), "path" (N + 1, paths), "cone" (S, …), "open" (N + 1, …).
         size, rows: number of unknowns and of equations.
         duration: the time of the end, s; of a free one the middle of its bounds.
         lower, upper: bounds of z, shape (size,).
@@ -67,6 +63,8 @@ class Collocation(Shown):
         guess: z of a straight way from the start to the end, shape (size,).
         source: the functions of one place, and the graph that they were written on.
         notes: what a user should know: how loops closed at the start, where slopes are one-sided, one line each.
+        mode: what contacts do, three numbers of each, see `contact_entries`.
+        last: whether the cost of the end is asked for.
     """
 
     scene: Scene = field(repr=False)
@@ -87,6 +85,8 @@ class Collocation(Shown):
     guess: Array = field(repr=False)
     source: Source = field(repr=False)
     notes: tuple[str, ...] = ()
+    mode: Array = field(default_factory=lambda: np.zeros(0), repr=False)
+    last: bool = True
 
     def __repr__(self) -> str:
         unknown = ", ".join([*self.drives, *self.free]) or "none"
@@ -96,42 +96,14 @@ class Collocation(Shown):
 
     @property
     def locals(self) -> Mapping[str, Local]:
-        """The functions of one place, by name."""
-        return self.source.locals
+        """The functions of one place that the motion has, by name."""
+        without = ("passage",) if self.last else ("passage", "end")
+        return {name: one for name, one in self.source.locals.items() if PLACES[name] not in without}
 
-    def solve(
-        self,
-        guess: Sequence[float] | Array | None = None,
-        exact: bool | None = None,
-        starts: int = 1,
-        seed: int = 0,
-        **options: Any,
-    ) -> Solution:
-        """Return what IPOPT finds: of several starts the best optimum, the others beside it (`Solution.optima`).
-
-        What it finds is a local optimum, among neighbouring motions: `starts=8` looks for others, and tells how many
-        there are and what each costs.
-
-        Args:
-            guess: z to start from, shape (size,); None takes the problem's own.
-            exact: whether to compute second derivatives, else IPOPT gathers them on the way, in its limited memory;
-                None computes them for up to 8 velocities.
-            starts: how many searches: the first from the guess, the others from motions drawn about it.
-            seed: of these.
-            options: of IPOPT, such as max_iter=500 or tol=1e-9; see its documentation.
-
-        Raises:
-            SimulateError: CasADi is not installed, the guess has another shape or no value, or an equation between
-                unknowns that are given does not hold; starts or a seed that are none.
-        """
-        check_arguments(Collocation.solve, {"guess": guess, "exact": exact}, SimulateError)
-        from symdyn.transcription.ipopt import solve
-
-        found = solve(self, guess, exact, starts, seed, options)
-        if not found.success:
-            told = f"{self.scene.name}: no solution was found: {found.status}; it misses bounds or equations by"
-            warnings.warn(f"{told} {found.violation:.2g}", RuntimeWarning, stacklevel=3)
-        return found
+    @property
+    def parts(self) -> tuple[Collocation, ...]:
+        """It alone."""
+        return (self,)
 
     # Values
 
@@ -146,9 +118,10 @@ class Collocation(Shown):
         defects[:] = (between @ z - self.time(z) * (sums @ self.rates(stages))).reshape(defects.shape)
         if "pull" in self.locals:
             defects[:, -1] -= self.locals["pull"].value(self.behind(nodes))
-        for name in ("held", "path"):
+        for name in ROWWISE[1:]:
             if name in self.locals:
-                self._part(g, self.row[name])[:] = self.locals[name].value(nodes)
+                at = stages if PLACES[name] == "stage" else nodes
+                self._part(g, self.row[name])[:] = self.locals[name].value(at)
         return g
 
     def at_nodes(self, z: Array) -> dict[str, Array]:
@@ -209,13 +182,6 @@ class Collocation(Shown):
         self._check(z)
         return self._slopes.values(z)
 
-    def jacobian(self, z: Array) -> csr_array:
-        """Return ∂g/∂z as a sparse matrix, shape (rows, size)."""
-        from scipy.sparse import csr_array
-
-        places = (self.jacobian_rows, self.jacobian_columns)
-        return csr_array((self.jacobian_values(z), places), shape=(self.rows, self.size))
-
     def objective(self, z: Array) -> float:
         """Return f(z): the integral of the running cost by the method's own rule, and the cost of the end."""
         self._check(z)
@@ -249,27 +215,7 @@ class Collocation(Shown):
         T = self.place["T"]
         return z[T[0]] if len(T) else self.duration
 
-    def parameters(self, z: Array) -> dict[str, float]:
-        """Return the values of the parameters that are unknowns."""
-        self._check(z)
-        return dict(zip(self.free, z[self.place["free"]].tolist(), strict=True))
-
     # Pattern
-
-    @cached_property
-    def given(self) -> NDArray[np.bool_]:
-        """Whether each unknown is given: its bounds are equal, shape (size,)."""
-        return np.equal(self.lower, self.upper)
-
-    @cached_property
-    def binding(self) -> NDArray[np.bool_]:
-        """Whether each equation has an unknown in it that is not given, shape (rows,).
-
-        One that has none holds already, as loops do at a start that closes them; solvers are better without it.
-        """
-        found = np.zeros(self.rows, dtype=bool)
-        found[self.jacobian_rows[~self.given[self.jacobian_columns]]] = True
-        return found
 
     @property
     def jacobian_rows(self) -> Places:
@@ -351,10 +297,10 @@ class Collocation(Shown):
         place, points = self.place, self._slices[where]
         found = {kind: self._part(z, place[kind])[points] for kind in ("q", "s", "u")}
         if where == "stage":
-            found |= {kind: self._part(z, place[kind]) for kind in ("a", "multiplier", "force")}
+            found |= {kind: self._part(z, place[kind]) for kind in ("a", "multiplier", "contact", "force")}
         if where == "node":
             found["slack"] = np.concatenate([np.zeros((1, place["slack"].shape[1])), z[place["slack"]]])
-        found["free"] = z[place["free"]]
+        found |= {"free": z[place["free"]], "mode": self.mode}
         found[TIME] = self.time(z) * self.grid.share[points]
         return found
 
@@ -370,4 +316,4 @@ class Collocation(Shown):
     @staticmethod
     def behind(nodes: Mapping[str, Array]) -> dict[str, Array]:
         """Return what holds at all nodes but the first."""
-        return {kind: x if kind == "free" else x[1:] for kind, x in nodes.items()}
+        return {kind: x if kind in ("free", "mode") else x[1:] for kind, x in nodes.items()}

@@ -9,6 +9,7 @@ from .contact_rows import (
     Touch as Touch,
     lacks_modes as lacks_modes,
     touching as touching,
+    unilaterals_of as unilaterals_of,
     with_modes as with_modes,
 )
 from .derivative_outputs import differentiable as differentiable, kinks as kinks

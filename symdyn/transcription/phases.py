@@ -1,0 +1,290 @@
+"""Phases of a motion with contacts: what is closed, sticks and slips in each, and what strikes where it begins.
+
+A schedule is given, times are found. What a phase asks of its contacts are numbers of the functions of a place, and
+bounds; an equation that a phase does not have has none.
+
+                 λn        λt            held            at the passage into it
+    open         0         0             g ≥ 0           Λ = 0; struck: n u⁺ = -e n u⁻, Λn ≥ 0, g = 0
+    sticks       ≥ 0       in its cone   g, n u, t u     n u⁺ = t u⁺ = 0, Λ in its cone; g = 0 where it was open
+    slips        ≥ 0       -z μ λn       g, n u; z s ≥ 0 n u⁺ = 0, Λt = -z μ Λn
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import chain
+from typing import NamedTuple
+
+import numpy as np
+
+from symdyn.algebra import Array
+from symdyn.dynamics.mechanism import TIME
+from symdyn.errors import SimulateError, listed, suggestion
+from symdyn.scene import Scene
+from symdyn.scene.values import DryJoint, Faults, Unilateral
+from symdyn.simulation.prescribed import number_of, parameter_values
+from symdyn.transcription.contact_entries import Contacts
+from symdyn.transcription.grid import Places
+from symdyn.transcription.local import Source, appearing
+
+KEYS = ("closed", "slips", "strikes", "duration", "intervals", "end")
+
+SHORTEST = 1e-3
+"""Of a phase whose duration is not given, over the longest time of the end."""
+
+
+@dataclass(frozen=True)
+class Phase:
+    """A part of a motion in which the same contacts are closed.
+
+    Attributes:
+        mesh: where its intervals end, shares of its duration, 0 … 1.
+        span: the smallest and the largest duration, s.
+        closed: what is closed; it sticks where there is friction.
+        slips: what is closed and slips, and the sign of its slip.
+        strikes: what strikes where it begins.
+        end: coordinates that are given where it ends.
+    """
+
+    mesh: Array = field(repr=False)
+    span: tuple[float, float]
+    closed: tuple[str, ...] = ()
+    slips: Mapping[str, float] = field(default_factory=dict)
+    strikes: tuple[str, ...] = ()
+    end: Mapping[str, float] = field(default_factory=dict)
+
+    def mode(self, name: str) -> tuple[float, float, float]:
+        """Return whether a contact is closed, whether it sticks, and the sign of its slip."""
+        slip = self.slips.get(name, 0.0)
+        return float(name in self.closed or bool(slip)), float(name in self.closed), slip
+
+    def word(self, name: str, rubs: bool) -> str:
+        """Return what a contact does, as runs tell it."""
+        closed, sticks, slip = self.mode(name)
+        held = f"slips {'+' if slip > 0 else '-'}" if slip else "sticks" if sticks and rubs else "closed"
+        return held if closed else "open"
+
+    def numbers(self, contacts: Contacts) -> Array:
+        """Return the modes of all contacts, one behind the other."""
+        return np.array([x for one in contacts.touches for x in self.mode(one.law.name)])
+
+
+def read_phases(
+    scene: Scene,
+    phases: Sequence[Mapping[str, object]],
+    mesh: Array,
+    until: tuple[float, float],
+    read: tuple[Callable[..., Array], Callable[..., tuple[float, float]]],
+    laws: Sequence[Unilateral],
+    faults: Faults,
+) -> tuple[Phase, ...]:
+    """Return the phases that are asked for; `read` reads intervals and durations, which else are `mesh` and free."""
+    known, found = {one.name: one for one in laws}, list[Phase]()
+    free = (SHORTEST * until[1], until[1])
+    for k, given in enumerate(phases):
+        where = f"phases: {k + 1}"
+        if not isinstance(given, Mapping) or not {*given} <= {*KEYS}:
+            told = 'a phase is a mapping such as {"closed": "foot", "intervals": 20}'
+            faults.add(where, f"{given!r:.60}: {told}, with keys of {listed(KEYS)}")
+            continue
+        closed, strikes = (_names(given.get(word, ())) for word in ("closed", "strikes"))
+        slips = given.get("slips", {})
+        slips = dict(slips) if isinstance(slips, Mapping) else {str(slips): 0}
+        for name in dict.fromkeys((*closed, *slips, *strikes)):
+            if name not in known:
+                faults.add(where, f"{name} is no contact of {scene.name}; {suggestion(name, known)}")
+        for name in closed:
+            if name in slips:
+                faults.add(where, f"{name} cannot both stick and slip; leave it in closed or in slips")
+        for name, sign in slips.items():
+            if sign not in (-1, 1):
+                told = f'slips = {{"{name}": 1}} where its slip is above zero, -1 where below'
+                faults.add(where, f"slips: say which way {name} slips: {told}")
+        if strikes and not k:
+            faults.add(where, f"{strikes[0]} strikes at the start, which is given whole; start behind the impact")
+        for name in strikes:
+            if isinstance(known.get(name), DryJoint):
+                faults.add(where, f"{name} is dry friction of a joint, which strikes nothing")
+        for name, one in known.items():
+            if isinstance(one, DryJoint) and name not in (*closed, *slips):
+                faults.add(where, f"{name} sticks or slips always: name it in closed, where it sticks, or in slips")
+        own = read[0](given["intervals"], faults) if "intervals" in given else mesh
+        span = read[1](given["duration"], faults) if "duration" in given else free
+        end = given.get("end", {})
+        if not isinstance(end, Mapping):
+            faults.add(where, f'end = {end!r:.40}: give coordinates, such as {{"z": 1}}')
+            end = {}
+        signs = {name: float(sign) for name, sign in slips.items() if sign in (-1, 1)}
+        found.append(Phase(own, span, closed, signs, strikes, dict(end)))
+    if len(phases) == len(found) and not faults.lines:
+        for k, (one, then) in enumerate(zip(found[:-1], found[1:], strict=True)):
+            _check_passage(scene, one, then, known, f"phases: {k + 2}", faults)
+    return tuple(found)
+
+
+def _names(given: object) -> tuple[str, ...]:
+    """Return one name or several."""
+    if isinstance(given, str):
+        return (given,) if given else ()
+    return tuple(map(str, given)) if isinstance(given, Sequence) else (str(given),)
+
+
+def _check_passage(
+    scene: Scene, one: Phase, then: Phase, known: Mapping[str, Unilateral], where: str, faults: Faults
+) -> None:
+    """Report impacts that are not known here: those with restitution that do not part, or have friction."""
+    values = parameter_values(scene)
+    meet = [n for n, law in known.items() if touches(n, one, then) and not isinstance(law, DryJoint)]
+    for name in then.strikes:
+        law = known[name]
+        if number_of(law.restitution, values, name, faults) == 0:
+            if not then.mode(name)[0]:
+                faults.add(where, f"{name} has no restitution: where it strikes it is closed; name it in closed too")
+        elif then.mode(name)[0]:
+            faults.add(where, f"{name} has a restitution: where it strikes it is open behind; take it out of closed")
+        elif law.friction.symbols or number_of(law.friction, values, name, faults):
+            faults.add(where, f"{name} bounces with friction, which phases do not know: restitution or friction is 0")
+        elif len(meet) > 1 and law.law == "poisson":
+            told = f'law = "newton" says what follows; by Poisson\'s the others, {listed(meet)}, decide too'
+            faults.add(where, f"{name} bounces while more than one contact touches: {told}")
+
+
+def touches(name: str, one: Phase, then: Phase) -> bool:
+    """Tell whether a contact touches between two phases."""
+    return bool(one.mode(name)[0] or then.mode(name)[0] or name in then.strikes)
+
+
+class Sides(NamedTuple):
+    """What bounds a problem's unknowns and equations; arrays that are changed."""
+
+    place: Mapping[str, Places]
+    row: Mapping[str, Places]
+    lower: Array
+    upper: Array
+    rows_lower: Array
+    rows_upper: Array
+
+    def hold(self, columns: Places) -> None:
+        """Set unknowns to zero."""
+        self.lower[columns] = self.upper[columns] = 0.0
+
+    def drop(self, rows: Places) -> None:
+        """Ask nothing of equations."""
+        self.rows_lower[rows], self.rows_upper[rows] = -np.inf, np.inf
+
+    def above(self, rows: Places) -> None:
+        """Ask equations not to be negative."""
+        self.rows_upper[rows] = np.inf
+
+
+def bound_phase(sides: Sides, contacts: Contacts, phase: Phase, before: Phase | None, after: Phase | None) -> None:
+    """Put what a phase asks of its contacts into the bounds of its problem."""
+    place, row = sides.place, sides.row
+    m, gaps = len(contacts.forces), len(contacts.gaps)
+    forces, balance = place["contact"], row["balance"][:, row["balance"].shape[1] - m :]
+    held, slack = row["held"], place["slack"]
+    held, slack = held[:, held.shape[1] - gaps - m :], slack[:, slack.shape[1] - gaps - m :]
+    sides.above(row["cone"])
+    sides.above(row["open"])
+    k = gap = cone = slip = 0
+    for touch in contacts.touches:
+        name, along = touch.law.name, len(touch.tangents)
+        closed, sticks, _ = phase.mode(name)
+        pairs = (before and (before, phase), after and (phase, after))
+        meets = [bool(pair) and touches(name, *pair) for pair in pairs]
+        rests = [bool(one) and one.mode(name)[1] and not pair[1].strikes for one, pair in zip((before, after), pairs)]
+        if touch.normal:
+            if closed:
+                sides.lower[forces[:, k]] = 0.0
+                sides.drop(row["open"][:, gap])
+            else:
+                sides.hold(forces[:, k])
+                sides.drop(balance[:, k])
+                for column in (gap, gaps + k):
+                    sides.hold(slack[:, column])
+                    sides.drop(held[:, column])
+                for end in np.flatnonzero(meets):
+                    sides.drop(row["open"][-end, gap])
+                if touch.active is not None:
+                    sides.drop(row["open"][:, gap])
+            gap, k = gap + 1, k + 1
+        for j in range(k, k + along):
+            if not closed:
+                sides.hold(forces[:, j])
+                sides.drop(balance[:, j])
+            if not sticks:
+                sides.hold(slack[:, gaps + j])
+                sides.drop(held[:, gaps + j])
+        k += along
+        rows = (0, 2, 1)[along]
+        if not sticks:
+            sides.drop(row["cone"][:, cone : cone + rows])
+        cone += rows
+        if along:
+            slides = row["open"][:, gaps + slip]
+            if not closed or sticks:
+                sides.drop(slides)
+            for end in np.flatnonzero(rests):
+                sides.drop(slides[-end])
+            slip += 1
+    if before is not None:
+        sides.drop(row["held"][0])
+
+
+def bound_passage(sides: Sides, contacts: Contacts, one: Phase, then: Phase) -> Array:
+    """Put what is asked between two phases into bounds; return α, β and ζ of each row."""
+    impulse, law = sides.place["impulse"], sides.row["law"]
+    held = len(impulse) - len(contacts.forces)
+    numbers = np.zeros((len(impulse), 3))
+    sides.above(sides.row["struck"])
+    k, gap, cone = held, 0, 0
+    numbers[:held, 0] = 1.0
+    if not then.strikes:
+        sides.hold(impulse)
+        sides.drop(law[:held])
+    for touch in contacts.touches:
+        name, along = touch.law.name, len(touch.tangents)
+        (closed, stuck, _), (closes, sticks, slip) = one.mode(name), then.mode(name)
+        struck, bounces = bool(then.strikes), name in then.strikes
+        kicked = struck and touch.normal is not None
+        rows = (0, 2, 1)[along]
+        if not sticks or not kicked:
+            sides.drop(sides.row["struck"][cone : cone + rows])
+        cone += rows
+        if touch.normal:
+            if closed or not touches(name, one, then):
+                sides.drop(sides.row["touch"][gap])
+            numbers[k] = float(bool(closes) or bounces), float(not closes), 0.0
+            if not numbers[k, 0] or (closed and closes and not kicked):
+                sides.drop(law[k])
+            if kicked and numbers[k, 0]:
+                sides.lower[impulse[k]] = 0.0
+            else:
+                sides.hold(impulse[k])
+            gap, k = gap + 1, k + 1
+        for j in range(k, k + along):
+            numbers[j] = sticks, 0.0, slip
+            if not kicked or not closes:
+                sides.hold(impulse[j])
+            if not closes or (stuck and not struck if sticks else not kicked):
+                sides.drop(law[j])
+        k += along
+    return numbers.ravel()
+
+
+def refused(source: Source, phases: Sequence[Phase]) -> None:
+    """Report what phases know nothing of.
+
+    Raises:
+        SimulateError: something depends on the time, or slips along two directions, or is to slip without friction.
+    """
+    name, found = source.scene.name, source.written
+    if {*found.kinds[TIME]} & appearing(chain(*found.entries.values())):
+        raise SimulateError(f"{name}: phases know no motions, forces and formulas over time t; leave t out")
+    for touch in found.contacts.touches:
+        one, along = touch.law.name, len(touch.tangents)
+        if along != 1 and any(one in phase.slips for phase in phases):
+            rubs = "may slip along two directions, and a phase knows slips along one: let it stick"
+            told = rubs if along else "has no friction, so that nothing slips or sticks: name it in closed"
+            raise SimulateError(f"{name}: phases: {one} {told}")
