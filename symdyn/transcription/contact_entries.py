@@ -81,7 +81,7 @@ class Contacts:
 
     @property
     def holds(self) -> list[Expr]:
-        """c or h of each row."""
+        """What holds each row: c, or h."""
         found = []
         for one, normal, along in self.parts(self.forces):
             closed, sticks, *_ = one.mode

@@ -35,12 +35,9 @@ from symdyn.errors import SimulateError, quoted
 from symdyn.extras import install
 from symdyn.scene import SceneUnits
 from symdyn.simulation import opened
-from symdyn.transcription.phased import Phased
-from symdyn.transcription.phased_hessian import phased_lagrangian
 from symdyn.transcription.solution import Searched, Solution, lagrangian
 
 if TYPE_CHECKING:
-    from symdyn.transcription.nonlinear_program import NonlinearProgram
     from symdyn.transcription.transcribed import Collocation
 
 WAVES = 4
@@ -55,25 +52,19 @@ ALIKE, NEAR = 1e-6, 1e-3
 """Costs over their size, and coordinates over the largest or 1, that are those of one optimum."""
 
 
-def drawn(problem: NonlinearProgram, guess: Array, starts: int, seed: int) -> list[Array]:
+def drawn(problem: Collocation, guess: Array, starts: int, seed: int) -> list[Array]:
     """Return z to start from, each of shape (size,): the guess, then those drawn by the seed."""
     random = np.random.default_rng(seed)
     return [guess, *(_one(problem, guess, random) for _ in range(starts - 1))]
 
 
-def _one(problem: NonlinearProgram, guess: Array, random: np.random.Generator) -> Array:
-    parts = zip(problem.parts, problem.split(guess), strict=True)
-    moved = np.concatenate([_moved(one, z, random) for one, z in parts])
-    return np.clip(np.append(moved, guess[len(moved) :]), problem.lower, problem.upper)
-
-
-def _moved(problem: Collocation, guess: Array, random: np.random.Generator) -> Array:
+def _one(problem: Collocation, guess: Array, random: np.random.Generator) -> Array:
     place, grid = problem.place, problem.grid
     z, n = guess.copy(), place["q"].shape[1]
     if len(place["T"]):
         least, most = problem.lower[place["T"]], problem.upper[place["T"]]
         z[place["T"]] = np.exp(random.uniform(np.log(least), np.log(most)))
-    duration = problem.time(z)
+    duration = problem.durations(z)[grid.phase][:, None]
     k = np.arange(1, WAVES + 1)
     a = random.standard_normal((WAVES, n)) * _sizes(problem) / k[:, None]
     turns = k * math.pi
@@ -81,11 +72,13 @@ def _moved(problem: Collocation, guess: Array, random: np.random.Generator) -> A
     z[place["q"]] += np.sin(angle) @ a
     if place["u"].shape[1] == n:  # velocities are rates of coordinates
         z[place["u"]] = guess[place["u"]] + np.cos(angle) @ (a * turns[:, None]) / duration
-        z[place["a"]] = guess[place["a"]] - np.sin(angle[grid.stage]) @ (a * turns[:, None] ** 2) / duration**2
+        z[place["a"]] = (
+            guess[place["a"]] - np.sin(angle[grid.stage]) @ (a * turns[:, None] ** 2) / duration[grid.stage] ** 2
+        )
     else:
         numbers = opened(problem.scene).numbers()
         z[place["q"]] = [numbers.normalised(q) for q in z[place["q"]]]
-    return z
+    return np.clip(z, problem.lower, problem.upper)
 
 
 def _sizes(problem: Collocation) -> Array:
@@ -119,7 +112,7 @@ def _same(one: Solution, other: Solution) -> bool:
     """Tell whether two solutions are one optimum."""
     if abs(one.objective - other.objective) > ALIKE * max(abs(one.objective), abs(other.objective), ALIKE):
         return False
-    q, p = (x.problem.coordinates(x.z) for x in (one, other))
+    q, p = (x.z[x.problem.place["q"]] for x in (one, other))
     return bool(np.abs(q - p).max(initial=0.0) <= NEAR * max(1.0, float(np.abs(q).max(initial=0.0))))
 
 
@@ -134,7 +127,7 @@ CLOSE = 1e-6
 
 
 def solve(
-    problem: NonlinearProgram,
+    problem: Collocation,
     guess: Sequence[float] | Array | None,
     exact: bool | None,
     starts: int,
@@ -169,14 +162,14 @@ def _whole(name: str, given: int, least: int) -> int:
     return found
 
 
-def _has_values(problem: NonlinearProgram, z: Array) -> bool:
+def _has_values(problem: Collocation, z: Array) -> bool:
     """Tell whether everything that IPOPT asks for has a value."""
     with np.errstate(all="ignore"):
         parts = [problem.residual(z), problem.jacobian_values(z), problem.gradient(z), np.array([problem.objective(z)])]
     return all(np.isfinite(part).all() for part in parts)
 
 
-def _solved(problem: NonlinearProgram, z: Array, exact: bool | None, options: Mapping[str, Any]) -> Solution:
+def _solved(problem: Collocation, z: Array, exact: bool | None, options: Mapping[str, Any]) -> Solution:
     """Return what IPOPT finds from one start; errors as of `solve`."""
     try:
         import casadi
@@ -237,11 +230,11 @@ def _solved(problem: NonlinearProgram, z: Array, exact: bool | None, options: Ma
     return Solution(problem, z, multipliers, objective, miss, bool(stats["success"]), status, iterations, wall)
 
 
-def _hessian(problem: NonlinearProgram, kept: NDArray[np.bool_], takes: Sequence[Any]) -> Any:
+def _hessian(problem: Collocation, kept: NDArray[np.bool_], takes: Sequence[Any]) -> Any:
     """Return the function of CasADi that gives the upper triangle of the Lagrangian's Hessian."""
     import casadi
 
-    of = phased_lagrangian(problem) if isinstance(problem, Phased) else lagrangian(problem)
+    of = lagrangian(problem)
     every = np.zeros(problem.rows)
     size = problem.size
 
@@ -253,33 +246,27 @@ def _hessian(problem: NonlinearProgram, kept: NDArray[np.bool_], takes: Sequence
     return _callback("ddl", takes, [pattern], values, "hess")
 
 
-def violation(problem: NonlinearProgram, z: Array) -> float:
+def violation(problem: Collocation, z: Array) -> float:
     """Return the largest miss of a bound or an equation."""
     g = problem.residual(z)
     misses = (problem.lower - z, z - problem.upper, problem.rows_lower - g, g - problem.rows_upper)
     return float(max(np.max(miss, initial=0.0) for miss in misses))
 
 
-def _contradictions(problem: NonlinearProgram, z: Array) -> None:
+def _contradictions(problem: Collocation, z: Array) -> None:
     """Raise SimulateError where an equation between unknowns that are given does not hold."""
     g = problem.residual(np.where(problem.given, problem.lower, z))
     miss = np.maximum(problem.rows_lower - g, g - problem.rows_upper)
     miss[problem.binding] = 0.0
     worst = int(miss.argmax())
     if miss[worst] > CLOSE:
-        size, kind, t = miss[worst], "", 0.0
-        for part, x in zip(problem.parts, problem.split(z), strict=True):
-            if 0 <= worst < part.rows:
-                kind, at = next((kind, at) for kind, at in part.row.items() if worst in at)
-                node = int(np.argwhere(at == worst)[0][0])
-                t += part.time(x) * part.grid.share[part.grid.node[node]]
-            elif worst >= part.rows:
-                t += part.time(x)
-            worst -= part.rows
+        kind, at = next((kind, at) for kind, at in problem.row.items() if worst in at)
+        node = int(np.argwhere(at == worst)[0][0])
+        t = problem.times(z)[problem.grid.node[node]]
         words = {"held": "loops do not close, or velocities do not fit them", "path": "a formula of the path is missed"}
-        words |= {"open": "a contact is below its plane", "": "phases do not meet"}
+        words |= {"open": "a contact is below its plane", "stays": "phases do not meet"}
         raise SimulateError(
-            f"what is given at t = {t:.6g} s contradicts itself, by {size:.3g}: "
+            f"what is given at t = {t:.6g} s contradicts itself, by {miss[worst]:.3g}: "
             f"{words.get(kind, 'forces and motion do not balance')}; give less of that state"
         )
 

@@ -55,10 +55,10 @@ PLACES = {
     "path": "node",
     "open": "node",
     "final": "end",
-    "momentum": "passage",
-    "law": "passage",
-    "touch": "passage",
-    "struck": "passage",
+    "momentum": "joint",
+    "law": "joint",
+    "touch": "joint",
+    "struck": "joint",
 }
 """Where each local function is asked for."""
 

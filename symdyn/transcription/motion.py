@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.dynamics.mechanism import TIME
 from symdyn.scene import Scene
 from symdyn.simulation import Forces, Trajectory
-from symdyn.simulation.equations.contact_modes import BREAKS, FRICTIONS, LIFTS, STOPS, STRIKES, Impact
+from symdyn.simulation.equations.contact_modes import BREAKS, FRICTIONS, LIFTS, OF_ROPES, STOPS, STRIKES, Impact
 from symdyn.simulation.prescribed import ForceTable
 from symdyn.transcription.grid import Row
-from symdyn.transcription.nonlinear_program import NonlinearProgram
-from symdyn.transcription.phased import Passage, Phased
-from symdyn.transcription.phases import Phase
-from symdyn.transcription.transcribed import Collocation
 from symdyn.unlocked import cached_property
+
+if TYPE_CHECKING:
+    from symdyn.transcription.transcribed import Collocation
 
 
 @dataclass(frozen=True)
@@ -44,57 +46,51 @@ class Pieces(ForceTable):
         return found
 
 
-def _each(problem: NonlinearProgram, z: Array) -> Iterator[tuple[Collocation, Array, float, float]]:
-    """Yield the problem of each phase, its unknowns, when it begins and how long it takes, s."""
-    began = 0.0
-    for one, part in zip(problem.parts, problem.split(z), strict=True):
-        yield one, part, began, one.time(part)
-        began += one.time(part)
+APART = 1e6
+"""By how much later a phase begins for what is interpolated within each, s."""
 
 
-def forces_of(problem: NonlinearProgram, z: Array) -> Forces:
+def forces_of(problem: Collocation, z: Array) -> Forces:
     """Return the driving forces over time, see `Solution.forces`."""
-    first, t, values = problem.parts[0], list[Array](), list[Array]()
-    alone = len(first.method.c) == 1
-    for one, part, began, takes in _each(problem, z):
-        at = began + takes * one.grid.share[one.grid.stage if alone else one.grid.node]
-        t.append(at if alone or one.last else at[:-1])
-        found = part[one.place["force"]]
-        values.append(found if alone else found[one.grid.of])
-    times, every = np.concatenate(t), np.concatenate(values)
-    tables = [
-        ForceTable(times, every[:, k]) if alone else Pieces(times, np.zeros(len(times)), first.method.c, every[..., k])
-        for k in range(len(first.driven))
-    ]
-    return Forces(tables=dict(zip(first.driven, tables, strict=True)))
+    grid, times, values = problem.grid, problem.times(z), z[problem.place["force"]]
+    if len(problem.method.c) == 1:
+        t = times[grid.stage]
+        return Forces(tables={k: ForceTable(t, x) for k, x in zip(problem.driven, values.T, strict=True)})
+    t = times[grid.node[[0, *grid.ends]]]
+    tables = [Pieces(t, np.zeros(len(t)), problem.method.c, x[grid.of]) for x in values.T]
+    return Forces(tables=dict(zip(problem.driven, tables, strict=True)))
 
 
-def phases_of(scene: Scene, problem: NonlinearProgram, z: Array) -> tuple[Trajectory, ...]:
-    """Return the motion of each phase, with columns of contacts as runs have them."""
-    found = []
-    for one, part, began, takes in _each(problem, z):
-        t, at, place = began + takes * one.grid.share, began + takes * one.grid.share[one.grid.stage], one.place
-        stages = np.concatenate([part[place["a"]], _driving(one, part), part[place["contact"]]], axis=1)
-        n, contacts = len(scene.velocities), one.source.written.contacts
-        columns = np.stack([np.interp(t, at, x) for x in stages.T], axis=1)
-        a, tau, given, pushed = np.split(columns, [n, 2 * n, columns.shape[1] - len(contacts.forces)], axis=1)
-        q, s, u = (part[place[kind]] for kind in ("q", "s", "u"))
-        extra = dict(zip((x.name for x in scene.given), np.hstack([given, s]).T, strict=True))
-        gaps, forces = iter(_gaps(one, q, part)), iter(pushed.T)
-        for touch, (closed, _, slip) in zip(contacts.touches, one.mode.reshape(-1, 3), strict=True):
-            name, along = touch.law.name, len(touch.tangents)
-            if touch.normal:
-                extra |= {f"gap_{name}": next(gaps), f"normal_{name}": next(forces)}
-            extra |= {f"{word}_{name}": next(forces) for word in (("friction",) if along == 1 else FRICTIONS[:along])}
-            extra[f"mode_{name}"] = np.full(len(t), 2.0 * slip if slip else closed)
-        found.append(Trajectory(scene, t, q, u, a, tau, extra))
-    return tuple(found)
+def run_of(scene: Scene, problem: Collocation, z: Array, notes: tuple[str, ...], wall: float) -> Trajectory:
+    """Return the motion at all points."""
+    grid, place, t = problem.grid, problem.place, problem.times(z)
+    stages = np.concatenate([z[place["a"]], _driving(problem, z), z[place["contact"]]], axis=1)
+    n, count = len(scene.velocities), place["contact"].shape[1]
+    apart = t + APART * grid.phase
+    every = np.stack([np.interp(apart, apart[grid.stage], x) for x in stages.T], axis=1)
+    a, tau, given, pushed = np.split(every, [n, 2 * n, every.shape[1] - count], axis=1)
+    q, s, u = (z[place[kind]] for kind in ("q", "s", "u"))
+    curves = dict(zip(problem.drives, forces_of(problem, z).tables.values(), strict=True))
+    extra = dict(zip((one.name for one in scene.given), np.hstack([given, s]).T, strict=True))
+    extra |= _contact_columns(problem, z, q, pushed)
+    impacts = impacts_of(problem, z)
+    return Trajectory(scene, t, q, u, a, tau, extra, notes=notes, wall=wall, curves=curves, impacts=impacts)
 
 
-def _gaps(one: Collocation, q: Array, part: Array) -> Array:
-    """Return g of every contact that has one, shape (gaps, P)."""
-    told = one.source.locals.get("touch")
-    return np.zeros((0, len(q))) if told is None else told.value({"q": q, "free": part[one.place["free"]]}).T
+def _contact_columns(problem: Collocation, z: Array, q: Array, forces: Array) -> dict[str, Array]:
+    """Return gap, forces and mode of every contact, as runs have them."""
+    touches, found = problem.source.written.contacts.touches, dict[str, Array]()
+    if not touches:
+        return {}
+    gaps = iter(problem.source.locals["touch"].value({"q": q, "free": z[problem.place["free"]]}).T)
+    pushed = iter(forces.T)
+    for touch, (closed, _, slip) in zip(touches, problem.modes.T.reshape(-1, 3, len(problem.schedule)), strict=True):
+        name, along = touch.law.name, len(touch.tangents)
+        if touch.normal:
+            found |= {f"gap_{name}": next(gaps), f"normal_{name}": next(pushed)}
+        found |= {f"{word}_{name}": next(pushed) for word in (("friction",) if along == 1 else FRICTIONS[:along])}
+        found[f"mode_{name}"] = np.where(slip, 2.0 * slip, closed)[problem.grid.phase]
+    return found
 
 
 def _driving(problem: Collocation, z: Array) -> Array:
@@ -108,41 +104,36 @@ def _driving(problem: Collocation, z: Array) -> Array:
     return found
 
 
-def run_of(
-    scene: Scene, problem: NonlinearProgram, z: Array, phases: Sequence[Trajectory], status: str, wall: float
-) -> Trajectory:
-    """Return the whole motion."""
-    q, u, a, tau = (np.concatenate([getattr(one, name) for one in phases]) for name in ("q", "qd", "qdd", "tau"))
-    extra = {name: np.concatenate([one.extra[name] for one in phases]) for name in phases[0].extra}
-    t = np.concatenate([one.t for one in phases])
-    curves = dict(zip(problem.parts[0].drives, forces_of(problem, z).tables.values(), strict=True))
-    told = {"notes": (*problem.notes, status), "wall": wall, "curves": curves, "impacts": impacts_of(problem, z)}
-    return Trajectory(scene, t, q, u, a, tau, extra, **told)
+def phases_of(run: Trajectory, problem: Collocation) -> tuple[Trajectory, ...]:
+    """Return the motion of each phase."""
+    found = []
+    for k in range(len(problem.schedule)):
+        rows = problem.grid.phase == k
+        parts = {name: getattr(run, name)[rows] for name in ("t", "q", "qd", "qdd", "tau")}
+        found.append(replace(run, **parts, extra={name: x[rows] for name, x in run.extra.items()}, impacts=()))
+    return tuple(found)
 
 
-def impacts_of(problem: NonlinearProgram, z: Array) -> tuple[Impact, ...]:
+def impacts_of(problem: Collocation, z: Array) -> tuple[Impact, ...]:
     """Return what happens at contacts between phases, in order."""
-    if not isinstance(problem, Phased):
+    if len(problem.schedule) == 1:
         return ()
-    ends = [began + takes for _, _, began, takes in _each(problem, z)]
-    between = zip(ends, problem.passages, problem.schedule, problem.schedule[1:], strict=False)
-    return tuple(told for t, passage, *sides in between for told in _between(problem, z, t, passage, *sides))
-
-
-def _between(problem: Phased, z: Array, t: float, passage: Passage, one: Phase, then: Phase) -> Iterator[Impact]:
-    written, at = problem.parts[0].source.written, passage.at(z)
-    alone = np.zeros((at["impulse"].shape[1], 3))
-    alone[:, 0] = 1.0  # so that the law tells W u
-    law, kicks = problem.joining["law"].value, at["impulse"][0]
-    before, after = (law({**at, "u": at[kind], "law": alone.ravel()})[0] for kind in ("before", "u"))
-    lost, k = float(-kicks @ (before + after)) / 2, written.rows
-    words = tuple(then.word(x.law.name, bool(x.tangents)) for x in written.contacts.touches)
-    for touch in written.contacts.touches:
-        name, rows = touch.law.name, slice(k, k + len(touch.rows))
-        k += len(touch.rows)
-        (closed, stuck, _), (closes, sticks, slip) = one.mode(name), then.mode(name)
-        what = STRIKES if name in then.strikes or closes > closed else LIFTS if closed > closes else ""
-        what = what or (BREAKS if stuck and slip else STOPS if sticks > stuck else "")
-        if what:
-            rates = (float(before[rows][0]), float(after[rows][0])) if touch.normal else (0.0, 0.0)
-            yield Impact(t, name, what, *rates, tuple(kicks[rows].tolist()), lost, words, None, touch.unit)
+    written, at, k = problem.source.written, problem.at(z, "joint"), problem.source.written.rows
+    law, kicks, found = problem.locals["law"].value, at["impulse"], list[Impact]()
+    alone = np.tile([1.0, 0.0, 0.0], at["impulse"].shape)  # so that the law tells W u
+    before, after = (law({**at, "u": at[kind], "law": alone}) for kind in ("before", "u"))
+    lost = -np.sum(kicks * (before + after), axis=1) / 2
+    for number, (one, then) in enumerate(pairwise(problem.schedule)):
+        k = written.rows
+        words = tuple(then.word(x.law.name, bool(x.tangents)) for x in written.contacts.touches)
+        for touch in written.contacts.touches:
+            name, first, k = touch.law.name, k, k + len(touch.rows)
+            (closed, stuck, _), (closes, sticks, slip) = one.mode(name), then.mode(name)
+            what = STRIKES if name in then.strikes or closes > closed else LIFTS if closed > closes else ""
+            what = what or (BREAKS if stuck and slip else STOPS if sticks > stuck else "")
+            if what:
+                what = OF_ROPES.get(what, what) if touch.law.kind == "slack" else what
+                rates = [float(x[number, first]) if touch.normal else 0.0 for x in (before, after)]
+                impulse, t = tuple(kicks[number, first:k].tolist()), float(at[TIME][number])
+                found.append(Impact(t, name, what, *rates, impulse, float(lost[number]), words, None, touch.unit))
+    return tuple(found)

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import chain
+from itertools import chain, pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -25,10 +25,13 @@ from symdyn.scene import Scene
 from symdyn.scene.values import DryJoint, Faults, Unilateral
 from symdyn.simulation.prescribed import number_of, parameter_values
 from symdyn.transcription.contact_entries import Contacts
-from symdyn.transcription.grid import Places
-from symdyn.transcription.local import Source, appearing
+from symdyn.transcription.grid import Grid, Places
+from symdyn.transcription.local import PLACES, Source, appearing
 
 KEYS = ("closed", "slips", "strikes", "duration", "intervals", "end")
+
+PASSING = ("law", "touch", "struck")
+"""Functions of passages that have a row for each of a contact."""
 
 SHORTEST = 1e-3
 """Of a phase whose duration is not given, over the longest time of the end."""
@@ -118,8 +121,8 @@ def read_phases(
         signs = {name: float(sign) for name, sign in slips.items() if sign in (-1, 1)}
         found.append(Phase(own, span, closed, signs, strikes, dict(end)))
     if len(phases) == len(found) and not faults.lines:
-        for k, (one, then) in enumerate(zip(found[:-1], found[1:], strict=True)):
-            _check_passage(scene, one, then, known, f"phases: {k + 2}", faults)
+        for k, pair in enumerate(pairwise(found), start=2):
+            _check_passage(scene, *pair, known, f"phases: {k}", faults)
     return tuple(found)
 
 
@@ -178,7 +181,25 @@ class Sides(NamedTuple):
         self.rows_upper[rows] = np.inf
 
 
-def bound_phase(sides: Sides, contacts: Contacts, phase: Phase, before: Phase | None, after: Phase | None) -> None:
+def bound_schedule(sides: Sides, contacts: Contacts, schedule: Sequence[Phase], grid: Grid) -> Array:
+    """Put what phases ask of contacts into the bounds of a problem; return α, β and ζ of each row of passages."""
+    law = np.zeros((len(schedule) - 1, len(contacts.law)))
+    if not contacts.touches:
+        return law
+    places = {"stage": grid.phase[grid.stage], "node": grid.phase[grid.node]}
+    for k, phase in enumerate(schedule):
+        within = places["node"][grid.starts] == k
+        place = {"contact": sides.place["contact"][places["stage"] == k], "slack": sides.place["slack"][within]}
+        row = {name: sides.row[name][places[PLACES[name]] == k] for name in ("balance", "held", "cone", "open")}
+        before, after = (schedule[i] if 0 <= i < len(schedule) else None for i in (k - 1, k + 1))
+        _bound_phase(sides._replace(place=place, row=row), contacts, phase, before, after)
+        if before is not None:
+            place, row = {"impulse": sides.place["impulse"][k - 1]}, {n: sides.row[n][k - 1] for n in PASSING}
+            law[k - 1] = _bound_passage(sides._replace(place=place, row=row), contacts, before, phase)
+    return law
+
+
+def _bound_phase(sides: Sides, contacts: Contacts, phase: Phase, before: Phase | None, after: Phase | None) -> None:
     """Put what a phase asks of its contacts into the bounds of its problem."""
     place, row = sides.place, sides.row
     m, gaps = len(contacts.forces), len(contacts.gaps)
@@ -191,9 +212,9 @@ def bound_phase(sides: Sides, contacts: Contacts, phase: Phase, before: Phase | 
     for touch in contacts.touches:
         name, along = touch.law.name, len(touch.tangents)
         closed, sticks, _ = phase.mode(name)
-        pairs = (before and (before, phase), after and (phase, after))
-        meets = [bool(pair) and touches(name, *pair) for pair in pairs]
-        rests = [bool(one) and one.mode(name)[1] and not pair[1].strikes for one, pair in zip((before, after), pairs)]
+        meets = [before is not None and touches(name, before, phase), after is not None and touches(name, phase, after)]
+        rests = [before is not None and before.mode(name)[1] and not phase.strikes]
+        rests.append(after is not None and after.mode(name)[1] and not after.strikes)
         if touch.normal:
             if closed:
                 sides.lower[forces[:, k]] = 0.0
@@ -232,7 +253,7 @@ def bound_phase(sides: Sides, contacts: Contacts, phase: Phase, before: Phase | 
         sides.drop(row["held"][0])
 
 
-def bound_passage(sides: Sides, contacts: Contacts, one: Phase, then: Phase) -> Array:
+def _bound_passage(sides: Sides, contacts: Contacts, one: Phase, then: Phase) -> Array:
     """Put what is asked between two phases into bounds; return α, β and ζ of each row."""
     impulse, law = sides.place["impulse"], sides.row["law"]
     held = len(impulse) - len(contacts.forces)

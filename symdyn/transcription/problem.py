@@ -1,12 +1,11 @@
 """From a scene and what is asked of its motion to a problem in numbers: the function `collocation`.
 
-It says where unknowns and equations stand, and what is known of them: bounds, ends, a first guess. Of contacts there is
-a problem for each phase of the motion, and they are joined.
+It says where unknowns and equations stand, and what is known of them: bounds, ends, a first guess.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from numbers import Real
 from operator import index
@@ -23,10 +22,9 @@ from symdyn.scene import Quantity, Scene, SceneLike, SceneUnits
 from symdyn.scene.values import Faults, FormulaError, formula_text, spell, substituted, velocity_name
 from symdyn.simulation import Problem, Start
 from symdyn.simulation.prescribed import drive_names, number_of, parameter_values, read_formula
-from symdyn.transcription.grid import METHODS, Grid, grid, numbered
-from symdyn.transcription.local import Written, source
-from symdyn.transcription.phased import Phased, joined
-from symdyn.transcription.phases import Phase, Sides, bound_phase, read_phases, refused
+from symdyn.transcription.grid import METHODS, ROWWISE, Grid, grid, numbered
+from symdyn.transcription.local import PLACES, Written, source
+from symdyn.transcription.phases import Phase, Sides, bound_schedule, read_phases, refused
 from symdyn.transcription.remarks import remarks, taken
 from symdyn.transcription.transcribed import Collocation
 
@@ -70,11 +68,11 @@ class Layout:
     written: Written
     grid: Grid
     paths: int
-    span: tuple[float, float]
+    schedule: tuple[Phase, ...]
 
     def __post_init__(self) -> None:
         scene, found, grid = self.scene, self.written, self.grid
-        N, P, S = len(grid.widths), len(grid.share), len(grid.stage)
+        N, P, S, K = len(grid.widths), len(grid.share), len(grid.stage), len(self.schedule)
         nq, nv, ns = len(scene.coordinates), len(scene.velocities), len(scene.states)
         self.states = tuple(one.name for one in scene.states)
         self.names = (*drive_names(scene), *(one.name for one in scene.inputs))
@@ -89,24 +87,29 @@ class Layout:
                 "force": (S, len(found.driven)),
                 "slack": (N, len(found.kinds["slack"])),
                 "free": (len(self.free),),
-                "T": (int(self.span[0] < self.span[1]),),
+                "T": (K * any(one.span[0] < one.span[1] for one in self.schedule),),
+                "impulse": (K - 1, len(found.kinds["impulse"])),
             }
         )
         self.row, self.rows = numbered(
             {
                 "balance": (S, len(found.entries["balance"])),
                 "defects": (N, grid.target.shape[1], nq + ns + nv),
-                "held": (N + 1, len(found.entries["held"])),
-                "path": (N + 1, self.paths),
-                "cone": (S, len(found.entries.get("cone", ()))),
-                "open": (N + 1, len(found.entries.get("open", ()))),
+                "held": (N + K, len(found.entries["held"])),
+                "path": (N + K, self.paths),
+                **{
+                    name: ({"stage": S, "node": N + K, "joint": K - 1}[PLACES[name]], len(found.entries.get(name, ())))
+                    for name in ROWWISE[3:]
+                },
+                "stays": (K - 1, nq + ns),
+                "time": (int(len(self.place["T"]) > 1),),
             }
         )
 
     def bounded(
-        self, start: Start | None, bounds: Mapping[str, Range], values: Mapping[str, Quantity], faults: Faults
+        self, start: Start, bounds: Mapping[str, Range], values: Mapping[str, Quantity], faults: Faults
     ) -> tuple[Array, Array]:
-        """Return the bounds of z: those of joints, those that are given, and the start where it is."""
+        """Return the bounds of z: those of joints, those that are given, and the start."""
         scene, place = self.scene, self.place
         lower, upper = np.full(self.size, -np.inf), np.full(self.size, np.inf)
         columns = {name: place["q"][:, k] for k, name in enumerate(scene.coordinates)}
@@ -126,10 +129,11 @@ class Layout:
                 faults.add(f"bounds: {name}", f"{least:g} … {most:g} leaves nothing of its joint's limits, {limits}")
             else:
                 lower[at], upper[at] = low, high
-        lower[place["T"]], upper[place["T"]] = self.span
-        names = {"q": scene.coordinates, "s": self.states, "u": scene.velocities}
-        for kind, x in () if start is None else (("q", start.q), ("s", start.s), ("u", start.u)):
-            for k, name in enumerate(names[kind]):
+        if len(place["T"]):
+            lower[place["T"]], upper[place["T"]] = zip(*(one.span for one in self.schedule), strict=True)
+        states = (("q", scene.coordinates, start.q), ("s", self.states, start.s), ("u", scene.velocities, start.u))
+        for kind, names, x in states:
+            for k, name in enumerate(names):
                 self._fix(0, kind, k, name, float(x[k]), "start", lower, upper, faults)
         return lower, upper
 
@@ -142,8 +146,9 @@ class Layout:
         lower: Array,
         upper: Array,
         faults: Faults,
+        node: int = -1,
     ) -> Start | None:
-        """Fix what is given of the end; return a whole state there for the guess, None where none is found."""
+        """Fix what is given of the end, or of another node; return a whole state there for the guess, None where none is found."""
         speeds: dict[str, Number] = dict.fromkeys(resting, 0)
         units = SceneUnits(self.scene).letters
         for name, text in end_rates.items():
@@ -164,7 +169,7 @@ class Layout:
                 formula = read_formula(text, values, f"{where}: {name}", faults, unit=units.get(name, ""))
                 x = None if formula is None else number_of(formula, values, f"{where}: {name}", faults)
                 if name in names and x is not None:
-                    self._fix(-1, *names[name], name, x, where, lower, upper, faults)
+                    self._fix(node, *names[name], name, x, where, lower, upper, faults)
         if faults.lines:
             return None
         try:
@@ -181,20 +186,27 @@ class Layout:
             faults.add(where, f"{name} = {x:g} is beyond its bounds {lower[column]:g} … {upper[column]:g}")
         lower[column] = upper[column] = x
 
-    def guessed(self, first: Start, last: Start | None, values: Mapping[str, Quantity]) -> Array:
-        """Return z of a straight way from the start to the end, free of forces."""
-        z, place, share = np.zeros(self.size), self.place, self.grid.share[:, None]
-        way = np.zeros_like(first.q) if last is None else last.q - first.q
-        z[place["q"]] = first.q + share * way
-        z[place["s"]] = first.s + share * (0 if last is None else last.s - first.s)
+    def guessed(self, first: Start, ends: Sequence[Start | None], values: Mapping[str, Quantity]) -> Array:
+        """Return z of straight ways from the start to the end of each phase, where that is known, free of forces."""
+        z, place, share, phase = np.zeros(self.size), self.place, self.grid.share[:, None], self.grid.phase
+        known = {0: first} | {k: one for k, one in enumerate(ends, start=1) if one is not None}
+
+        def knots(kind: str) -> Array:
+            given = np.stack([getattr(one, kind) for one in known.values()])
+            return np.stack([np.interp(range(len(ends) + 1), [*known], x) for x in given.T] or [[]], axis=-1)
+
+        durations = np.array([sum(one.span) / 2 for one in self.schedule])
+        for kind in ("q", "s"):
+            at = knots(kind)
+            if place[kind].size:
+                z[place[kind]] = at[phase] + share * np.diff(at, axis=0)[phase]
         for column, k in zip(place["force"].T, self.written.driven, strict=True):
             if k >= len(first.u):
                 one = self.scene.inputs[k - len(first.u)]
                 z[column] = number_of(one.value, values, f"inputs.{one.name}", Faults("")) or 0.0
-        duration = sum(self.span) / 2
         if len(first.q) == len(first.u):
-            z[place["u"]] = way / duration
-        z[place["T"]] = duration
+            z[place["u"]] = np.diff(knots("q"), axis=0)[phase] / durations[phase, None]
+        z[place["T"]] = durations[: len(place["T"])]
         z[place["free"]] = [number_of(values[n], values, f"parameters.{n}", Faults("")) or 0.0 for n in self.free]
         return z
 
@@ -362,24 +374,26 @@ def collocation(
     rests = f'at rest at the end, where positions are given: {listed(resting)} = 0; end_rates="free" leaves them free'
     told = taken(scene, free, {k: x for k, x in given.items() if isinstance(x, Mapping)})
     notes = (*([rests] if resting else []), *holds, *first.notes, *told, *remarks(functions))
-    parts, at = list[Collocation](), first
-    for k, phase in enumerate(schedule):
-        last = k == len(schedule) - 1
-        made = Layout(scene, free, functions.written, grid(METHODS[method], phase.mesh), len(around), phase.span)
-        lower, upper = made.bounded(None if k else first, bounds or {}, values, faults)
-        goal = made.ended({**phase.end, **(end or {} if last else {})}, *((rates, resting) if last else ({}, ())), values, lower, upper, faults)
-        faults.close(SimulateError)
-        sides = Sides(made.place, made.row, lower, upper, np.zeros(made.rows), np.zeros(made.rows))
-        sides.rows_lower[made.row["path"]], sides.rows_upper[made.row["path"]] = around.T
-        bound_phase(sides, contacts, phase, schedule[k - 1] if k else None, None if last else schedule[k + 1])
-        guess = np.clip(made.guessed(at, goal, values), lower, upper)
-        at = at if goal is None else goal
-        parts.append(Collocation(
-            scene, METHODS[method], made.grid, free, tuple(made.names[k] for k in functions.written.driven), functions.written.driven,
-            made.place, made.row, made.size, made.rows, sum(phase.span) / 2, *sides[2:], guess,
-            functions, notes, phase.numbers(contacts), last,
-        ))  # fmt: skip
-    return parts[0] if phases is None else joined(declared, schedule, tuple(parts), span, notes)
+    meshes = [one.mesh for one in schedule]
+    made = Layout(scene, free, functions.written, grid(METHODS[method], meshes), len(around), schedule)
+    lower, upper = made.bounded(first, bounds or {}, values, faults)
+    closing = np.cumsum([len(mesh) for mesh in meshes]) - 1
+    goals = [
+        made.ended(one.end, {}, (), values, lower, upper, faults, int(node)) if one.end else None
+        for one, node in zip(schedule[:-1], closing, strict=False)
+    ]
+    last = made.ended({**schedule[-1].end, **(end or {})}, rates, resting, values, lower, upper, faults)
+    faults.close(SimulateError)
+    sides = Sides(made.place, made.row, lower, upper, np.zeros(made.rows), np.zeros(made.rows))
+    sides.rows_lower[made.row["path"]], sides.rows_upper[made.row["path"]] = around.T
+    sides.rows_lower[made.row["time"]], sides.rows_upper[made.row["time"]] = span
+    law = bound_schedule(sides, functions.written.contacts, schedule, made.grid)
+    guess = np.clip(made.guessed(first, [*goals, last], values), lower, upper)
+    return Collocation(
+        problem.scene, METHODS[method], made.grid, free, tuple(made.names[k] for k in functions.written.driven),
+        functions.written.driven, made.place, made.row, made.size, made.rows, sum(span) / 2, *sides[2:], guess,
+        functions, notes, schedule, law,
+    )  # fmt: skip
 
 
 def _drives(scene: Scene) -> list[str]:

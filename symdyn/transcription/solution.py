@@ -26,11 +26,10 @@ from symdyn.rounding import in_digits
 from symdyn.scene import Scene, bind
 from symdyn.shown import Shown
 from symdyn.simulation import Forces, Start, Trajectory, compiled_entries, simulate
-from symdyn.transcription.grid import Places
+from symdyn.simulation.equations.contact_modes import Impact
+from symdyn.transcription.grid import ROWWISE, Places
 from symdyn.transcription.local import PLACES, Source, appearing, argument_of, inputs_of, symbols_of
 from symdyn.transcription.motion import forces_of, impacts_of, phases_of, run_of
-from symdyn.transcription.nonlinear_program import NonlinearProgram
-from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -116,7 +115,7 @@ class Solution(Shown):
         searched: how many starts, which, and what they led to.
     """
 
-    problem: NonlinearProgram = field(repr=False)
+    problem: Collocation = field(repr=False)
     z: Array = field(repr=False)
     multipliers: Array = field(repr=False)
     objective: float
@@ -161,7 +160,7 @@ class Solution(Shown):
     @property
     def scene(self) -> Scene:
         """The mechanism with these values."""
-        return bind(self.problem.scene, self.parameters) if self.parameters else self.problem.scene
+        return bind(self.problem.scene, self.parameters) if self.problem.free else self.problem.scene
 
     @property
     def run(self) -> Trajectory:
@@ -169,12 +168,12 @@ class Solution(Shown):
 
         Where phases meet there are two rows, before and behind what happens there.
         """
-        return run_of(self.scene, self.problem, self.z, self.phases, self.status, self.wall)
+        return run_of(self.scene, self.problem, self.z, (*self.problem.notes, self.status), self.wall)
 
     @property
     def phases(self) -> tuple[Trajectory, ...]:
-        """The motion of each phase, which goes on where the one before ends; one alone without phases."""
-        return phases_of(self.scene, self.problem, self.z)
+        """The motion of each phase, which goes on where the one before ends; one alone without contacts."""
+        return phases_of(self.run, self.problem)
 
     @property
     def impacts(self) -> tuple[Impact, ...]:
@@ -216,10 +215,10 @@ class Solution(Shown):
 
         It may rest on limits of joints, and goes on where rounding passes one.
         """
-        start, place = self.problem.split(self.z)[0], self.problem.parts[0].place
-        begins = Start(start[place["q"][0]], start[place["u"][0]], s=start[place["s"][0]])
+        place = self.problem.place
+        start = Start(self.z[place["q"][0]], self.z[place["u"][0]], s=self.z[place["s"][0]])
         options = {"ignore_limits": True} | options
-        return simulate(self.scene, forces=self.forces, until=self.duration, start=begins, **options)
+        return simulate(self.scene, forces=self.forces, until=self.duration, start=start, **options)
 
 
 WEIGHTS = "weights"
@@ -269,7 +268,7 @@ class Lagrangian:
 
 def lagrangian(problem: Collocation) -> Lagrangian:
     """Return the Hessian of a problem's Lagrangian as a function, compiled."""
-    bends = {name: one for name, one in bends_of(problem.source).items() if name in problem.locals}
+    bends = _compiled(problem.source)
     wires: dict[str, tuple[NDArray[np.bool_], Array]] = {}
     places: list[tuple[Places, Places]] = []
     for name, one in bends.items():
@@ -285,7 +284,7 @@ def lagrangian(problem: Collocation) -> Lagrangian:
         places.append((sides[0][known], sides[1][known]))
     T = problem.place["T"]
     if len(T):
-        places += [(T[:1], columns.ravel()) for columns in _beside_time(problem)]
+        places += _beside_time(problem)
     pairs = [np.broadcast_arrays(*pair) for pair in places]
     first, second = (np.concatenate([pair[k].ravel() for pair in pairs] or [T]) for k in (0, 1))
     keys = np.maximum(first, second) * problem.size + np.minimum(first, second)
@@ -294,11 +293,12 @@ def lagrangian(problem: Collocation) -> Lagrangian:
     return Lagrangian(problem, rows, columns, bends, wires, merged.ravel())
 
 
-def _beside_time(problem: Collocation) -> list[Places]:
+def _beside_time(problem: Collocation) -> list[tuple[Places, Places]]:
     """Return the unknowns that the length of an interval multiplies: at rates, accelerations and the running cost."""
-    found = [problem.place["a"]]
+    T = problem.place["T"][problem.stage_phases][:, None]
+    found = [(T, problem.place["a"])]
     for columns, known, _ in (problem.wires[name] for name in ("rates", "running") if name in problem.locals):
-        found.append(columns[known])
+        found.append((np.broadcast_to(T, columns.shape)[known], columns[known]))
     return found
 
 
@@ -307,17 +307,16 @@ def _parts(of: Lagrangian, z: Array, sigma: float, multipliers: Array) -> list[A
     by_row = {kind: multipliers[row] for kind, row in problem.row.items()}
     defects, first = by_row["defects"], problem.locals["rates"].size  # of accelerations, behind what has a formula
     shares = -(problem.between[1].T @ defects.ravel()).reshape(len(grid.stage), -1)  # of what T multiplies
-    T = problem.time(z)
+    T = problem.durations(z)[problem.stage_phases][:, None]
     weights = {
-        "balance": by_row["balance"],
         "rates": T * shares[:, :first],
-        "held": by_row["held"],
-        **{name: by_row[name] for name in ("path", "cone", "open")},
-        "pull": np.concatenate([np.zeros((1, defects.shape[2])), -defects[:, -1]]),
+        **{name: by_row[name] for name in ROWWISE},
+        "pull": np.zeros((len(grid.node), defects.shape[2])),
         "running": sigma * T * grid.quadrature[:, None],
         "final": np.full((1, 1), sigma),
     }
-    at = {where: problem.at(z, where) for where in ("stage", "node", "end")}
+    weights["pull"][grid.ends] = -defects[:, -1]
+    at = {where: problem.at(z, where) for where in ("stage", "node", "joint", "end")}
     found = []
     for name, one in of.bends.items():
         known, chain = of.wires[name]
@@ -333,7 +332,7 @@ def _parts(of: Lagrangian, z: Array, sigma: float, multipliers: Array) -> list[A
 
 
 @lru_cache(maxsize=16)
-def bends_of(source: Source) -> dict[str, Bends]:
+def _compiled(source: Source) -> dict[str, Bends]:
     """Return the second derivatives of the local functions that are not linear."""
     w, written = source.workspace, source.written
     parts, pairs, takes = {}, {}, {}

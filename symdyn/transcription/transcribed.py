@@ -20,9 +20,10 @@ who hold the three levels in this way too, with Hermite-Simpson collocation.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import warnings
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,18 +31,22 @@ from numpy.typing import NDArray
 from symdyn.algebra import Array
 from symdyn.arguments import check_arguments
 from symdyn.dynamics.mechanism import TIME
-from symdyn.errors import ArgumentError, choice, quoted
+from symdyn.errors import ArgumentError, SimulateError, choice, quoted
 from symdyn.scene import Scene
+from symdyn.shown import Shown
 from symdyn.transcription.grid import ROWWISE, Grid, Method, Places, Slopes, sliced
 from symdyn.transcription.local import PLACES, Local, Source
-from symdyn.transcription.nonlinear_program import NonlinearProgram
+from symdyn.transcription.phases import Phase
 from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
+    from symdyn.transcription.solution import Solution
+
+
 @dataclass(frozen=True, eq=False)
-class Collocation(NonlinearProgram):
+class Collocation(Shown):
     """An optimal control problem of a scene, in N intervals.
 
     Attributes:
@@ -53,9 +58,9 @@ class Collocation(NonlinearProgram):
         driven: their velocities; behind velocities the inputs, as `Forces` counts them.
         place: of each kind of unknown, where it stands in z: "q" (P, nq), "s" (P, ns), "u" (P, nv), "a" (S, nv),
             "multiplier" (S, m), "contact" (S, rows of contacts), "force" (S, drives), "slack" (N, slacks), "free"
-            (parameters,), "T" (1,) or (0,) where it is given.
+            (parameters,), "T" (phases,), or (0,) where it is given, "impulse" (phases - 1, all rows).
         row: of each kind of equation, where it stands in g: "balance" (S, nv + m), "defects" (N, R, nq + ns + nv),
-            "held" (N + 1, …), "path" (N + 1, paths), "cone" (S, …), "open" (N + 1, …).
+            "held" (N + 1, …), "path" (N + 1, paths); of phases see `contact_entries`.
         size, rows: number of unknowns and of equations.
         duration: the time of the end, s; of a free one the middle of its bounds.
         lower, upper: bounds of z, shape (size,).
@@ -63,8 +68,8 @@ class Collocation(NonlinearProgram):
         guess: z of a straight way from the start to the end, shape (size,).
         source: the functions of one place, and the graph that they were written on.
         notes: what a user should know: how loops closed at the start, where slopes are one-sided, one line each.
-        mode: what contacts do, three numbers of each, see `contact_entries`.
-        last: whether the cost of the end is asked for.
+        schedule: the phases; one alone without contacts.
+        law: what is asked where each but the first begins, α, β and ζ of each row, shape (phases - 1, …).
     """
 
     scene: Scene = field(repr=False)
@@ -85,8 +90,8 @@ class Collocation(NonlinearProgram):
     guess: Array = field(repr=False)
     source: Source = field(repr=False)
     notes: tuple[str, ...] = ()
-    mode: Array = field(default_factory=lambda: np.zeros(0), repr=False)
-    last: bool = True
+    schedule: tuple[Phase, ...] = ()
+    law: Array = field(default_factory=lambda: np.zeros((0, 0)), repr=False)
 
     def __repr__(self) -> str:
         unknown = ", ".join([*self.drives, *self.free]) or "none"
@@ -96,14 +101,42 @@ class Collocation(NonlinearProgram):
 
     @property
     def locals(self) -> Mapping[str, Local]:
-        """The functions of one place that the motion has, by name."""
-        without = ("passage",) if self.last else ("passage", "end")
-        return {name: one for name, one in self.source.locals.items() if PLACES[name] not in without}
+        """The functions of one place, by name."""
+        return self.source.locals
 
-    @property
-    def parts(self) -> tuple[Collocation, ...]:
-        """It alone."""
-        return (self,)
+    def solve(
+        self,
+        guess: Sequence[float] | Array | None = None,
+        exact: bool | None = None,
+        starts: int = 1,
+        seed: int = 0,
+        **options: Any,
+    ) -> Solution:
+        """Return what IPOPT finds: of several starts the best optimum, the others beside it (`Solution.optima`).
+
+        What it finds is a local optimum, among neighbouring motions: `starts=8` looks for others, and tells how many
+        there are and what each costs.
+
+        Args:
+            guess: z to start from, shape (size,); None takes the problem's own.
+            exact: whether to compute second derivatives, else IPOPT gathers them on the way, in its limited memory;
+                None computes them for up to 8 velocities.
+            starts: how many searches: the first from the guess, the others from motions drawn about it.
+            seed: of these.
+            options: of IPOPT, such as max_iter=500 or tol=1e-9; see its documentation.
+
+        Raises:
+            SimulateError: CasADi is not installed, the guess has another shape or no value, or an equation between
+                unknowns that are given does not hold; starts or a seed that are none.
+        """
+        check_arguments(Collocation.solve, {"guess": guess, "exact": exact}, SimulateError)
+        from symdyn.transcription.ipopt import solve
+
+        found = solve(self, guess, exact, starts, seed, options)
+        if not found.success:
+            told = f"{self.scene.name}: no solution was found: {found.status}; it misses bounds or equations by"
+            warnings.warn(f"{told} {found.violation:.2g}", RuntimeWarning, stacklevel=3)
+        return found
 
     # Values
 
@@ -111,22 +144,26 @@ class Collocation(NonlinearProgram):
         """Return g(z), shape (rows,)."""
         self._check(z)
         g = np.empty(self.rows, np.result_type(z, np.float64))
-        stages, nodes = self.at(z, "stage"), self.at_nodes(z)
-        self._part(g, self.row["balance"])[:] = self.locals["balance"].value(stages)
+        at = {"stage": self.at(z, "stage"), **self.elsewhere(z)}
         between, sums = self.between
         defects = self._part(g, self.row["defects"])
-        defects[:] = (between @ z - self.time(z) * (sums @ self.rates(stages))).reshape(defects.shape)
+        rates = (sums @ self.rates(at["stage"])).reshape(defects.shape)
+        defects[:] = (between @ z).reshape(defects.shape) - self.durations(z)[self.interval_phases][
+            :, None, None
+        ] * rates
         if "pull" in self.locals:
-            defects[:, -1] -= self.locals["pull"].value(self.behind(nodes))
-        for name in ROWWISE[1:]:
+            defects[:, -1] -= self.locals["pull"].value(self.behind(at["node"]))
+        for name in ROWWISE:
             if name in self.locals:
-                at = stages if PLACES[name] == "stage" else nodes
-                self._part(g, self.row[name])[:] = self.locals[name].value(at)
+                self._part(g, self.row[name])[:] = self.locals[name].value(at[PLACES[name]])
+        kept, joints = z[self.state[:, : self.row["stays"].shape[1]]], self.grid.joints
+        g[self.row["stays"]] = kept[joints] - kept[joints - 1]
+        g[self.row["time"]] = self.time(z)
         return g
 
-    def at_nodes(self, z: Array) -> dict[str, Array]:
-        """Return the unknowns at all nodes, where a function asks for them."""
-        return self.at(z, "node") if any(PLACES[name] == "node" for name in self.locals) else {}
+    def elsewhere(self, z: Array) -> dict[str, dict[str, Array]]:
+        """Return the unknowns at all nodes, and where phases meet, where a function asks for them."""
+        return {where: self.at(z, where) for where in ("node", "joint") if where in {PLACES[n] for n in self.locals}}
 
     @cached_property
     def between(self) -> tuple[csr_array, csr_array]:
@@ -138,7 +175,7 @@ class Collocation(NonlinearProgram):
 
         grid, shape, y = self.grid, self.row["defects"].shape, self.state
         index = np.arange(self.row["defects"].size).reshape(shape)
-        start = np.broadcast_to(y[grid.node[:-1], None], shape)
+        start = np.broadcast_to(y[self.begins, None], shape)
         columns = np.concatenate([y[grid.target].ravel(), start.ravel()])
         signs = np.repeat([1.0, -1.0], index.size)
         rows = np.concatenate([index.ravel(), index.ravel()])
@@ -150,6 +187,16 @@ class Collocation(NonlinearProgram):
         weights, at, stages = (np.concatenate([part[k].ravel() for part in parts]) for k in range(3))
         difference = csr_array((signs, (rows, columns)), shape=(index.size, self.size))
         return difference, csr_array((weights, (at, stages)), shape=(index.size, places.size))
+
+    @property
+    def begins(self) -> Places:
+        """The points where intervals begin, shape (N,)."""
+        return self.grid.node[self.grid.starts]
+
+    @property
+    def interval_phases(self) -> Places:
+        """The phase of every interval, shape (N,)."""
+        return self.grid.phase[self.begins]
 
     @property
     def state(self) -> Places:
@@ -174,6 +221,7 @@ class Collocation(NonlinearProgram):
         return {
             "stage": sliced(grid.stage),
             "node": sliced(grid.node),
+            "joint": grid.joints,
             "end": grid.node[-1:],
         }
 
@@ -182,13 +230,20 @@ class Collocation(NonlinearProgram):
         self._check(z)
         return self._slopes.values(z)
 
+    def jacobian(self, z: Array) -> csr_array:
+        """Return ∂g/∂z as a sparse matrix, shape (rows, size)."""
+        from scipy.sparse import csr_array
+
+        places = (self.jacobian_rows, self.jacobian_columns)
+        return csr_array((self.jacobian_values(z), places), shape=(self.rows, self.size))
+
     def objective(self, z: Array) -> float:
         """Return f(z): the integral of the running cost by the method's own rule, and the cost of the end."""
         self._check(z)
         total: Any = 0.0
         if "running" in self.locals:
             values = self.locals["running"].value(self.at(z, "stage"))[:, 0]
-            total = self.time(z) * (self.grid.quadrature @ values)
+            total = self.weights(z) @ values
         if "final" in self.locals:
             total = total + self.locals["final"].value(self.at(z, "end"))[0, 0]
         return total  # type: ignore[no-any-return]
@@ -198,7 +253,7 @@ class Collocation(NonlinearProgram):
         self._check(z)
         found = np.zeros(self.size)
         T = self.place["T"]
-        for name, weights in (("running", self.time(z) * self.grid.quadrature), ("final", np.ones(1))):
+        for name, weights in (("running", self.weights(z)), ("final", np.ones(1))):
             if name not in self.locals:
                 continue
             local, at = self.locals[name], self.at(z, PLACES[name])
@@ -206,16 +261,60 @@ class Collocation(NonlinearProgram):
             slopes = local.slopes(at) * chain * weights[:, None]
             found += np.bincount(columns[known], slopes[known], self.size)
             if name == "running" and len(T):
-                found[T[0]] += self.grid.quadrature @ local.value(at)[:, 0]
+                np.add.at(found, T[self.stage_phases], self.grid.quadrature * local.value(at)[:, 0])
         return found
 
     def time(self, z: Array) -> float:
         """Return the time of the end, s."""
+        return self.durations(z).sum()  # type: ignore[no-any-return]
+
+    def durations(self, z: Array) -> Array:
+        """Return how long each phase takes, s, shape (phases,)."""
         self._check(z)
         T = self.place["T"]
-        return z[T[0]] if len(T) else self.duration
+        return z[T] if len(T) else np.array([one.span[0] for one in self.schedule])
+
+    def lengths(self, z: Array) -> Array:
+        """Return how long every interval takes, s, shape (N,)."""
+        return self.durations(z)[self.interval_phases] * self.grid.widths
+
+    def weights(self, z: Array) -> Array:
+        """Return the weight of every stage in an integral, s, shape (S,)."""
+        return self.durations(z)[self.stage_phases] * self.grid.quadrature
+
+    @property
+    def stage_phases(self) -> Places:
+        """The phase of every stage, shape (S,)."""
+        return self.grid.phase[self.grid.stage]
+
+    def times(self, z: Array) -> Array:
+        """Return the time of every point, s, shape (P,)."""
+        takes = self.durations(z)
+        began = np.concatenate([[0.0], np.cumsum(takes)[:-1]])
+        return began[self.grid.phase] + takes[self.grid.phase] * self.grid.share
+
+    def parameters(self, z: Array) -> dict[str, float]:
+        """Return the values of the parameters that are unknowns."""
+        self._check(z)
+        return dict(zip(self.free, z[self.place["free"]].tolist(), strict=True))
 
     # Pattern
+
+    @cached_property
+    def given(self) -> NDArray[np.bool_]:
+        """Whether each unknown is given: its bounds are equal, shape (size,)."""
+        return np.equal(self.lower, self.upper)
+
+    @cached_property
+    def binding(self) -> NDArray[np.bool_]:
+        """Whether each equation has an unknown in it that is not given, shape (rows,).
+
+        One that has none holds already, as loops do at a start that closes them; solvers are better without it, and
+        without one that has no bounds.
+        """
+        found = np.isfinite(self.rows_lower) | np.isfinite(self.rows_upper)
+        found[found] = np.isin(np.flatnonzero(found), self.jacobian_rows[~self.given[self.jacobian_columns]])
+        return found
 
     @property
     def jacobian_rows(self) -> Places:
@@ -261,10 +360,11 @@ class Collocation(NonlinearProgram):
         """
         check_arguments(Collocation.column, locals())
         place = self.place
-        if kind not in place and kind != TIME:
+        if kind not in place and kind not in (TIME, "before"):
             raise ArgumentError(f"kind {kind!r} is not known; {choice(kind, (*place, TIME))}")
-        if kind != TIME and not 0 <= k < place[kind].shape[-1]:
-            raise ArgumentError(f"k = {quoted(k)}: there are {place[kind].shape[-1]} of {kind}, counted from 0")
+        count = place["u" if kind == "before" else kind].shape[-1] if kind != TIME else 1
+        if not 0 <= k < count:
+            raise ArgumentError(f"k = {quoted(k)}: there are {count} of {kind}, counted from 0")
         if getattr(points, "dtype", np.dtype(float)).kind not in "iu" or np.any(np.abs(points) >= len(place["q"])):
             raise ArgumentError(f"points = {quoted(points)}: give places of points, as points('node') does")
         if kind == TIME:
@@ -272,25 +372,30 @@ class Collocation(NonlinearProgram):
         if kind == "free":
             return place["free"][k : k + 1]
         if kind == "slack":
-            return np.concatenate([[-1], place["slack"][:, k]])
+            found = np.full(len(self.grid.node), -1)
+            found[self.grid.ends] = place["slack"][:, k]
+            return found
+        if kind == "before":
+            return place["u"][points - 1, k]
         return place[kind][points if kind in ("q", "s", "u") else slice(None), k]
 
     def points(self, where: str) -> Places:
-        """Return the points of all stages or nodes, or the end.
+        """Return the points of all stages or nodes, those where further phases begin, or the end.
 
         Raises:
-            ArgumentError: `where` is neither "stage", "node" nor "end".
+            ArgumentError: `where` is neither "stage", "node", "joint" nor "end".
         """
         self._check_where(where)
-        return {"stage": self.grid.stage, "node": self.grid.node, "end": self.grid.node[-1:]}[where]
+        grid = self.grid
+        return {"stage": grid.stage, "node": grid.node, "joint": grid.joints, "end": grid.node[-1:]}[where]
 
     # Unknowns at places
 
     def at(self, z: Array, where: str) -> dict[str, Array]:
-        """Return the unknowns at all stages or nodes, or at the end, by kind.
+        """Return the unknowns at all stages or nodes, where further phases begin, or at the end, by kind.
 
         Raises:
-            ArgumentError: `where` is neither "stage", "node" nor "end".
+            ArgumentError: `where` is neither "stage", "node", "joint" nor "end".
         """
         self._check(z)
         self._check_where(where)
@@ -299,10 +404,21 @@ class Collocation(NonlinearProgram):
         if where == "stage":
             found |= {kind: self._part(z, place[kind]) for kind in ("a", "multiplier", "contact", "force")}
         if where == "node":
-            found["slack"] = np.concatenate([np.zeros((1, place["slack"].shape[1])), z[place["slack"]]])
-        found |= {"free": z[place["free"]], "mode": self.mode}
-        found[TIME] = self.time(z) * self.grid.share[points]
+            found["slack"] = np.zeros((len(self.grid.node), place["slack"].shape[1]), z.dtype)
+            found["slack"][self.grid.ends] = z[place["slack"]]
+        if where == "joint":
+            before = self._part(z, place["u"])[self.grid.joints - 1]
+            found |= {"before": before, "impulse": z[place["impulse"]], "law": self.law}
+        found["free"] = z[place["free"]]
+        found["mode"] = self.modes[self.grid.phase[points]]
+        found[TIME] = self.times(z)[points]
         return found
+
+    @cached_property
+    def modes(self) -> Array:
+        """What contacts do in each phase, three numbers of each contact, see `contact_entries`."""
+        contacts = self.source.written.contacts
+        return np.array([one.numbers(contacts) for one in self.schedule])
 
     def _check(self, z: Array) -> None:
         """Raise ArgumentError for what are no unknowns."""
@@ -313,7 +429,6 @@ class Collocation(NonlinearProgram):
         if not isinstance(where, str) or where not in self._slices:
             raise ArgumentError(f"where = {quoted(where)}: give {', '.join(self._slices)}")
 
-    @staticmethod
-    def behind(nodes: Mapping[str, Array]) -> dict[str, Array]:
-        """Return what holds at all nodes but the first."""
-        return {kind: x if kind in ("free", "mode") else x[1:] for kind, x in nodes.items()}
+    def behind(self, nodes: Mapping[str, Array]) -> dict[str, Array]:
+        """Return what holds at the ends of intervals."""
+        return {kind: x if kind == "free" else x[self.grid.ends] for kind, x in nodes.items()}
