@@ -52,8 +52,8 @@ class Contacts:
 
     @classmethod
     def of(cls, w: Workspace, held: int) -> Contacts:
-        """Return those of a scene that has so many rows of loops and constraints."""
-        touches = touching(w)
+        """Return those of a scene that has so many rows of loops and constraints; none of one without phases."""
+        touches = touching(w) if w.scene.unilaterals else ()
         count = sum(len(one.rows) for one in touches)
 
         def symbols(name: str, count: int) -> tuple[Expr, ...]:

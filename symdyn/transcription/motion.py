@@ -122,7 +122,7 @@ def impacts_of(problem: Collocation, z: Array) -> tuple[Impact, ...]:
     law, kicks, found = problem.locals["law"].value, at["impulse"], list[Impact]()
     alone = np.tile([1.0, 0.0, 0.0], at["impulse"].shape)  # so that the law tells W u
     before, after = (law({**at, "u": at[kind], "law": alone}) for kind in ("before", "u"))
-    lost = -np.sum(kicks * (before + after), axis=1) / 2
+    lost = 0.0 - np.sum(kicks * (before + after), axis=1) / 2
     for number, (one, then) in enumerate(pairwise(problem.schedule)):
         k = written.rows
         words = tuple(then.word(x.law.name, bool(x.tangents)) for x in written.contacts.touches)
@@ -133,7 +133,7 @@ def impacts_of(problem: Collocation, z: Array) -> tuple[Impact, ...]:
             what = what or (BREAKS if stuck and slip else STOPS if sticks > stuck else "")
             if what:
                 what = OF_ROPES.get(what, what) if touch.law.kind == "slack" else what
-                rates = [float(x[number, first]) if touch.normal else 0.0 for x in (before, after)]
+                u, v = (float(x[number, first]) if touch.normal else 0.0 for x in (before, after))
                 impulse, t = tuple(kicks[number, first:k].tolist()), float(at[TIME][number])
-                found.append(Impact(t, name, what, *rates, impulse, float(lost[number]), words, None, touch.unit))
+                found.append(Impact(t, name, what, u, v, impulse, float(lost[number]), words, unit=touch.unit))
     return tuple(found)

@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import chain, pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -55,7 +55,7 @@ class Phase:
     closed: tuple[str, ...] = ()
     slips: Mapping[str, float] = field(default_factory=dict)
     strikes: tuple[str, ...] = ()
-    end: Mapping[str, float] = field(default_factory=dict)
+    end: Mapping[str, Any] = field(default_factory=dict)
 
     def mode(self, name: str) -> tuple[float, float, float]:
         """Return whether a contact is closed, whether it sticks, and the sign of its slip."""
@@ -181,11 +181,15 @@ class Sides(NamedTuple):
         self.rows_upper[rows] = np.inf
 
 
-def bound_schedule(sides: Sides, contacts: Contacts, schedule: Sequence[Phase], grid: Grid) -> Array:
+def bound_schedule(sides: Sides, source: Source, schedule: Sequence[Phase], grid: Grid) -> Array:
     """Put what phases ask of contacts into the bounds of a problem; return α, β and ζ of each row of passages."""
+    contacts, rows = source.written.contacts, sides.row["path"]
+    moving = [i for i, kind, _ in source.locals["path"].pattern if kind == "u"] if rows.size else []
+    again = np.setdiff1d(np.arange(rows.shape[1]), moving)  # what the end of the phase before has told
     law = np.zeros((len(schedule) - 1, len(contacts.law)))
     if not contacts.touches:
         return law
+    _refuse(source, schedule)
     places = {"stage": grid.phase[grid.stage], "node": grid.phase[grid.node]}
     for k, phase in enumerate(schedule):
         within = places["node"][grid.starts] == k
@@ -194,6 +198,7 @@ def bound_schedule(sides: Sides, contacts: Contacts, schedule: Sequence[Phase], 
         before, after = (schedule[i] if 0 <= i < len(schedule) else None for i in (k - 1, k + 1))
         _bound_phase(sides._replace(place=place, row=row), contacts, phase, before, after)
         if before is not None:
+            sides.drop(sides.row["path"][places["node"] == k][0, again])
             place, row = {"impulse": sides.place["impulse"][k - 1]}, {n: sides.row[n][k - 1] for n in PASSING}
             law[k - 1] = _bound_passage(sides._replace(place=place, row=row), contacts, before, phase)
     return law
@@ -294,7 +299,7 @@ def _bound_passage(sides: Sides, contacts: Contacts, one: Phase, then: Phase) ->
     return numbers.ravel()
 
 
-def refused(source: Source, phases: Sequence[Phase]) -> None:
+def _refuse(source: Source, phases: Sequence[Phase]) -> None:
     """Report what phases know nothing of.
 
     Raises:

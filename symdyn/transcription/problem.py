@@ -19,12 +19,13 @@ from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.outputs import unilaterals_of, with_modes
 from symdyn.errors import SimulateError, listed, suggestion
 from symdyn.scene import Quantity, Scene, SceneLike, SceneUnits
-from symdyn.scene.values import Faults, FormulaError, formula_text, spell, substituted, velocity_name
+from symdyn.scene.values import Faults, FormulaError, Unilateral, formula_text, spell, substituted, velocity_name
+from symdyn.scene.values.letters import Input
 from symdyn.simulation import Problem, Start
 from symdyn.simulation.prescribed import drive_names, number_of, parameter_values, read_formula
-from symdyn.transcription.grid import METHODS, ROWWISE, Grid, grid, numbered
-from symdyn.transcription.local import PLACES, Written, source
-from symdyn.transcription.phases import Phase, Sides, bound_schedule, read_phases, refused
+from symdyn.transcription.grid import METHODS, ROWWISE, Grid, grid as grid_of, numbered
+from symdyn.transcription.local import PLACES, Source, Written, source
+from symdyn.transcription.phases import Phase, Sides, bound_schedule, read_phases
 from symdyn.transcription.remarks import remarks, taken
 from symdyn.transcription.transcribed import Collocation
 
@@ -148,7 +149,7 @@ class Layout:
         faults: Faults,
         node: int = -1,
     ) -> Start | None:
-        """Fix what is given of the end, or of another node; return a whole state there for the guess, None where none is found."""
+        """Fix what is given of the end, or of another node; return a state there for the guess, None without one."""
         speeds: dict[str, Number] = dict.fromkeys(resting, 0)
         units = SceneUnits(self.scene).letters
         for name, text in end_rates.items():
@@ -176,6 +177,15 @@ class Layout:
             return Problem(self.scene, start=end).initial
         except SimulateError:
             return None
+
+    def asked(
+        self, lower: Array, upper: Array, path: Array, span: tuple[float, float], functions: Source
+    ) -> tuple[Sides, Array]:
+        """Return all bounds: those of z, of formulas of the path, of the time, of contacts; and the law of impacts."""
+        sides = Sides(self.place, self.row, lower, upper, np.zeros(self.rows), np.zeros(self.rows))
+        sides.rows_lower[self.row["path"]], sides.rows_upper[self.row["path"]] = path.T
+        sides.rows_lower[self.row["time"]], sides.rows_upper[self.row["time"]] = span
+        return sides, bound_schedule(sides, functions, self.schedule, self.grid)
 
     def _fix(
         self, node: int, kind: str, k: int, name: str, x: float, where: str, lower: Array, upper: Array, faults: Faults
@@ -310,13 +320,7 @@ def collocation(
     declared = problem.refused("drives are unknowns, and inputs held", "forces").scene
     if not declared.velocities:
         raise SimulateError(f"{declared.name}: nothing moves: no joint has a coordinate")
-    laws = unilaterals_of(declared)
-    if phases is None and declared.unilaterals:
-        told = 'say which are closed in each phase, such as phases=[{"closed": "NAME"}, {}]'
-        raise SimulateError(f"{declared.name}: {listed(one.name for one in laws)} open and close; {told}")
-    if phases is not None and not (laws and phases):
-        what = "there is no contact, stop or dry friction" if not laws else "there is none in the list"
-        raise SimulateError(f"{declared.name}: phases: {what}; leave phases out, or say what is closed in each")
+    laws = _phased(declared, phases)
     free = (free,) if isinstance(free, str) else tuple(dict.fromkeys(free))
     if jumping := [one.name for one in declared.states if one.reset is not None]:
         raise SimulateError(
@@ -344,56 +348,78 @@ def collocation(
         faults.add("free", words)
     free = tuple(name for name in free if name not in inputs)
     span = _span(until, faults)
-    states = (one.name for one in scene.states)
-    state = (TIME, *scene.coordinates, *scene.velocities, *states, *values, *scene.definitions, *scene.point_names)
     kept = [one for one in declared.inputs if one.name not in inputs]
-    instead = (
-        f"what is to be found are drives, and inputs that are free: {argument('free', kept[0].name)}" if kept else ""
+    formulas = _read(
+        scene, kept, {"path": tuple(path or ()), "running": (cost,), "final": (final_cost,)}, values, faults
     )
-    held = f"and no inputs, {listed(one.name for one in kept)}: they keep their values; {instead}" if kept else ""
-    formulas = {
-        "path": _formulas(scene, tuple(path or ()), state, "path", faults, held),
-        "running": _formulas(
-            scene, (formula_text(cost),) if cost else (), (*state, *_drives(scene), *inputs), "cost", faults, held
-        ),
-        "final": _formulas(scene, (formula_text(final_cost),) if final_cost else (), state, "final cost", faults, held),
-    }
     schedule: tuple[Phase, ...] = (Phase(mesh, span),)
     if phases is not None:
         schedule = read_phases(scene, phases, mesh, span, (_mesh, _span), laws, faults)
         scene = replace(with_modes(scene), states=scene.states)
     faults.close(SimulateError)
     functions = source(scene, free, tuple(formulas.items()))
-    contacts = functions.written.contacts
-    if phases is not None:
-        refused(functions, schedule)
     rates, resting = _resting(scene, end or {}, end_rates)
     around = np.array([ends_of(one, f"path: {name}", faults) for name, one in (path or {}).items()]).reshape(-1, 2)
     given = {"start": problem.start, "start rates": problem.start_rates, "end": end, "end rates": rates}
     holds = tuple(f"input {one.name} is held at {spell(one.value)} {one.unit}".rstrip() for one in kept)
     rests = f'at rest at the end, where positions are given: {listed(resting)} = 0; end_rates="free" leaves them free'
-    told = taken(scene, free, {k: x for k, x in given.items() if isinstance(x, Mapping)})
-    notes = (*([rests] if resting else []), *holds, *first.notes, *told, *remarks(functions))
-    meshes = [one.mesh for one in schedule]
-    made = Layout(scene, free, functions.written, grid(METHODS[method], meshes), len(around), schedule)
-    lower, upper = made.bounded(first, bounds or {}, values, faults)
-    closing = np.cumsum([len(mesh) for mesh in meshes]) - 1
-    goals = [
-        made.ended(one.end, {}, (), values, lower, upper, faults, int(node)) if one.end else None
-        for one, node in zip(schedule[:-1], closing, strict=False)
-    ]
-    last = made.ended({**schedule[-1].end, **(end or {})}, rates, resting, values, lower, upper, faults)
-    faults.close(SimulateError)
-    sides = Sides(made.place, made.row, lower, upper, np.zeros(made.rows), np.zeros(made.rows))
-    sides.rows_lower[made.row["path"]], sides.rows_upper[made.row["path"]] = around.T
-    sides.rows_lower[made.row["time"]], sides.rows_upper[made.row["time"]] = span
-    law = bound_schedule(sides, functions.written.contacts, schedule, made.grid)
-    guess = np.clip(made.guessed(first, [*goals, last], values), lower, upper)
-    return Collocation(
-        problem.scene, METHODS[method], made.grid, free, tuple(made.names[k] for k in functions.written.driven),
-        functions.written.driven, made.place, made.row, made.size, made.rows, sum(span) / 2, *sides[2:], guess,
-        functions, notes, schedule, law,
+    notes = (
+        *([rests] if resting else []), *holds, *first.notes,
+        *taken(scene, free, {k: x for k, x in given.items() if isinstance(x, Mapping)}), *remarks(functions),
     )  # fmt: skip
+    grid = grid_of(METHODS[method], [one.mesh for one in schedule])
+    made = Layout(scene, free, functions.written, grid, len(around), schedule)
+    lower, upper = made.bounded(first, bounds or {}, values, faults)
+    closing = np.flatnonzero(np.diff(grid.starts, append=-2) != 1)  # the last interval of each phase
+    asked = [*((one.end, {}, []) for one in schedule[:-1]), ({**schedule[-1].end, **(end or {})}, rates, resting)]
+    ends = [
+        made.ended(goal, speeds, still, values, lower, upper, faults, node)
+        for (goal, speeds, still), node in zip(asked, grid.ends[closing].tolist(), strict=True)
+    ]
+    faults.close(SimulateError)
+    sides, law = made.asked(lower, upper, around, span, functions)
+    guess = np.clip(made.guessed(first, ends, values), lower, upper)
+    driven = functions.written.driven
+    return Collocation(
+        problem.scene, METHODS[method], grid, free, tuple(made.names[k] for k in driven), driven, made.place, made.row,
+        made.size, made.rows, sum(span) / 2, *sides[2:], guess, functions, notes, schedule, law,
+    )  # fmt: skip
+
+
+def _phased(scene: Scene, phases: Sequence[Mapping[str, object]] | None) -> tuple[Unilateral, ...]:
+    """Return what opens, closes and sticks in phases; SimulateError where phases have none of it, or it no phases."""
+    laws = unilaterals_of(scene) if phases is not None else ()
+    if phases is None and scene.unilaterals:
+        names = listed(one.name for one in scene.unilaterals)
+        told = f'say which are closed in each phase, such as phases=[{{"closed": "{scene.unilaterals[0].name}"}}, {{}}]'
+        raise SimulateError(f"{scene.name}: {names} open and close; {told}")
+    if phases is not None and not (laws and phases):
+        what = "there is none in the list" if laws else "there is no contact, stop or dry friction"
+        raise SimulateError(f"{scene.name}: phases: {what}; leave phases out, or say what is closed in each")
+    return laws
+
+
+def _read(
+    scene: Scene,
+    kept: Sequence[Input],
+    given: Mapping[str, Sequence[str | SympyExpression]],
+    values: Mapping[str, Quantity],
+    faults: Faults,
+) -> dict[str, tuple[Quantity, ...]]:
+    """Return formulas of the path, the cost and the cost of the end."""
+    inputs, states = (tuple(one.name for one in some) for some in (scene.inputs, scene.states))
+    state = (TIME, *scene.coordinates, *scene.velocities, *states, *values, *scene.definitions, *scene.point_names)
+    instead = (
+        f"what is to be found are drives, and inputs that are free: {argument('free', kept[0].name)}" if kept else ""
+    )
+    held = f"and no inputs, {listed(one.name for one in kept)}: they keep their values; {instead}" if kept else ""
+    words, more = {"running": "cost", "final": "final cost"}, {"running": (*_drives(scene), *inputs)}
+    found = {}
+    for name, texts in given.items():
+        allowed = (*state, *more.get(name, ()))
+        told = [formula_text(one) for one in texts if one]
+        found[name] = _formulas(scene, told, allowed, words.get(name, name), faults, held)
+    return found
 
 
 def _drives(scene: Scene) -> list[str]:

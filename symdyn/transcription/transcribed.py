@@ -372,11 +372,11 @@ class Collocation(Shown):
         if kind == "free":
             return place["free"][k : k + 1]
         if kind == "slack":
-            found = np.full(len(self.grid.node), -1)
+            found: Places = np.full(len(self.grid.node), -1)
             found[self.grid.ends] = place["slack"][:, k]
             return found
         if kind == "before":
-            return place["u"][points - 1, k]
+            kind, points = "u", points - 1
         return place[kind][points if kind in ("q", "s", "u") else slice(None), k]
 
     def points(self, where: str) -> Places:
