@@ -87,10 +87,8 @@ def read_phases(
     free = (SHORTEST * until[1], until[1])
     for k, given in enumerate(phases):
         where = f"phases: {k + 1}"
-        if not isinstance(given, Mapping) or not {*given} <= {*KEYS}:
-            told = 'a phase is a mapping such as {"closed": "foot", "intervals": 20}'
-            faults.add(where, f"{given!r:.60}: {told}, with keys of {listed(KEYS)}")
-            continue
+        for key in (one for one in given if one not in KEYS):
+            faults.add(where, f"{key} is no key of a phase; {suggestion(key, KEYS)}")
         closed, strikes = (_names(given.get(word, ())) for word in ("closed", "strikes"))
         slips = given.get("slips", {})
         slips = dict(slips) if isinstance(slips, Mapping) else {str(slips): 0}
@@ -120,7 +118,7 @@ def read_phases(
             end = {}
         signs = {name: float(sign) for name, sign in slips.items() if sign in (-1, 1)}
         found.append(Phase(own, span, closed, signs, strikes, dict(end)))
-    if len(phases) == len(found) and not faults.lines:
+    if not faults.lines:
         for k, pair in enumerate(pairwise(found), start=2):
             _check_passage(scene, *pair, known, f"phases: {k}", faults)
     return tuple(found)

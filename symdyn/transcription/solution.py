@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from symdyn.algebra import Array
 from symdyn.dynamics.mechanism import TIME
+from symdyn.errors import SimulateError
 from symdyn.graph import gradient, tangents
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene, bind
@@ -45,7 +46,13 @@ def along(problem: Collocation, motion: Trajectory) -> Array:
     """Return z of a motion, shape (size,), by cubic splines between its samples; multipliers are those that fit best.
 
     Slacks are zero, and parameters as the scene has them. Samples at the problem's points stay as they are.
+
+    Raises:
+        SimulateError: the problem has phases, whose velocities jump.
     """
+    if len(problem.schedule) > 1:
+        told = "give the z of a solution with as many intervals: solve(guess=found.z)"
+        raise SimulateError(f"{problem.scene.name}: no smooth curve goes through impacts between phases; {told}")
     from scipy.interpolate import CubicSpline
 
     z, place, grid = problem.guess.copy(), problem.place, problem.grid
