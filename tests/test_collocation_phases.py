@@ -330,7 +330,7 @@ def test_a_closed_mechanism_bounces_off_a_stop():
 @pytest.mark.parametrize(
     ("text", "given", "words"),
     [
-        (ROD, {}, 'tip open and close; say which are closed in each phase, such as phases=[{"closed": "tip"}, {}]'),
+        (ROD, {}, 'there is tip; say which are closed in each phase, such as phases=[{"closed": "tip"}, {}]'),
         (ROD, {"phases": []}, "there is none in the list; leave phases out"),
         (
             ROD.partition("[contacts")[0],

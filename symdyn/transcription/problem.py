@@ -392,7 +392,7 @@ def _phased(scene: Scene, phases: Sequence[Mapping[str, object]] | None) -> tupl
     if phases is None and scene.unilaterals:
         names = listed(one.name for one in scene.unilaterals)
         told = f'say which are closed in each phase, such as phases=[{{"closed": "{scene.unilaterals[0].name}"}}, {{}}]'
-        raise SimulateError(f"{scene.name}: {names} open and close; {told}")
+        raise SimulateError(f"{scene.name}: contacts open and close, and there is {names}; {told}")
     if phases is not None and not (laws and phases):
         what = "there is none in the list" if laws else "there is no contact, stop or dry friction"
         raise SimulateError(f"{scene.name}: phases: {what}; leave phases out, or say what is closed in each")

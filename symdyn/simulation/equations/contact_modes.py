@@ -24,10 +24,10 @@ import numpy.typing as npt
 
 from symdyn.algebra import Array
 from symdyn.dynamics import Function, Workspace
-from symdyn.dynamics.outputs import MODE, ContactEquations, Touch
-from symdyn.errors import SimulateError
+from symdyn.dynamics.outputs import MODE, ContactEquations, Touch, unilaterals_of
+from symdyn.errors import SimulateError, suggestion
 from symdyn.graph import Expr, Op, substitute
-from symdyn.scene import Scene
+from symdyn.scene import Quantity, Scene
 from symdyn.simulation.equations.compiled_routines import function_of
 from symdyn.simulation.equations.complementarity import Case, Laws
 from symdyn.simulation.equations.events import EventKind
@@ -237,6 +237,30 @@ FRICTIONS = ("friction_along", "friction_across")
 
 COLUMNS = ("gap", "normal", "friction", *FRICTIONS, "mode")
 """What the columns of a contact begin with."""
+
+
+def column_names(scene: Scene) -> tuple[str, ...]:
+    """Return the columns of contacts that events may name: all but modes, whose changes are events of their own."""
+    return tuple(f"{word}_{one.name}" for one in unilaterals_of(scene) for word in COLUMNS[:-1])
+
+
+def named_columns(c: ContactEquations | None, events: Sequence[Quantity]) -> dict[Expr, Expr]:
+    """Return what stands for the columns of contacts in formulas of events.
+
+    Raises:
+        SimulateError: one is named that there is not, as the friction of what is smooth.
+    """
+    if c is None:
+        return {}
+    graph, found = c.free[0].graph, dict[str, Expr]()
+    for touch, (normal, along) in zip(c.touches, c.parts(c.forces), strict=True):
+        words = ("friction",) if len(along) == 1 else FRICTIONS
+        told = dict(zip(words, along, strict=False)) | ({} if normal is None else {"gap": touch.gap, "normal": normal})
+        found |= {f"{word}_{touch.law.name}": one for word, one in told.items()}
+    asked = {f"{word}_{one.law.name}" for one in c.touches for word in COLUMNS} - {*found}
+    for name in (name for one in events for name in one.symbols if name in asked):
+        raise SimulateError(f"event: {name} is no column of this scene; {suggestion(name, found)}")
+    return {graph.symbol(name): one for name, one in found.items()}
 
 
 def check_names(scene: Scene) -> None:
