@@ -31,12 +31,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from operator import index
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.algebra import Array
+from symdyn.scene.values import Faults
 from symdyn.transcription.local import PLACES
 from symdyn.unlocked import cached_property
 
@@ -205,6 +207,38 @@ def sliced(places: Places) -> slice | Places:
     if len(places) < 2 or np.any(steps != steps[0]):
         return places
     return slice(int(places[0]), int(places[-1]) + 1, int(steps[0]))
+
+
+MOST = 100_000
+"""Intervals that are more than anybody solves."""
+
+
+def read_mesh(intervals: Any, faults: Faults) -> Array:
+    """Return where intervals end, shares of time, shape (N + 1,)."""
+    words = "are a number of them, or rising shares of time from 0 to 1, such as [0, 0.25, 1]"
+    try:
+        count = index(intervals)
+    except TypeError:
+        count = -1
+    if 1 <= count <= MOST:
+        return np.linspace(0.0, 1.0, count + 1)
+    try:
+        mesh = np.asarray(intervals, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        mesh = np.zeros(0)
+    if mesh.ndim == 1 and 2 <= len(mesh) <= MOST and mesh[0] == 0 and mesh[-1] == 1 and np.all(np.diff(mesh) > 0):
+        return mesh
+    faults.add("", f"intervals = {intervals}: they {words}; {MOST} are the most")
+    return np.linspace(0.0, 1.0, 2)
+
+
+def read_span(until: Any, faults: Faults) -> tuple[float, float]:
+    """Return the smallest and the largest time of the end."""
+    least, most = np.broadcast_to(np.asarray(until, np.float64), 2).tolist()
+    if not 0 < least <= most < np.inf:
+        faults.add("", f"until = {until} is no time after the start; give a positive one, or a smaller and a larger")
+        return 1.0, 1.0
+    return least, most
 
 
 @dataclass(frozen=True, eq=False)

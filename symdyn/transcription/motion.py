@@ -12,8 +12,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.dynamics.mechanism import TIME
 from symdyn.scene import Scene
-from symdyn.simulation import Forces, Trajectory
-from symdyn.simulation.equations.contact_modes import BREAKS, FRICTIONS, LIFTS, OF_ROPES, STOPS, STRIKES, Impact
+from symdyn.simulation import Forces, Impact, Trajectory, change_of, column_words
 from symdyn.simulation.prescribed import ForceTable
 from symdyn.transcription.grid import Row
 from symdyn.unlocked import cached_property
@@ -85,10 +84,9 @@ def _contact_columns(problem: Collocation, z: Array, q: Array, forces: Array) ->
     gaps = iter(problem.source.locals["touch"].value({"q": q, "free": z[problem.place["free"]]}).T)
     pushed = iter(forces.T)
     for touch, (closed, _, slip) in zip(touches, problem.modes.T.reshape(-1, 3, len(problem.schedule)), strict=True):
-        name, along = touch.law.name, len(touch.tangents)
-        if touch.normal:
-            found |= {f"gap_{name}": next(gaps), f"normal_{name}": next(pushed)}
-        found |= {f"{word}_{name}": next(pushed) for word in (("friction",) if along == 1 else FRICTIONS[:along])}
+        name = touch.law.name
+        found |= {f"gap_{name}": next(gaps)} if touch.normal else {}
+        found |= {word: next(pushed) for word in column_words(name, bool(touch.normal), len(touch.tangents))}
         found[f"mode_{name}"] = np.where(slip, 2.0 * slip, closed)[problem.grid.phase]
     return found
 
@@ -128,11 +126,7 @@ def impacts_of(problem: Collocation, z: Array) -> tuple[Impact, ...]:
         words = tuple(then.word(x.law.name, bool(x.tangents)) for x in written.contacts.touches)
         for touch in written.contacts.touches:
             name, first, k = touch.law.name, k, k + len(touch.rows)
-            (closed, stuck, _), (closes, sticks, slip) = one.mode(name), then.mode(name)
-            what = STRIKES if name in then.strikes or closes > closed else LIFTS if closed > closes else ""
-            what = what or (BREAKS if stuck and slip else STOPS if sticks > stuck else "")
-            if what:
-                what = OF_ROPES.get(what, what) if touch.law.kind == "slack" else what
+            if what := change_of(one.mode(name), then.mode(name), name in then.strikes, touch.law.kind):
                 u, v = (float(x[number, first]) if touch.normal else 0.0 for x in (before, after))
                 impulse, t = tuple(kicks[number, first:k].tolist()), float(at[TIME][number])
                 found.append(Impact(t, name, what, u, v, impulse, float(lost[number]), words, unit=touch.unit))

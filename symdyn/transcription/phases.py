@@ -11,12 +11,13 @@ bounds; an equation that a phase does not have has none.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import chain, pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from symdyn.algebra import Array
 from symdyn.dynamics.mechanism import TIME
@@ -25,8 +26,10 @@ from symdyn.scene import Scene
 from symdyn.scene.values import DryJoint, Faults, Unilateral
 from symdyn.simulation.prescribed import number_of, parameter_values
 from symdyn.transcription.contact_entries import Contacts
-from symdyn.transcription.grid import Grid, Places
+from symdyn.transcription.grid import Grid, Places, read_mesh, read_span
 from symdyn.transcription.local import PLACES, Source, appearing
+
+Flags = NDArray[np.bool_]
 
 KEYS = ("closed", "slips", "strikes", "duration", "intervals", "end")
 
@@ -46,7 +49,7 @@ class Phase:
         span: the smallest and the largest duration, s.
         closed: what is closed; it sticks where there is friction.
         slips: what is closed and slips, and the sign of its slip.
-        strikes: what strikes where it begins.
+        strikes: what strikes where it begins, what closes there among it.
         end: coordinates that are given where it ends.
     """
 
@@ -78,46 +81,44 @@ def read_phases(
     phases: Sequence[Mapping[str, object]],
     mesh: Array,
     until: tuple[float, float],
-    read: tuple[Callable[..., Array], Callable[..., tuple[float, float]]],
     laws: Sequence[Unilateral],
     faults: Faults,
 ) -> tuple[Phase, ...]:
-    """Return the phases that are asked for; `read` reads intervals and durations, which else are `mesh` and free."""
+    """Return the phases that are asked for; intervals that are not given are `mesh`, durations free."""
     known, found = {one.name: one for one in laws}, list[Phase]()
-    free = (SHORTEST * until[1], until[1])
+    dry = [name for name, one in known.items() if isinstance(one, DryJoint)]
     for k, given in enumerate(phases):
         where = f"phases: {k + 1}"
         for key in (one for one in given if one not in KEYS):
             faults.add(where, f"{key} is no key of a phase; {suggestion(key, KEYS)}")
         closed, strikes = (_names(given.get(word, ())) for word in ("closed", "strikes"))
-        slips = given.get("slips", {})
+        slips, end = given.get("slips", {}), given.get("end", {})
         slips = dict(slips) if isinstance(slips, Mapping) else {str(slips): 0}
         for name in dict.fromkeys((*closed, *slips, *strikes)):
             if name not in known:
                 faults.add(where, f"{name} is no contact of {scene.name}; {suggestion(name, known)}")
-        for name in closed:
-            if name in slips:
-                faults.add(where, f"{name} cannot both stick and slip; leave it in closed or in slips")
         for name, sign in slips.items():
+            if name in closed:
+                faults.add(where, f"{name} cannot both stick and slip; leave it in closed or in slips")
             if sign not in (-1, 1):
                 told = f'slips = {{"{name}": 1}} where its slip is above zero, -1 where below'
                 faults.add(where, f"slips: say which way {name} slips: {told}")
-        if strikes and not k:
-            faults.add(where, f"{strikes[0]} strikes at the start, which is given whole; start behind the impact")
         for name in strikes:
-            if isinstance(known.get(name), DryJoint):
+            if not k:
+                faults.add(where, f"{name} strikes at the start, which is given whole; start behind the impact")
+            if name in dry:
                 faults.add(where, f"{name} is dry friction of a joint, which strikes nothing")
-        for name, one in known.items():
-            if isinstance(one, DryJoint) and name not in (*closed, *slips):
+        for name in dry:
+            if name not in (*closed, *slips):
                 faults.add(where, f"{name} sticks or slips always: name it in closed, where it sticks, or in slips")
-        own = read[0](given["intervals"], faults) if "intervals" in given else mesh
-        span = read[1](given["duration"], faults) if "duration" in given else free
-        end = given.get("end", {})
         if not isinstance(end, Mapping):
             faults.add(where, f'end = {end!r:.40}: give coordinates, such as {{"z": 1}}')
             end = {}
+        own = read_mesh(given["intervals"], faults) if "intervals" in given else mesh
+        span = read_span(given["duration"], faults) if "duration" in given else (SHORTEST * until[1], until[1])
         signs = {name: float(sign) for name, sign in slips.items() if sign in (-1, 1)}
-        found.append(Phase(own, span, closed, signs, strikes, dict(end)))
+        closing = [n for n in (*closed, *signs) if found and n not in dry and not found[-1].mode(n)[0]]
+        found.append(Phase(own, span, closed, signs, tuple(dict.fromkeys((*strikes, *closing))), dict(end)))
     if not faults.lines:
         for k, pair in enumerate(pairwise(found), start=2):
             _check_passage(scene, *pair, known, f"phases: {k}", faults)
@@ -202,98 +203,83 @@ def bound_schedule(sides: Sides, source: Source, schedule: Sequence[Phase], grid
     return law
 
 
+class _Rows(NamedTuple):
+    """The contact that each row of W, each gap, each row of a cone and each slip belongs to; whether a row is an n."""
+
+    row: Places
+    gap: Places
+    cone: Places
+    slip: Places
+    normal: Flags
+
+    @classmethod
+    def of(cls, contacts: Contacts) -> _Rows:
+        """Return those of all contacts."""
+        touches = contacts.touches
+        gaps, along = (np.array(x) for x in zip(*((bool(x.normal), len(x.tangents)) for x in touches), strict=True))
+        each = np.arange(len(touches))
+        normal = np.array([x is one.normal for one in touches for x in one.rows])
+        cone = np.repeat(each, np.array([0, 2, 1])[along])
+        return cls(np.repeat(each, gaps + along), each[gaps], cone, each[along > 0], normal)
+
+
 def _bound_phase(sides: Sides, contacts: Contacts, phase: Phase, before: Phase | None, after: Phase | None) -> None:
     """Put what a phase asks of its contacts into the bounds of its problem."""
-    place, row = sides.place, sides.row
-    m, gaps = len(contacts.forces), len(contacts.gaps)
-    forces, balance = place["contact"], row["balance"][:, row["balance"].shape[1] - m :]
-    held, slack = row["held"], place["slack"]
-    held, slack = held[:, held.shape[1] - gaps - m :], slack[:, slack.shape[1] - gaps - m :]
-    sides.above(row["cone"])
+    place, row, of = sides.place, sides.row, _Rows.of(contacts)
+    closed, sticks, slips = phase.numbers(contacts).reshape(-1, 3).T != 0
+    names = [one.law.name for one in contacts.touches]
+    m, count = len(of.row), len(of.gap)
+    forces, balance, cone = place["contact"], row["balance"][:, row["balance"].shape[1] - m :], row["cone"]
+    sides.hold(forces[:, ~closed[of.row]])
+    sides.drop(balance[:, ~closed[of.row]])
+    sides.lower[forces[:, closed[of.row] & of.normal]] = 0.0
+    kept = np.append(closed[of.gap], np.where(of.normal, closed[of.row], sticks[of.row]))
+    sides.hold(place["slack"][:, place["slack"].shape[1] - count - m :][:, ~kept])
+    sides.drop(row["held"][:, row["held"].shape[1] - count - m :][:, ~kept])
+    sides.above(cone)
+    sides.drop(cone[:, ~sticks[of.cone]])
     sides.above(row["open"])
-    k = gap = cone = slip = 0
-    for touch in contacts.touches:
-        name, along = touch.law.name, len(touch.tangents)
-        closed, sticks, _ = phase.mode(name)
-        meets = [before is not None and touches(name, before, phase), after is not None and touches(name, phase, after)]
-        rests = [before is not None and before.mode(name)[1] and not phase.strikes]
-        rests.append(after is not None and after.mode(name)[1] and not after.strikes)
-        if touch.normal:
-            if closed:
-                sides.lower[forces[:, k]] = 0.0
-                sides.drop(row["open"][:, gap])
-            else:
-                sides.hold(forces[:, k])
-                sides.drop(balance[:, k])
-                for column in (gap, gaps + k):
-                    sides.hold(slack[:, column])
-                    sides.drop(held[:, column])
-                for end in np.flatnonzero(meets):
-                    sides.drop(row["open"][-end, gap])
-                if touch.active is not None:
-                    sides.drop(row["open"][:, gap])
-            gap, k = gap + 1, k + 1
-        for j in range(k, k + along):
-            if not closed:
-                sides.hold(forces[:, j])
-                sides.drop(balance[:, j])
-            if not sticks:
-                sides.hold(slack[:, gaps + j])
-                sides.drop(held[:, gaps + j])
-        k += along
-        rows = (0, 2, 1)[along]
-        if not sticks:
-            sides.drop(row["cone"][:, cone : cone + rows])
-        cone += rows
-        if along:
-            slides = row["open"][:, gaps + slip]
-            if not closed or sticks:
-                sides.drop(slides)
-            for end in np.flatnonzero(rests):
-                sides.drop(slides[-end])
-            slip += 1
+    gaps, slides = row["open"][:, :count], row["open"][:, count:]
+    passes = np.array([one.active is not None for one in contacts.touches])
+    sides.drop(gaps[:, (closed | passes)[of.gap]])
+    sides.drop(slides[:, ~slips[of.slip]])
+    for end, one, then in ((0, before, phase), (-1, phase, after)):
+        if one is not None and then is not None:  # where both say the same, and it is zero, one of them is enough
+            stays = before if end == 0 else after
+            sides.drop(gaps[end, [touches(names[k], one, then) for k in of.gap]])
+            sides.drop(slides[end, [bool(stays and stays.mode(names[k])[1] and not then.strikes) for k in of.slip]])
     if before is not None:
         sides.drop(row["held"][0])
 
 
 def _bound_passage(sides: Sides, contacts: Contacts, one: Phase, then: Phase) -> Array:
     """Put what is asked between two phases into bounds; return α, β and ζ of each row."""
-    impulse, law = sides.place["impulse"], sides.row["law"]
-    held = len(impulse) - len(contacts.forces)
-    numbers = np.zeros((len(impulse), 3))
+    of, impulse, law = _Rows.of(contacts), sides.place["impulse"], sides.row["law"]
+    first, struck = len(impulse) - len(contacts.forces), bool(then.strikes)
+    (closed, stuck, _), (closes, sticks, _) = (x.numbers(contacts).reshape(-1, 3).T != 0 for x in (one, then))
+    slip = then.numbers(contacts)[2::3]
+    meets = closes | np.array([x.law.name in then.strikes for x in contacts.touches])
+    kicked = np.array([struck and x.normal is not None for x in contacts.touches])
+    pushed = np.where(of.normal, (kicked & meets)[of.row], (kicked & closes)[of.row])
+    asked = np.where(
+        of.normal,
+        (meets & ~(closed & closes & ~kicked))[of.row],
+        (closes & np.where(sticks, ~stuck | struck, kicked))[of.row],
+    )
     sides.above(sides.row["struck"])
-    k, gap, cone = held, 0, 0
-    numbers[:held, 0] = 1.0
-    if not then.strikes:
+    sides.drop(sides.row["struck"][~(sticks & kicked)[of.cone]])
+    sides.drop(sides.row["touch"][(closed | ~meets)[of.gap]])
+    sides.drop(law[first:][~asked])
+    sides.hold(impulse[first:][~pushed])
+    sides.lower[impulse[first:][pushed & of.normal]] = 0.0
+    if not struck:
         sides.hold(impulse)
-        sides.drop(law[:held])
-    for touch in contacts.touches:
-        name, along = touch.law.name, len(touch.tangents)
-        (closed, stuck, _), (closes, sticks, slip) = one.mode(name), then.mode(name)
-        struck, bounces = bool(then.strikes), name in then.strikes
-        kicked = struck and touch.normal is not None
-        rows = (0, 2, 1)[along]
-        if not sticks or not kicked:
-            sides.drop(sides.row["struck"][cone : cone + rows])
-        cone += rows
-        if touch.normal:
-            if closed or not touches(name, one, then):
-                sides.drop(sides.row["touch"][gap])
-            numbers[k] = float(bool(closes) or bounces), float(not closes), 0.0
-            if not numbers[k, 0] or (closed and closes and not kicked):
-                sides.drop(law[k])
-            if kicked and numbers[k, 0]:
-                sides.lower[impulse[k]] = 0.0
-            else:
-                sides.hold(impulse[k])
-            gap, k = gap + 1, k + 1
-        for j in range(k, k + along):
-            numbers[j] = sticks, 0.0, slip
-            if not kicked or not closes:
-                sides.hold(impulse[j])
-            if not closes or (stuck and not struck if sticks else not kicked):
-                sides.drop(law[j])
-        k += along
+        sides.drop(law[:first])
+    numbers = np.zeros((len(impulse), 3))
+    numbers[:first, 0] = 1.0
+    numbers[first:, 0] = np.where(of.normal, meets[of.row], sticks[of.row])
+    numbers[first:, 1] = of.normal & ~closes[of.row]
+    numbers[first:, 2] = np.where(of.normal, 0.0, slip[of.row])
     return numbers.ravel()
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from numbers import Real
-from operator import index
 from typing import Literal
 
 import numpy as np
@@ -19,11 +18,19 @@ from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.outputs import unilaterals_of, with_modes
 from symdyn.errors import SimulateError, listed, suggestion
 from symdyn.scene import Quantity, Scene, SceneLike, SceneUnits
-from symdyn.scene.values import Faults, FormulaError, Unilateral, formula_text, spell, substituted, velocity_name
-from symdyn.scene.values.letters import Input
+from symdyn.scene.values import (
+    Faults,
+    FormulaError,
+    Input,
+    Unilateral,
+    formula_text,
+    spell,
+    substituted,
+    velocity_name,
+)
 from symdyn.simulation import Problem, Start
 from symdyn.simulation.prescribed import drive_names, number_of, parameter_values, read_formula
-from symdyn.transcription.grid import METHODS, ROWWISE, Grid, grid as grid_of, numbered
+from symdyn.transcription.grid import METHODS, ROWWISE, Grid, grid as grid_of, numbered, read_mesh, read_span
 from symdyn.transcription.local import PLACES, Source, Written, source
 from symdyn.transcription.phases import Phase, Sides, bound_schedule, read_phases
 from symdyn.transcription.remarks import remarks, taken
@@ -256,10 +263,6 @@ def _resting(
     return {name: x for name, x in given.items() if name not in left}, [u for u in found if u not in told]
 
 
-MOST = 100_000
-"""Intervals that are more than anybody solves."""
-
-
 @suggesting
 def collocation(
     scene: SceneLike | Problem,
@@ -310,7 +313,8 @@ def collocation(
         phases: of a scene with contacts, stops or dry friction, what they do one phase after another, mappings such as
             {"closed": "foot"}, {} where all is open: `closed`, a name or names, which stick where there is friction;
             `slips`, {name: 1 or -1}, the sign of the slip; `strikes`, what strikes where the phase begins; `duration`
-            and `intervals`, its own; `end`, coordinates where it ends. `until` is the time of all of them.
+            and `intervals`, its own; `end`, coordinates where it ends. What closes strikes, unnamed. `until` is the
+            time of all of them.
 
     Raises:
         SimulateError: with every fault of the arguments, one line each.
@@ -339,7 +343,7 @@ def collocation(
     scene, faults = problem.scene, Faults("")
     first = faults.taken(lambda: problem.initial, Start(np.zeros(0), np.zeros(0)))
     values = parameter_values(scene)
-    mesh = _mesh(intervals, faults)
+    mesh = read_mesh(intervals, faults)
     if method not in METHODS:
         faults.add("", f"method {method} is not known; {suggestion(method, METHODS)}")
     inputs = [one.name for one in scene.inputs]
@@ -347,14 +351,14 @@ def collocation(
     for words in filter(None, map(scene.derived_words, free)):
         faults.add("free", words)
     free = tuple(name for name in free if name not in inputs)
-    span = _span(until, faults)
+    span = read_span(until, faults)
     kept = [one for one in declared.inputs if one.name not in inputs]
     formulas = _read(
         scene, kept, {"path": tuple(path or ()), "running": (cost,), "final": (final_cost,)}, values, faults
     )
     schedule: tuple[Phase, ...] = (Phase(mesh, span),)
     if phases is not None:
-        schedule = read_phases(scene, phases, mesh, span, (_mesh, _span), laws, faults)
+        schedule = read_phases(scene, phases, mesh, span, laws, faults)
         scene = replace(with_modes(scene), states=scene.states)
     faults.close(SimulateError)
     functions = source(scene, free, tuple(formulas.items()))
@@ -424,34 +428,6 @@ def _read(
 
 def _drives(scene: Scene) -> list[str]:
     return [name for name, drive in zip(drive_names(scene), scene.drives, strict=True) if drive]
-
-
-def _mesh(intervals: int | Sequence[float], faults: Faults) -> Array:
-    """Return where intervals end, shares of time, shape (N + 1,)."""
-    words = "are a number of them, or rising shares of time from 0 to 1, such as [0, 0.25, 1]"
-    try:
-        count = index(intervals)  # type: ignore[arg-type]
-    except TypeError:
-        count = -1
-    if 1 <= count <= MOST:
-        return np.linspace(0.0, 1.0, count + 1)
-    try:
-        mesh = np.asarray(intervals, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        mesh = np.zeros(0)
-    if mesh.ndim == 1 and 2 <= len(mesh) <= MOST and mesh[0] == 0 and mesh[-1] == 1 and np.all(np.diff(mesh) > 0):
-        return mesh
-    faults.add("", f"intervals = {intervals}: they {words}; {MOST} are the most")
-    return np.linspace(0.0, 1.0, 2)
-
-
-def _span(until: float | tuple[float, float], faults: Faults) -> tuple[float, float]:
-    """Return the smallest and the largest time of the end."""
-    least, most = np.broadcast_to(np.asarray(until, np.float64), 2).tolist()
-    if not 0 < least <= most < np.inf:
-        faults.add("", f"until = {until} is no time after the start; give a positive one, or a smaller and a larger")
-        return 1.0, 1.0
-    return least, most
 
 
 def _formulas(

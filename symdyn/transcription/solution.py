@@ -26,8 +26,7 @@ from symdyn.graph import gradient, tangents
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene, bind
 from symdyn.shown import Shown
-from symdyn.simulation import Forces, Start, Trajectory, compiled_entries, simulate
-from symdyn.simulation.equations.contact_modes import Impact
+from symdyn.simulation import Forces, Impact, Start, Trajectory, compiled_entries, simulate
 from symdyn.transcription.grid import ROWWISE, Places
 from symdyn.transcription.local import PLACES, Source, appearing, argument_of, inputs_of, symbols_of
 from symdyn.transcription.motion import forces_of, impacts_of, phases_of, run_of
