@@ -26,7 +26,7 @@ u_k = ṗ(t) like those of loops; its multiplier is the force that it takes.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import chain, product
@@ -37,9 +37,11 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.dynamics import Argument, LoopChoices, Workspace
 from symdyn.dynamics.mechanism import TIME, cost, refuse_ideal_friction
-from symdyn.dynamics.outputs import inverse_derivatives
+from symdyn.dynamics.outputs import inverse_derivatives, kinks
+from symdyn.errors import listed
 from symdyn.graph import Expr, Op, gradient, reachable, substitute, tangents
-from symdyn.scene import Quantity, Scene
+from symdyn.scene import Quantity, Scene, parse
+from symdyn.scene.joints import start_of
 from symdyn.scene.values import Faults
 from symdyn.simulation import compiled_entries, points
 from symdyn.simulation.prescribed import drive_names, number_of, parameter_values
@@ -344,3 +346,57 @@ def source(scene: Scene, free: tuple[str, ...], formulas: Formulas) -> Source:
     w = Workspace(opened, LoopChoices(parameters=tuple(at.items())))
     found = written(w, free, dict(formulas))
     return Source(scene, free, formulas, w, found, locals_of(w, found))
+
+
+WHAT = {
+    "balance": "the equations of motion",
+    "rates": "the rates of states",
+    "held": "loops and prescribed motions",
+    "path": "the path",
+    "open": "contacts",
+    "law": "impacts",
+    "running": "the cost",
+    "final": "the final cost",
+}
+"""What functions are called that may have kinks."""
+
+
+def remarks(source: Source) -> Iterator[str]:
+    """Tell where functions have kinks, and whether the start, which is given whole, fixes what is unknown."""
+    w, found = source.workspace, source.written
+    meant = dict(zip(w.state.tau, map(w.graph.symbol, drive_names(w.scene)), strict=True))
+    varied = substitute(list(chain(*found.kinds.values())), meant)
+    for name, what in WHAT.items():
+        if told := kinks(substitute(list(found.entries.get(name, ())), meant), varied):
+            yield f"slopes of {what} are {told.removeprefix('; ')}"
+    if "held" in source.locals:
+        pattern = source.locals["held"].pattern
+        moving = {source.free[k] for i, kind, k in pattern if kind == "free" and i < len(found.holding)}
+        if moving:
+            yield (
+                f"rows at the start, which is given whole, have {listed(sorted(moving))} in them: only values that "
+                "close them there are left"
+            )
+
+
+def taken(scene: Scene, free: Sequence[str], given: Mapping[str, Mapping[str, object]]) -> Iterator[str]:
+    """Tell where the guess of an unknown parameter is taken for its value: in what must be a number."""
+    formulas = [
+        (f"{where}: {name}", parse(text))
+        for where, one in given.items()
+        for name, text in one.items()
+        if isinstance(text, str)
+    ]
+    for where, names, those in (
+        ("start", scene.coordinates, start_of(scene).position),
+        ("start", [one.name for one in scene.states], [one.value for one in scene.states]),
+        ("start rates", scene.velocities, start_of(scene).velocity),
+    ):
+        formulas += [(f"{where}: {n}", x) for n, x in zip(names, those, strict=True) if n not in given.get(where, {})]
+    for joint in scene.moving:
+        limits = joint.limits
+        every = (limits.lower, limits.upper, limits.velocity, limits.effort)
+        formulas += [(f"limits of {joint.name}", x) for x in every if isinstance(x, Quantity)]
+    for where, formula in formulas:
+        if unknown := [name for name in formula.symbols if name in free]:
+            yield f"{where} takes {listed(unknown)} as the scene has it, not as it is found"

@@ -31,9 +31,8 @@ from symdyn.scene.values import (
 from symdyn.simulation import Problem, Start
 from symdyn.simulation.prescribed import drive_names, number_of, parameter_values, read_formula
 from symdyn.transcription.grid import METHODS, ROWWISE, Grid, grid as grid_of, numbered, read_mesh, read_span
-from symdyn.transcription.local import PLACES, Source, Written, source
+from symdyn.transcription.local import PLACES, Source, Written, remarks, source, taken
 from symdyn.transcription.phases import Phase, Sides, bound_schedule, read_phases
-from symdyn.transcription.remarks import remarks, taken
 from symdyn.transcription.transcribed import Collocation
 
 Range = tuple[float | None, float | None] | float
