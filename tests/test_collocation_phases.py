@@ -14,10 +14,10 @@ from scipy.optimize import minimize_scalar
 import symdyn
 from symdyn.errors import SimulateError
 from symdyn.scene.toml import read_text
-from symdyn.transcription import Collocation, Solution
+from symdyn.transcription import Collocation, Solution, along
 from symdyn.transcription.solution import lagrangian
 
-pytestmark = pytest.mark.runs("cc")
+pytestmark = [pytest.mark.runs("cc"), pytest.mark.long]
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
@@ -371,3 +371,87 @@ def test_a_start_off_its_phase_is_told(start, closed, words):
     problem = symdyn.collocation(read_text(BALL), 1, 3, start={"z": start}, phases=[{"closed": closed}])
     with pytest.raises(SimulateError, match=words):
         problem.solve()
+
+
+ROPE = """
+name = "rope"
+[bodies.b]
+mass = 1
+[joints.z]
+type = "prismatic"
+parent = "ground"
+child = "b"
+axis = [0, 0, 1]
+coordinate = "z"
+drive = "F"
+start = -0.5
+[ropes.r]
+type = "slack"
+through = [{ body = "ground" }, { body = "b" }]
+length = 1
+"""
+
+
+def test_a_rope_becomes_taut_as_in_a_run():
+    phases = [{}, {"closed": "r", "duration": (0.1, 1)}]
+    found = symdyn.collocation(read_text(ROPE), 1.5, 5, cost="F**2", end={"z": -1}, phases=phases).solve()
+    again = found.simulated(rtol=1e-10)
+
+    assert [one.what for one in found.impacts] == [one.what for one in again.impacts] == ["becomes taut"]
+    assert again.impacts[0].t == pytest.approx(found.impacts[0].t, abs=1e-8)
+    assert again.impacts[0].impulse == pytest.approx(found.impacts[0].impulse, rel=1e-7)
+
+
+SPACE = """
+name = "space"
+[bodies.s1]
+[bodies.s2]
+[bodies.b]
+mass = 1
+[joints.x]
+type = "prismatic"
+parent = "ground"
+child = "s1"
+axis = [1, 0, 0]
+coordinate = "x"
+drive = "U"
+[joints.y]
+type = "prismatic"
+parent = "s1"
+child = "s2"
+axis = [0, 1, 0]
+coordinate = "y"
+drive = "V"
+[joints.z]
+type = "prismatic"
+parent = "s2"
+child = "b"
+axis = [0, 0, 1]
+coordinate = "z"
+drive = "W"
+start = 0.3
+[contacts.floor]
+body = "b"
+friction = 0.5
+"""
+
+
+def test_what_may_slip_any_way_sticks_in_a_round_cone():
+    given = {"start_rates": {"x": 0.4, "y": -0.2}, "phases": [{}, {"closed": "floor"}]}
+    found = symdyn.collocation(read_text(SPACE), 1.0, 5, cost="U**2 + V**2 + W**2", **given).solve()
+    again, (normal, *push) = found.simulated(rtol=1e-10), found.impacts[0].impulse
+
+    assert np.linalg.norm(push) <= 0.5 * normal + 1e-7
+    assert [one.mode for one in again.impacts] == [("sticks",)]
+    assert again.impacts[0].impulse == pytest.approx(found.impacts[0].impulse, abs=1e-6)
+    with pytest.raises(SimulateError, match="floor may slip along two directions, and a phase knows slips along one"):
+        symdyn.collocation(read_text(SPACE), 1.0, 5, phases=[{"slips": {"floor": 1}}])
+
+
+def test_a_solution_is_a_guess_for_the_next(bounced):
+    again = bounced.problem.solve(guess=bounced.z)
+
+    assert again.objective == pytest.approx(bounced.objective, rel=1e-9)
+    assert again.iterations <= bounced.iterations
+    with pytest.raises(SimulateError, match="no smooth curve goes through impacts between phases; give the z"):
+        along(bounced.problem, bounced.run)

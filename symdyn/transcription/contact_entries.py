@@ -27,7 +27,7 @@ from dataclasses import dataclass
 from operator import sub
 
 from symdyn.dynamics import Workspace
-from symdyn.dynamics.outputs import Touch, touching
+from symdyn.dynamics.outputs import Touch, dot, touching
 from symdyn.graph import Expr, tangents
 
 Rows = Sequence[Sequence[Expr]]
@@ -105,7 +105,7 @@ class Contacts:
 
     def held(self, velocities: Sequence[Expr]) -> list[Expr]:
         """Return the rows that are held at nodes from u."""
-        rates = [hold * _dot(row, velocities) for hold, row in zip(self.holds, self.rows, strict=True)]
+        rates = [hold * dot(row, velocities) for hold, row in zip(self.holds, self.rows, strict=True)]
         return [*(closed * gap for closed, gap, _ in self.gaps), *rates]
 
     def pulled(self, slacks: Sequence[Expr], n: int) -> tuple[list[Expr], list[Expr]]:
@@ -126,7 +126,7 @@ class Contacts:
 
     def open(self, velocities: Sequence[Expr]) -> list[Expr]:
         """Return what is not negative of gaps, then of slips along one direction."""
-        slips = [one.mode[2] * _dot(one.tangents[0].entries, velocities) for one in self.touches if one.tangents]
+        slips = [one.mode[2] * dot(one.tangents[0].entries, velocities) for one in self.touches if one.tangents]
         return [*((1 - closed) * gap for closed, gap, _ in self.gaps), *slips]
 
     def passage(self, w: Workspace, G: Rows, forces: Sequence[Expr]) -> dict[str, list[Expr]]:
@@ -146,7 +146,7 @@ class Contacts:
         for k, row in enumerate(rows):
             ends, begins, slips = self.law[3 * k : 3 * k + 3]
             free = (1 - ends) * (self.impulses[k] + slips * rubs[k])
-            law.append(ends * _dot(row, w.state.qd) + begins * bounces[k] * _dot(row, self.before) + free)
+            law.append(ends * dot(row, w.state.qd) + begins * bounces[k] * dot(row, self.before) + free)
         return {
             "momentum": [x - kick for x, kick in zip(tangents(forces, change), kicks, strict=True)],
             "law": law,
@@ -160,10 +160,6 @@ def _within(most: Expr, along: Sequence[Expr]) -> list[Expr]:
     if len(along) < 2:
         return [x for force in along for x in (most - force, most + force)]
     return [most * most - most.graph.total(force * force for force in along)]
-
-
-def _dot(row: Sequence[Expr], x: Sequence[Expr]) -> Expr:
-    return x[0].graph.total(a * b for a, b in zip(row, x, strict=True))
 
 
 def _across(rows: Rows, x: Sequence[Expr], n: int, zero: Expr) -> list[Expr]:

@@ -127,7 +127,8 @@ class Grid:
         weights: weights[r, j] of stage j in defect r, shape (R, s).
         quadrature: weight of every stage in an integral, over T; shape (S,).
         phase: the phase of every point, shape (P,).
-        starts, ends: of the nodes those that begin and end each interval, shape (N,).
+        starts: points where intervals begin, shape (N,).
+        ends: of the nodes those that end intervals, shape (N,).
     """
 
     widths: Array
@@ -162,7 +163,7 @@ def grid(method: Method, meshes: Sequence[Array]) -> Grid:
     return Grid(
         joined("widths", none), joined("share", none), joined("node", points), joined("stage", points),
         joined("of", stages), joined("target", points), each[0].weights, joined("quadrature", none),
-        joined("phase", range(len(each))), joined("starts", nodes), joined("ends", nodes),
+        joined("phase", range(len(each))), joined("starts", points), joined("ends", nodes),
     )  # fmt: skip
 
 
@@ -186,8 +187,8 @@ def _phase(method: Method, mesh: Array) -> Grid:
     quadrature = np.zeros(len(stage))
     np.add.at(quadrature, of, widths[:, None] * b)
     target = np.concatenate([between, node[1:, None]], axis=1)
-    weights, phase, starts = np.vstack([A[inner], b]), np.zeros(len(share), dtype=np.int64), np.arange(count)
-    return Grid(widths, share, node, stage, of, target, weights, quadrature, phase, starts, starts + 1)
+    weights, phase = np.vstack([A[inner], b]), np.zeros(len(share), dtype=np.int64)
+    return Grid(widths, share, node, stage, of, target, weights, quadrature, phase, node[:-1], 1 + np.arange(count))
 
 
 def numbered(shapes: Mapping[str, tuple[int, ...]]) -> tuple[dict[str, Places], int]:
@@ -297,7 +298,7 @@ class Slopes:
         grid, defects, place, y = p.grid, p.row["defects"], p.place, p.state
         found: list[tuple[Places, Places]] = []
         if steady:
-            found += [(defects, y[grid.target]), (defects, np.broadcast_to(y[p.begins, None], defects.shape))]
+            found += [(defects, y[grid.target]), (defects, np.broadcast_to(y[grid.starts, None], defects.shape))]
             kept = y[:, : p.row["stays"].shape[1]]
             found += [(p.row["stays"], kept[grid.joints]), (p.row["stays"], kept[grid.joints - 1])]
             found.append((p.row["time"][:, None], np.broadcast_to(place["T"], (len(p.row["time"]), len(place["T"])))))
@@ -334,7 +335,10 @@ class Slopes:
         stages = p.at(z, "stage")
         if not (self._timed and self._steady_rates) or steady:
             _, known, chain = p.wires["rates"]
-            h, slopes = p.lengths(z)[:, None], p.locals["rates"].slopes(stages) * chain
+            h, slopes = (
+                (p.durations(z)[p.interval_phases] * grid.widths)[:, None],
+                p.locals["rates"].slopes(stages) * chain,
+            )
             for r, j in p.used:
                 scale = -h * grid.weights[r, j]
                 if steady == self._steady_rates:

@@ -37,7 +37,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.dynamics import Argument, LoopChoices, Workspace
 from symdyn.dynamics.mechanism import TIME, cost, refuse_ideal_friction
-from symdyn.dynamics.outputs import inverse_derivatives, kinks
+from symdyn.dynamics.outputs import dot, inverse_derivatives, kinks
 from symdyn.errors import listed
 from symdyn.graph import Expr, Op, gradient, reachable, substitute, tangents
 from symdyn.scene import Quantity, Scene, parse
@@ -155,7 +155,7 @@ def written(w: Workspace, free: Sequence[str], formulas: Mapping[str, Sequence[Q
         more = contacts.pulled(kinds["slack"][first:], n)
         moved, turned = ([*map(add, *both)] for both in zip((moved, turned), more, strict=True))
         accelerated = (x for one in contacts.touches for x in one.rows)
-        acceleration += contacts.balance([_along(row.entries, w.state.qdd) + row.bias for row in accelerated])
+        acceleration += contacts.balance([dot(row.entries, w.state.qdd) + row.bias for row in accelerated])
     pull = substitute(w.state.rates, dict(zip(w.state.qd, moved, strict=True)))
     for part, rho in zip(parts, kinds["slack"][len(holding) + len(G) : first], strict=True):
         for k in part:
@@ -184,8 +184,8 @@ def _rows(w: Workspace) -> tuple[list[list[Expr]], list[Expr], list[Expr], list[
     if w.scene.is_constrained:
         rows = w.loops.recursive
         G, residual, bias = w.loops.G(rows), w.loops.residual(rows), w.loops.bias(rows)
-    rate = [_along(row, u) for row in G]
-    acceleration = [_along(row, a) + rest for row, rest in zip(G, bias, strict=True)]
+    rate = [dot(row, u) for row in G]
+    acceleration = [dot(row, a) + rest for row, rest in zip(G, bias, strict=True)]
     given = w.prescribed
     at = {speed: q for q, speed in zip(w.state.q, w.state.rates, strict=True)}
     for k, p, v, b in zip(given.place, given.position, given.velocity, given.acceleration, strict=True):
@@ -194,10 +194,6 @@ def _rows(w: Workspace) -> tuple[list[list[Expr]], list[Expr], list[Expr], list[
         rate.append(u[k] - v)
         acceleration.append(a[k] - b)
     return G, residual, rate, acceleration
-
-
-def _along(row: Sequence[Expr], x: Sequence[Expr]) -> Expr:
-    return x[0].graph.total(a * b for a, b in zip(row, x, strict=True))
 
 
 def symbols_of(w: Workspace, name: str, count: int) -> tuple[Expr, ...]:

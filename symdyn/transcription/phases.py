@@ -191,7 +191,7 @@ def bound_schedule(sides: Sides, source: Source, schedule: Sequence[Phase], grid
     _refuse(source, schedule)
     places = {"stage": grid.phase[grid.stage], "node": grid.phase[grid.node]}
     for k, phase in enumerate(schedule):
-        within = places["node"][grid.starts] == k
+        within = grid.phase[grid.starts] == k
         place = {"contact": sides.place["contact"][places["stage"] == k], "slack": sides.place["slack"][within]}
         row = {name: sides.row[name][places[PLACES[name]] == k] for name in ("balance", "held", "cone", "open")}
         before, after = (schedule[i] if 0 <= i < len(schedule) else None for i in (k - 1, k + 1))

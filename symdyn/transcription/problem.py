@@ -373,7 +373,7 @@ def collocation(
     grid = grid_of(METHODS[method], [one.mesh for one in schedule])
     made = Layout(scene, free, functions.written, grid, len(around), schedule)
     lower, upper = made.bounded(first, bounds or {}, values, faults)
-    closing = np.flatnonzero(np.diff(grid.starts, append=-2) != 1)  # the last interval of each phase
+    closing = np.flatnonzero(np.diff(grid.phase[grid.starts], append=-1))  # the last interval of each phase
     asked = [*((one.end, {}, []) for one in schedule[:-1]), ({**schedule[-1].end, **(end or {})}, rates, resting)]
     ends = [
         made.ended(goal, speeds, still, values, lower, upper, faults, node)

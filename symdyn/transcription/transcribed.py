@@ -175,7 +175,7 @@ class Collocation(Shown):
 
         grid, shape, y = self.grid, self.row["defects"].shape, self.state
         index = np.arange(self.row["defects"].size).reshape(shape)
-        start = np.broadcast_to(y[self.begins, None], shape)
+        start = np.broadcast_to(y[self.grid.starts, None], shape)
         columns = np.concatenate([y[grid.target].ravel(), start.ravel()])
         signs = np.repeat([1.0, -1.0], index.size)
         rows = np.concatenate([index.ravel(), index.ravel()])
@@ -189,14 +189,9 @@ class Collocation(Shown):
         return difference, csr_array((weights, (at, stages)), shape=(index.size, places.size))
 
     @property
-    def begins(self) -> Places:
-        """The points where intervals begin, shape (N,)."""
-        return self.grid.node[self.grid.starts]
-
-    @property
     def interval_phases(self) -> Places:
         """The phase of every interval, shape (N,)."""
-        return self.grid.phase[self.begins]
+        return self.grid.phase[self.grid.starts]
 
     @property
     def state(self) -> Places:
@@ -273,10 +268,6 @@ class Collocation(Shown):
         self._check(z)
         T = self.place["T"]
         return z[T] if len(T) else np.array([one.span[0] for one in self.schedule])
-
-    def lengths(self, z: Array) -> Array:
-        """Return how long every interval takes, s, shape (N,)."""
-        return self.durations(z)[self.interval_phases] * self.grid.widths
 
     def weights(self, z: Array) -> Array:
         """Return the weight of every stage in an integral, s, shape (S,)."""

@@ -2,7 +2,11 @@
 
 from .base_columns import BaseColumns as BaseColumns, Linear as Linear
 from .constrained_outputs import unique as unique
-from .contact_equations import ContactEquations as ContactEquations, contact_equations as contact_equations
+from .contact_equations import (
+    ContactEquations as ContactEquations,
+    contact_equations as contact_equations,
+    dot as dot,
+)
 from .contact_rows import (
     MODE as MODE,
     Row as Row,
