@@ -143,7 +143,7 @@ class Grid:
     starts: Places
     ends: Places
 
-    @property
+    @cached_property
     def joints(self) -> Places:
         """Points where phases behind the first begin, shape (phases - 1,); the point before each ends a phase."""
         return np.flatnonzero(np.diff(self.phase)) + 1
@@ -336,7 +336,7 @@ class Slopes:
         if not (self._timed and self._steady_rates) or steady:
             _, known, chain = p.wires["rates"]
             h, slopes = (
-                (p.durations(z)[p.interval_phases] * grid.widths)[:, None],
+                (p.lasting(z, p.interval_phases) * grid.widths)[:, None],
                 p.locals["rates"].slopes(stages) * chain,
             )
             for r, j in p.used:

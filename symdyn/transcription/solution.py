@@ -313,7 +313,7 @@ def _parts(of: Lagrangian, z: Array, sigma: float, multipliers: Array) -> list[A
     by_row = {kind: multipliers[row] for kind, row in problem.row.items()}
     defects, first = by_row["defects"], problem.locals["rates"].size  # of accelerations, behind what has a formula
     shares = -(problem.between[1].T @ defects.ravel()).reshape(len(grid.stage), -1)  # of what T multiplies
-    T = problem.durations(z)[problem.stage_phases][:, None]
+    T = problem.lasting(z, problem.stage_phases, 1)
     weights = {
         "rates": T * shares[:, :first],
         **{name: by_row[name] for name in ROWWISE},
@@ -322,7 +322,7 @@ def _parts(of: Lagrangian, z: Array, sigma: float, multipliers: Array) -> list[A
         "final": np.full((1, 1), sigma),
     }
     weights["pull"][grid.ends] = -defects[:, -1]
-    at = {where: problem.at(z, where) for where in ("stage", "node", "joint", "end")}
+    at = {**{where: problem.at(z, where) for where in ("stage", "end")}, **problem.elsewhere(z)}
     found = []
     for name, one in of.bends.items():
         known, chain = of.wires[name]

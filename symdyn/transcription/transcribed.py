@@ -148,22 +148,26 @@ class Collocation(Shown):
         between, sums = self.between
         defects = self._part(g, self.row["defects"])
         rates = (sums @ self.rates(at["stage"])).reshape(defects.shape)
-        defects[:] = (between @ z).reshape(defects.shape) - self.durations(z)[self.interval_phases][
-            :, None, None
-        ] * rates
+        defects[:] = (between @ z).reshape(defects.shape) - self.lasting(z, self.interval_phases, 2) * rates
         if "pull" in self.locals:
             defects[:, -1] -= self.locals["pull"].value(self.behind(at["node"]))
         for name in ROWWISE:
             if name in self.locals:
                 self._part(g, self.row[name])[:] = self.locals[name].value(at[PLACES[name]])
-        kept, joints = z[self.state[:, : self.row["stays"].shape[1]]], self.grid.joints
-        g[self.row["stays"]] = kept[joints] - kept[joints - 1]
-        g[self.row["time"]] = self.time(z)
+        if len(self.law):
+            kept, joints = z[self.state[:, : self.row["stays"].shape[1]]], self.grid.joints
+            g[self.row["stays"]] = kept[joints] - kept[joints - 1]
+            g[self.row["time"]] = self.time(z)
         return g
 
     def elsewhere(self, z: Array) -> dict[str, dict[str, Array]]:
         """Return the unknowns at all nodes, and where phases meet, where a function asks for them."""
-        return {where: self.at(z, where) for where in ("node", "joint") if where in {PLACES[n] for n in self.locals}}
+        return {where: self.at(z, where) for where in self._elsewhere}
+
+    @cached_property
+    def _elsewhere(self) -> tuple[str, ...]:
+        asked = {PLACES[name] for name in self.locals}
+        return tuple(where for where in ("node", "joint") if where in asked)
 
     @cached_property
     def between(self) -> tuple[csr_array, csr_array]:
@@ -188,7 +192,7 @@ class Collocation(Shown):
         difference = csr_array((signs, (rows, columns)), shape=(index.size, self.size))
         return difference, csr_array((weights, (at, stages)), shape=(index.size, places.size))
 
-    @property
+    @cached_property
     def interval_phases(self) -> Places:
         """The phase of every interval, shape (N,)."""
         return self.grid.phase[self.grid.starts]
@@ -261,19 +265,30 @@ class Collocation(Shown):
 
     def time(self, z: Array) -> float:
         """Return the time of the end, s."""
-        return self.durations(z).sum()  # type: ignore[no-any-return]
+        takes = self.durations(z)
+        return takes.sum() if len(self.law) else takes[0]  # type: ignore[no-any-return]
 
     def durations(self, z: Array) -> Array:
         """Return how long each phase takes, s, shape (phases,)."""
         self._check(z)
         T = self.place["T"]
-        return z[T] if len(T) else np.array([one.span[0] for one in self.schedule])
+        return z[T] if len(T) else self._known
+
+    @cached_property
+    def _known(self) -> Array:
+        return np.array([one.span[0] for one in self.schedule])
+
+    def lasting(self, z: Array, phases: Places, axes: int = 0) -> Any:
+        """Return how long phases take, s, with so many axes of one behind; one number of a problem with one."""
+        takes = self.durations(z)
+        return takes[phases].reshape(-1, *[1] * axes) if len(self.law) else takes[0]
 
     def weights(self, z: Array) -> Array:
         """Return the weight of every stage in an integral, s, shape (S,)."""
-        return self.durations(z)[self.stage_phases] * self.grid.quadrature
+        weights: Array = self.lasting(z, self.stage_phases) * self.grid.quadrature
+        return weights
 
-    @property
+    @cached_property
     def stage_phases(self) -> Places:
         """The phase of every stage, shape (S,)."""
         return self.grid.phase[self.grid.stage]
@@ -281,6 +296,8 @@ class Collocation(Shown):
     def times(self, z: Array) -> Array:
         """Return the time of every point, s, shape (P,)."""
         takes = self.durations(z)
+        if not len(self.law):
+            return np.asarray(takes[0] * self.grid.share)
         began = np.concatenate([[0.0], np.cumsum(takes)[:-1]])
         return began[self.grid.phase] + takes[self.grid.phase] * self.grid.share
 
@@ -401,8 +418,9 @@ class Collocation(Shown):
             before = self._part(z, place["u"])[self.grid.joints - 1]
             found |= {"before": before, "impulse": z[place["impulse"]], "law": self.law}
         found["free"] = z[place["free"]]
-        found["mode"] = self.modes[self.grid.phase[points]]
         found[TIME] = self.times(z)[points]
+        if self.source.written.contacts.touches:
+            found["mode"] = self.modes[self.grid.phase[points]]
         return found
 
     @cached_property
