@@ -354,6 +354,8 @@ def test_a_closed_mechanism_bounces_off_a_stop():
         (CART, {"phases": [{}]}, "rail_friction sticks or slips always: name it in closed"),
         (CART, {"phases": [{"closed": "rail_friction"}, {"strikes": "rail_friction"}]}, "which strikes nothing"),
         (BALL, {"phases": [{"duration": (2, 1)}]}, "is no time after the start"),
+        (BALL, {"phases": [{"duration": "x"}]}, "until = x is no time after the start"),
+        (BALL, {"phases": [{"duration": 0.7}, {"duration": 0.7}]}, "durations are 1.4 s together, and until is 1 s"),
         (BALL, {"phases": [{"end": 3}]}, 'end = 3: give coordinates, such as {"z": 1}'),
         (BALL, {"phases": [{"end": {"y": 3}}]}, "end: y is not known"),
     ],
@@ -448,6 +450,14 @@ def test_what_may_slip_any_way_sticks_in_a_round_cone():
         symdyn.collocation(read_text(SPACE), 1.0, 5, phases=[{"slips": {"floor": 1}}])
 
 
+def test_what_has_no_cost_and_no_bends_is_solved():
+    phases = [{"duration": 0.7}, {"duration": 0.3, "strikes": "floor"}]
+    found = symdyn.collocation(read_text(BALL), 1, 4, phases=phases).solve()
+
+    assert found.success
+    assert found.violation < 1e-7
+
+
 def test_a_solution_is_a_guess_for_the_next(bounced):
     again = bounced.problem.solve(guess=bounced.z)
 
@@ -455,3 +465,77 @@ def test_a_solution_is_a_guess_for_the_next(bounced):
     assert again.iterations <= bounced.iterations
     with pytest.raises(SimulateError, match="no smooth curve goes through impacts between phases; give the z"):
         along(bounced.problem, bounced.run)
+
+
+LEG = """
+name = "leg"
+[bodies.slide]
+[bodies.lift]
+[bodies.trunk]
+mass = 10
+inertia = [0.2, 0.2, 0.2]
+[bodies.thigh]
+[bodies.foot]
+mass = 1
+inertia = [0.01, 0.01, 0.01]
+[joints.along]
+type = "prismatic"
+parent = "ground"
+child = "slide"
+axis = [1, 0, 0]
+coordinate = "x"
+drive = false
+[joints.up]
+type = "prismatic"
+parent = "slide"
+child = "lift"
+axis = [0, 0, 1]
+coordinate = "z"
+drive = false
+start = 0.6
+[joints.pitch]
+type = "revolute"
+parent = "lift"
+child = "trunk"
+axis = [0, 1, 0]
+coordinate = "theta"
+drive = false
+[joints.hip]
+type = "revolute"
+parent = "trunk"
+child = "thigh"
+axis = [0, 1, 0]
+coordinate = "phi"
+drive = "M"
+[joints.leg]
+type = "prismatic"
+parent = "thigh"
+child = "foot"
+axis = [0, 0, -1]
+coordinate = "l"
+drive = "F"
+start = 0.6
+limits = { lower = 0.3, upper = 0.8, effort = 400 }
+[contacts.toe]
+body = "foot"
+friction = 0.8
+"""
+"""It hops by a hip and a leg that grows longer, and is a free body in a plane else."""
+
+
+@pytest.mark.slow
+def test_a_leg_hops_as_a_run_under_its_forces_does():
+    scene = read_text(LEG)
+    stands = {"closed": "toe", "duration": (0.1, 0.6)}
+    found = symdyn.collocation(
+        scene, (0.3, 2), 20, cost="F**2/1e4 + M**2/1e2", end={"x": 0.4, "theta": 0, "phi": 0, "l": 0.6},
+        bounds={"theta": 0.7, "phi": 1, "z": (0.2, 1.5)}, phases=[stands, {"duration": (0.05, 0.6)}, stands],
+    ).solve(max_iter=1000)  # fmt: skip
+    again, (_, k), run = found.simulated(rtol=1e-10), switches(found), found.run
+    lifts, strikes = (next(one for one in again.impacts if one.what == what) for what in ("lifts off", "strikes"))
+    formula = symdyn.load(scene, ["impact:toe"]).impact_toe(run.q[k], run.qd[k])
+
+    assert found.success
+    assert np.append(run.qd[k + 1], found.impacts[1].impulse) == pytest.approx(formula, abs=1e-6)
+    assert (lifts.t, strikes.t) == pytest.approx([one.t for one in found.impacts], abs=1e-3)
+    assert strikes.impulse == pytest.approx(found.impacts[1].impulse, rel=1e-2)

@@ -235,7 +235,10 @@ def read_mesh(intervals: Any, faults: Faults) -> Array:
 
 def read_span(until: Any, faults: Faults) -> tuple[float, float]:
     """Return the smallest and the largest time of the end."""
-    least, most = np.broadcast_to(np.asarray(until, np.float64), 2).tolist()
+    try:
+        least, most = np.broadcast_to(np.asarray(until, np.float64), 2).tolist()
+    except (TypeError, ValueError):
+        least, most = 0.0, 0.0
     if not 0 < least <= most < np.inf:
         faults.add("", f"until = {until} is no time after the start; give a positive one, or a smaller and a larger")
         return 1.0, 1.0

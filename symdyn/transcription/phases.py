@@ -36,6 +36,9 @@ KEYS = ("closed", "slips", "strikes", "duration", "intervals", "end")
 PASSING = ("law", "touch", "struck")
 """Functions of passages that have a row for each of a contact."""
 
+CLOSE = 1e-9
+"""By how much durations may miss the time of the end by rounding, s."""
+
 SHORTEST = 1e-3
 """Of a phase whose duration is not given, over the longest time of the end."""
 
@@ -119,6 +122,10 @@ def read_phases(
         signs = {name: float(sign) for name, sign in slips.items() if sign in (-1, 1)}
         closing = [n for n in (*closed, *signs) if found and n not in dry and not found[-1].mode(n)[0]]
         found.append(Phase(own, span, closed, signs, tuple(dict.fromkeys((*strikes, *closing))), dict(end)))
+    least, most = (sum(one.span[i] for one in found) for i in (0, 1))
+    if not faults.lines and not (least - CLOSE <= until[1] and until[0] <= most + CLOSE):
+        wide, asked = (f"{a:g} s" if a == b else f"{a:g} … {b:g} s" for a, b in ((least, most), until))
+        faults.add("phases", f"their durations are {wide} together, and until is {asked}")
     if not faults.lines:
         for k, pair in enumerate(pairwise(found), start=2):
             _check_passage(scene, *pair, known, f"phases: {k}", faults)

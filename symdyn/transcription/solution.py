@@ -267,7 +267,7 @@ class Lagrangian:
 
     def values(self, z: Array, sigma: float, multipliers: Array) -> Array:
         """Return the entries at z, shape (nonzeros,)."""
-        parts = np.concatenate([np.ravel(part) for part in _parts(self, z, sigma, multipliers)])
+        parts = np.concatenate([np.zeros(0), *(np.ravel(part) for part in _parts(self, z, sigma, multipliers))])
         found: Array = np.bincount(self.merged, parts, len(self.rows)).astype(np.float64)
         return found
 
