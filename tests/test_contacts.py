@@ -818,3 +818,27 @@ def test_what_is_not_active_passes_its_plane() -> None:
     assert run.impacts[0].t == pytest.approx((2 / 9.81) ** 0.5)
     scene = read_text(FALL.replace('restitution = "e"', 'restitution = "e"\nactive = "-z - 2"'))
     assert not symdyn.simulate(scene, until=1, start="z=1").impacts
+
+
+HELD = FALL.replace("contacts.f", "contacts.floor").replace("e = 0.7", "e = 0").replace("start = 0", "start = 1")
+
+
+@pytest.mark.parametrize("method", ["taylor", "radau"])
+@pytest.mark.parametrize(
+    ("column", "least", "t", "there"),
+    [("gap_floor", 0.1, 0.428352936878, 0.1), ("normal_floor", 5, 0.451523640986, 9.81)],
+)
+def test_a_column_of_a_contact_ends_a_run(method: str, column: str, least: float, t: float, there: float) -> None:
+    run = symdyn.simulate(read_text(HELD), until=3, stops=[f"{column} - {least}"], method=method)
+
+    assert run.stopped == f"{column} - {least}"
+    assert run.t[-1] == pytest.approx(t, abs=1e-9)
+    assert run[column][-1] == pytest.approx(there, abs=1e-8)
+
+
+@pytest.mark.parametrize("name", ["friction_floor", "mode_floor", "normal_flor"])
+def test_a_column_of_a_contact_that_there_is_not_is_told(name: str) -> None:
+    with pytest.raises(
+        SimulateError, match=f"{name}.* not known|{name} is no column of this scene; known are gap_floor"
+    ):
+        symdyn.simulate(read_text(HELD), until=3, stops=[f"{name} - 1"])

@@ -3,6 +3,7 @@
 from .columns import axes_of as axes_of, read_output as read_output
 from .ensemble_task import RunBlock as RunBlock
 from .equations.compiled_routines import compiled_entries as compiled_entries, opened as opened, points as points
+from .equations.contact_modes import Impact as Impact, change_of as change_of, column_words as column_words
 from .equations.controller import Feedback as Feedback, feedback_of as feedback_of, read_feedback as read_feedback
 from .equations.linear_controllers import linear_law as linear_law, pid as pid
 from .equations.linear_feedback import state_names as state_names

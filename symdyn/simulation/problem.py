@@ -19,6 +19,7 @@ from symdyn.errors import SimulateError, suggestion
 from symdyn.scene import Quantity, Scene, scene_of
 from symdyn.scene.values import Faults, formula_text
 from symdyn.shown import Suggesting
+from symdyn.simulation.equations.contact_modes import column_names
 from symdyn.simulation.initial import Start, Values, by_name, read_start
 from symdyn.simulation.integrate import FINEST, METHODS
 from symdyn.simulation.prescribed.entries import Entries
@@ -230,7 +231,7 @@ class Run:
         """
         parameter_values(scene)
         faults, formulas = Faults(""), (*self.stops, *reports)
-        events = [read_seen(scene, text, "event", faults) for text in formulas]
+        events = [read_seen(scene, text, "event", faults, column_names(scene)) for text in formulas]
         for text, event in zip(formulas, events, strict=True):
             if event is not None and not event.symbols:
                 faults.add("event", f'"{text}" is a constant, which crosses nothing')

@@ -30,7 +30,7 @@ from symdyn.errors import SimulateError, listed, suggestion
 from symdyn.graph import Expr, reachable
 from symdyn.scene import Scene
 from symdyn.scene.values import Faults
-from symdyn.simulation.equations.contact_modes import BREAKS, LIFTS, OF_ROPES, STOPS, STRIKES
+from symdyn.simulation.equations.contact_modes import BREAKS, LIFTS, OF_ROPES, STOPS, STRIKES, column_names
 from symdyn.simulation.equations.settling import held
 from symdyn.simulation.equations.system import Projection, StateEquations
 from symdyn.simulation.equations.variational import Flow, smooth_flow
@@ -114,7 +114,7 @@ class ReturnMap:
         formula = "" if what in EVENTS or section in EVENTS else section
         run = Run(period or until, rtol=rtol, stops=(formula,) if formula else ())
         faults = Faults("")
-        if formula and read_seen(problem.scene, formula, "section", faults) is None:
+        if formula and read_seen(problem.scene, formula, "section", faults, column_names(problem.scene)) is None:
             faults.close(SimulateError)
         forces, initial, zeros, _ = problem.posed(run, faults)
         faults.close(SimulateError)

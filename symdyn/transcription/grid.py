@@ -31,12 +31,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from operator import index
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.algebra import Array
+from symdyn.scene.values import Faults
+from symdyn.transcription.local import PLACES
 from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
@@ -106,6 +109,9 @@ METHODS: dict[str, Method] = {
 Places = NDArray[np.int64]
 """Indices."""
 
+ROWWISE = ("balance", "held", "path", "cone", "open", "momentum", "law", "touch", "struck")
+"""Functions whose entries are equations as they are."""
+
 
 @dataclass(frozen=True, eq=False)
 class Grid:
@@ -113,13 +119,16 @@ class Grid:
 
     Attributes:
         widths: h_n / T of every interval, shape (N,).
-        share: t / T of every point, shape (P,).
-        node: points that are nodes, shape (N + 1,).
+        share: t / T of every point, within its phase, shape (P,).
+        node: points that are nodes, shape (N + phases,).
         stage: points that are stages, shape (S,).
         of: of[n, j] is the stage, among the stages, that stage j of interval n is; shape (N, s).
         target: target[n, r] is the point that defect r of interval n ends at, the end last; shape (N, R).
         weights: weights[r, j] of stage j in defect r, shape (R, s).
         quadrature: weight of every stage in an integral, over T; shape (S,).
+        phase: the phase of every point, shape (P,).
+        starts: points where intervals begin, shape (N,).
+        ends: of the nodes those that end intervals, shape (N,).
     """
 
     widths: Array
@@ -130,10 +139,35 @@ class Grid:
     target: Places
     weights: Array
     quadrature: Array
+    phase: Places
+    starts: Places
+    ends: Places
+
+    @cached_property
+    def joints(self) -> Places:
+        """Points where phases behind the first begin, shape (phases - 1,); the point before each ends a phase."""
+        return np.flatnonzero(np.diff(self.phase)) + 1
 
 
-def grid(method: Method, mesh: Array) -> Grid:
-    """Return the grid of a method over a mesh of rising shares of time, 0 … 1."""
+def grid(method: Method, meshes: Sequence[Array]) -> Grid:
+    """Return the grid of a method over phases, one behind the other, each a mesh of rising shares of time, 0 … 1."""
+    each = [_phase(method, mesh) for mesh in meshes]
+
+    def before(name: str) -> Places:
+        return np.cumsum([0, *(len(getattr(one, name)) for one in each[:-1])])
+
+    def joined(name: str, offsets: Sequence[int] | Places) -> Any:
+        return np.concatenate([getattr(one, name) + at for one, at in zip(each, offsets, strict=True)])
+
+    none, points, stages, nodes = [0] * len(each), before("share"), before("stage"), before("node")
+    return Grid(
+        joined("widths", none), joined("share", none), joined("node", points), joined("stage", points),
+        joined("of", stages), joined("target", points), each[0].weights, joined("quadrature", none),
+        joined("phase", range(len(each))), joined("starts", points), joined("ends", nodes),
+    )  # fmt: skip
+
+
+def _phase(method: Method, mesh: Array) -> Grid:
     count, inner, s = len(mesh) - 1, list(method.inner), len(method.c)
     step = len(inner) + 1
     widths = np.diff(mesh)
@@ -153,7 +187,8 @@ def grid(method: Method, mesh: Array) -> Grid:
     quadrature = np.zeros(len(stage))
     np.add.at(quadrature, of, widths[:, None] * b)
     target = np.concatenate([between, node[1:, None]], axis=1)
-    return Grid(widths, share, node, stage, of, target, np.vstack([A[inner], b]), quadrature)
+    weights, phase = np.vstack([A[inner], b]), np.zeros(len(share), dtype=np.int64)
+    return Grid(widths, share, node, stage, of, target, weights, quadrature, phase, node[:-1], 1 + np.arange(count))
 
 
 def numbered(shapes: Mapping[str, tuple[int, ...]]) -> tuple[dict[str, Places], int]:
@@ -173,6 +208,41 @@ def sliced(places: Places) -> slice | Places:
     if len(places) < 2 or np.any(steps != steps[0]):
         return places
     return slice(int(places[0]), int(places[-1]) + 1, int(steps[0]))
+
+
+MOST = 100_000
+"""Intervals that are more than anybody solves."""
+
+
+def read_mesh(intervals: Any, faults: Faults) -> Array:
+    """Return where intervals end, shares of time, shape (N + 1,)."""
+    words = "are a number of them, or rising shares of time from 0 to 1, such as [0, 0.25, 1]"
+    try:
+        count = index(intervals)
+    except TypeError:
+        count = -1
+    if 1 <= count <= MOST:
+        return np.linspace(0.0, 1.0, count + 1)
+    try:
+        mesh = np.asarray(intervals, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        mesh = np.zeros(0)
+    if mesh.ndim == 1 and 2 <= len(mesh) <= MOST and mesh[0] == 0 and mesh[-1] == 1 and np.all(np.diff(mesh) > 0):
+        return mesh
+    faults.add("", f"intervals = {intervals}: they {words}; {MOST} are the most")
+    return np.linspace(0.0, 1.0, 2)
+
+
+def read_span(until: Any, faults: Faults) -> tuple[float, float]:
+    """Return the smallest and the largest time of the end."""
+    try:
+        least, most = np.broadcast_to(np.asarray(until, np.float64), 2).tolist()
+    except (TypeError, ValueError):
+        least, most = 0.0, 0.0
+    if not 0 < least <= most < np.inf:
+        faults.add("", f"until = {until} is no time after the start; give a positive one, or a smaller and a larger")
+        return 1.0, 1.0
+    return least, most
 
 
 @dataclass(frozen=True, eq=False)
@@ -231,7 +301,10 @@ class Slopes:
         grid, defects, place, y = p.grid, p.row["defects"], p.place, p.state
         found: list[tuple[Places, Places]] = []
         if steady:
-            found += [(defects, y[grid.target]), (defects, np.broadcast_to(y[grid.node[:-1], None], defects.shape))]
+            found += [(defects, y[grid.target]), (defects, np.broadcast_to(y[grid.starts, None], defects.shape))]
+            kept = y[:, : p.row["stays"].shape[1]]
+            found += [(p.row["stays"], kept[grid.joints]), (p.row["stays"], kept[grid.joints - 1])]
+            found.append((p.row["time"][:, None], np.broadcast_to(place["T"], (len(p.row["time"]), len(place["T"])))))
         for r, j in p.used:
             if steady == self._steady_rates:
                 entries = [i for i, _, _ in p.locals["rates"].pattern]
@@ -243,10 +316,10 @@ class Slopes:
         if steady:
             return found
         if not self._timed:
-            found.append((defects, place["T"]))
+            found.append((defects, place["T"][p.interval_phases][:, None, None]))
         if "pull" in p.locals:
             entries = [i for i, _, _ in p.locals["pull"].pattern]
-            found.append((defects[:, -1, entries], p.wires["pull"][0][1:]))
+            found.append((defects[:, -1, entries], p.wires["pull"][0][grid.ends]))
         for name in self._rowwise:
             columns, known, _ = p.wires[name]
             rows = p.row[name][:, [i for i, _, _ in p.locals[name].pattern]]
@@ -257,11 +330,18 @@ class Slopes:
         """Return the parts of one kind, each an array."""
         p = self.problem
         grid, shape = p.grid, p.row["defects"].shape
-        found: list[Array] = [np.ones(shape), np.full(shape, -1.0)] if steady else []
+        found: list[Array] = []
+        if steady:
+            stays = p.row["stays"].shape
+            found = [np.ones(shape), np.full(shape, -1.0), np.ones(stays), np.full(stays, -1.0)]
+            found.append(np.ones((len(p.row["time"]), len(p.place["T"]))))
         stages = p.at(z, "stage")
         if not (self._timed and self._steady_rates) or steady:
             _, known, chain = p.wires["rates"]
-            h, slopes = p.time(z) * grid.widths[:, None], p.locals["rates"].slopes(stages) * chain
+            h, slopes = (
+                (p.lasting(z, p.interval_phases) * grid.widths)[:, None],
+                p.locals["rates"].slopes(stages) * chain,
+            )
             for r, j in p.used:
                 scale = -h * grid.weights[r, j]
                 if steady == self._steady_rates:
@@ -270,13 +350,13 @@ class Slopes:
                     found.append(np.broadcast_to(scale, (len(h), p.place["a"].shape[1])))
         if steady:
             return found
-        nodes = p.at_nodes(z)
+        at = {"stage": stages, **p.elsewhere(z)}
         if not self._timed:
             found.append(-(p.between[1] @ p.rates(stages)))
         if "pull" in p.locals:
-            found.append(-p.locals["pull"].slopes(p.behind(nodes)))
+            found.append(-p.locals["pull"].slopes(p.behind(at["node"])))
         for name in self._rowwise:
-            values = p.locals[name].slopes(stages if name == "balance" else nodes)
+            values = p.locals[name].slopes(at[PLACES[name]])
             _, known, chain = p.wires[name]
             found.append(values if name in self._plain else (values * chain)[known])
         return found
@@ -298,5 +378,5 @@ class Slopes:
 
     @cached_property
     def _rowwise(self) -> list[str]:
-        """Functions whose entries are equations as they are."""
-        return [name for name in ("balance", "held", "path") if name in self.problem.locals]
+        """Those that the problem has."""
+        return [name for name in ROWWISE if name in self.problem.locals]

@@ -64,7 +64,7 @@ def _one(problem: Collocation, guess: Array, random: np.random.Generator) -> Arr
     if len(place["T"]):
         least, most = problem.lower[place["T"]], problem.upper[place["T"]]
         z[place["T"]] = np.exp(random.uniform(np.log(least), np.log(most)))
-    duration = problem.time(z)
+    duration = problem.durations(z)[grid.phase][:, None]
     k = np.arange(1, WAVES + 1)
     a = random.standard_normal((WAVES, n)) * _sizes(problem) / k[:, None]
     turns = k * math.pi
@@ -72,7 +72,9 @@ def _one(problem: Collocation, guess: Array, random: np.random.Generator) -> Arr
     z[place["q"]] += np.sin(angle) @ a
     if place["u"].shape[1] == n:  # velocities are rates of coordinates
         z[place["u"]] = guess[place["u"]] + np.cos(angle) @ (a * turns[:, None]) / duration
-        z[place["a"]] = guess[place["a"]] - np.sin(angle[grid.stage]) @ (a * turns[:, None] ** 2) / duration**2
+        z[place["a"]] = (
+            guess[place["a"]] - np.sin(angle[grid.stage]) @ (a * turns[:, None] ** 2) / duration[grid.stage] ** 2
+        )
     else:
         numbers = opened(problem.scene).numbers()
         z[place["q"]] = [numbers.normalised(q) for q in z[place["q"]]]
@@ -260,8 +262,9 @@ def _contradictions(problem: Collocation, z: Array) -> None:
     if miss[worst] > CLOSE:
         kind, at = next((kind, at) for kind, at in problem.row.items() if worst in at)
         node = int(np.argwhere(at == worst)[0][0])
-        t = problem.time(z) * problem.grid.share[problem.grid.node[node]]
+        t = problem.times(z)[problem.grid.node[node]]
         words = {"held": "loops do not close, or velocities do not fit them", "path": "a formula of the path is missed"}
+        words |= {"open": "a contact is below its plane", "stays": "phases do not meet"}
         raise SimulateError(
             f"what is given at t = {t:.6g} s contradicts itself, by {miss[worst]:.3g}: "
             f"{words.get(kind, 'forces and motion do not balance')}; give less of that state"

@@ -5,6 +5,7 @@ of the user. Unknowns at a place are of these kinds:
 
     q, s, u      coordinates, states of one's own, velocities       λ    multipliers of all rows, "multiplier"
     a            accelerations u̇                                    y    what the ends of intervals give way by, "slack"
+    λ, Λ         forces and impulses of contacts, "contact" and "impulse", see `contact_entries`
     τ            driving forces and inputs, "force"                 t    time
     p            parameters that are unknowns, "free"
 
@@ -15,6 +16,8 @@ of the user. Unknowns at a place are of these kinds:
     path         formulas of the user                               at the ends of intervals
     running      the integrand of the cost                          at stages
     final        the cost of the end                                at the end
+    cone, open   what contacts keep inside a phase                  at stages, at the ends of intervals
+    momentum, law, touch, struck                                    between two phases
 
 The balance is that of inverse dynamics, with accelerations as unknowns: it takes about half the operations of forward
 dynamics, has no matrix to factor in it, and its derivatives take a third. A prescribed motion is a constraint
@@ -23,7 +26,7 @@ u_k = ṗ(t) like those of loops; its multiplier is the force that it takes.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import chain, product
@@ -34,23 +37,35 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.dynamics import Argument, LoopChoices, Workspace
 from symdyn.dynamics.mechanism import TIME, cost, refuse_ideal_friction
-from symdyn.dynamics.outputs import inverse_derivatives
+from symdyn.dynamics.outputs import dot, inverse_derivatives, kinks
+from symdyn.errors import listed
 from symdyn.graph import Expr, Op, gradient, reachable, substitute, tangents
-from symdyn.scene import Quantity, Scene
+from symdyn.scene import Quantity, Scene, parse
+from symdyn.scene.joints import start_of
 from symdyn.scene.values import Faults
 from symdyn.simulation import compiled_entries, points
 from symdyn.simulation.prescribed import drive_names, number_of, parameter_values
+from symdyn.transcription.contact_entries import Contacts
 
 PLACES = {
     "balance": "stage",
     "rates": "stage",
     "running": "stage",
+    "cone": "stage",
     "held": "node",
     "pull": "node",
     "path": "node",
+    "open": "node",
     "final": "end",
+    "momentum": "joint",
+    "law": "joint",
+    "touch": "joint",
+    "struck": "joint",
 }
 """Where each local function is asked for."""
+
+GIVEN = ("mode", "law")
+"""Kinds of numbers that are no unknowns: what contacts do in a phase, and in a passage."""
 
 Pattern = tuple[tuple[int, str, int], ...]
 
@@ -85,6 +100,7 @@ class Written:
         rows: number of rows, those of prescribed motions last.
         holding: the rows among them that hold a position.
         rest: the balance without what inverse dynamics finds.
+        contacts: what opens and closes.
     """
 
     kinds: Mapping[str, tuple[Expr, ...]]
@@ -93,6 +109,7 @@ class Written:
     rows: int
     holding: tuple[int, ...]
     rest: tuple[Expr, ...]
+    contacts: Contacts
 
 
 def written(w: Workspace, free: Sequence[str], formulas: Mapping[str, Sequence[Quantity]]) -> Written:
@@ -107,7 +124,8 @@ def written(w: Workspace, free: Sequence[str], formulas: Mapping[str, Sequence[Q
     holding = tuple(k for k, entry in enumerate(residual) if not entry.is_zero)
     own = [k for k, name in enumerate(w.scene.drives) if name and k not in given.place]
     driven = (*own, *range(n, n + len(w.inputs)))
-    parts = _quaternions(w)
+    parts, contacts = _quaternions(w), Contacts.of(w, len(G))
+    count, first = len(contacts.gaps) + len(contacts.forces), len(holding) + len(G) + len(parts)
     kinds = {
         "q": w.state.q,
         "s": w.states,
@@ -115,31 +133,46 @@ def written(w: Workspace, free: Sequence[str], formulas: Mapping[str, Sequence[Q
         "a": w.state.qdd,
         "multiplier": symbols_of(w, "multiplier", len(G)),
         "force": (*(w.state.tau[k] for k in own), *w.inputs),
-        "slack": symbols_of(w, "slack", len(holding) + len(G) + len(parts)),
+        "slack": symbols_of(w, "slack", first + count),
         "free": tuple(graph.symbol(name) for name in free),
         TIME: (graph.symbol(TIME),),
+        "contact": contacts.forces,
+        "mode": contacts.mode,
+        "before": contacts.before,
+        "impulse": contacts.impulses,
+        "law": contacts.law,
     }
     forces = w.forces(list(w.state.qdd))
     across = [[row[k] for row in G] for k in range(n)]
     held = [graph.total(x * y for x, y in zip(row, kinds["multiplier"], strict=True)) for row in across]
+    for row, force in zip(contacts.rows, contacts.forces, strict=True):
+        held = [x + part * force for x, part in zip(held, row, strict=True)]
     acting = [-(w.state.tau[k] if k in own else graph.zero) - held[k] for k in range(n)]
     nu, mu = kinds["slack"][: len(holding)], kinds["slack"][len(holding) : len(holding) + len(G)]
     moved = [graph.total(across[k][r] * x for r, x in zip(holding, nu, strict=True)) for k in range(n)]
+    turned = [graph.total(across[k][r] * x for r, x in enumerate(mu)) for k in range(n)]
+    if contacts.touches:
+        more = contacts.pulled(kinds["slack"][first:], n)
+        moved, turned = ([*map(add, *both)] for both in zip((moved, turned), more, strict=True))
+        accelerated = (x for one in contacts.touches for x in one.rows)
+        acceleration += contacts.balance([dot(row.entries, w.state.qdd) + row.bias for row in accelerated])
     pull = substitute(w.state.rates, dict(zip(w.state.qd, moved, strict=True)))
-    for part, rho in zip(parts, kinds["slack"][len(holding) + len(G) :], strict=True):
+    for part, rho in zip(parts, kinds["slack"][len(holding) + len(G) : first], strict=True):
         for k in part:
             pull[k] = pull[k] + rho * w.state.q[k]
     pull += [graph.zero for _ in w.states]
-    pull += [graph.total(x * y for x, y in zip(row, mu, strict=True)) for row in across]
+    pull += turned
     lengths = [graph.total(w.state.q[k] * w.state.q[k] for k in part) - graph.one for part in parts]
     entries: dict[str, Sequence[Expr]] = {
         "balance": [*map(add, forces, acting), *acceleration],
         "rates": [*w.state.rates, *w.state_rates],
-        "held": [*(residual[k] for k in holding), *rate, *lengths],
+        "held": [*(residual[k] for k in holding), *rate, *lengths, *contacts.held(w.state.qd)],
         "pull": pull if kinds["slack"] else [],
     }
     entries |= {name: _expressed(w, found) for name, found in formulas.items()}
-    return Written(kinds, entries, driven, len(G), holding, (*acting, *acceleration))
+    if contacts.touches:
+        entries |= {"cone": contacts.cone, "open": contacts.open(w.state.qd), **contacts.passage(w, G, forces)}
+    return Written(kinds, entries, driven, len(G), holding, (*acting, *acceleration), contacts)
 
 
 def _rows(w: Workspace) -> tuple[list[list[Expr]], list[Expr], list[Expr], list[Expr]]:
@@ -151,10 +184,8 @@ def _rows(w: Workspace) -> tuple[list[list[Expr]], list[Expr], list[Expr], list[
     if w.scene.is_constrained:
         rows = w.loops.recursive
         G, residual, bias = w.loops.G(rows), w.loops.residual(rows), w.loops.bias(rows)
-    rate = [graph.total(x * y for x, y in zip(row, u, strict=True)) for row in G]
-    acceleration = [
-        graph.total(x * y for x, y in zip(row, a, strict=True)) + rest for row, rest in zip(G, bias, strict=True)
-    ]
+    rate = [dot(row, u) for row in G]
+    acceleration = [dot(row, a) + rest for row, rest in zip(G, bias, strict=True)]
     given = w.prescribed
     at = {speed: q for q, speed in zip(w.state.q, w.state.rates, strict=True)}
     for k, p, v, b in zip(given.place, given.position, given.velocity, given.acceleration, strict=True):
@@ -249,6 +280,7 @@ def inputs_of(result: Written, entries: Sequence[Expr]) -> list[tuple[str, int, 
     """Return the unknowns that entries have in them: kind, place in it, symbol."""
     seen = appearing(entries)
     flat = [(kind, k, symbol) for kind, symbols in result.kinds.items() for k, symbol in enumerate(symbols)]
+    flat = [one for one in flat if one[0] not in GIVEN]
     return [one for one in flat if one[2] in seen]
 
 
@@ -310,3 +342,57 @@ def source(scene: Scene, free: tuple[str, ...], formulas: Formulas) -> Source:
     w = Workspace(opened, LoopChoices(parameters=tuple(at.items())))
     found = written(w, free, dict(formulas))
     return Source(scene, free, formulas, w, found, locals_of(w, found))
+
+
+WHAT = {
+    "balance": "the equations of motion",
+    "rates": "the rates of states",
+    "held": "loops and prescribed motions",
+    "path": "the path",
+    "open": "contacts",
+    "law": "impacts",
+    "running": "the cost",
+    "final": "the final cost",
+}
+"""What functions are called that may have kinks."""
+
+
+def remarks(source: Source) -> Iterator[str]:
+    """Tell where functions have kinks, and whether the start, which is given whole, fixes what is unknown."""
+    w, found = source.workspace, source.written
+    meant = dict(zip(w.state.tau, map(w.graph.symbol, drive_names(w.scene)), strict=True))
+    varied = substitute(list(chain(*found.kinds.values())), meant)
+    for name, what in WHAT.items():
+        if told := kinks(substitute(list(found.entries.get(name, ())), meant), varied):
+            yield f"slopes of {what} are {told.removeprefix('; ')}"
+    if "held" in source.locals:
+        pattern = source.locals["held"].pattern
+        moving = {source.free[k] for i, kind, k in pattern if kind == "free" and i < len(found.holding)}
+        if moving:
+            yield (
+                f"rows at the start, which is given whole, have {listed(sorted(moving))} in them: only values that "
+                "close them there are left"
+            )
+
+
+def taken(scene: Scene, free: Sequence[str], given: Mapping[str, Mapping[str, object]]) -> Iterator[str]:
+    """Tell where the guess of an unknown parameter is taken for its value: in what must be a number."""
+    formulas = [
+        (f"{where}: {name}", parse(text))
+        for where, one in given.items()
+        for name, text in one.items()
+        if isinstance(text, str)
+    ]
+    for where, names, those in (
+        ("start", scene.coordinates, start_of(scene).position),
+        ("start", [one.name for one in scene.states], [one.value for one in scene.states]),
+        ("start rates", scene.velocities, start_of(scene).velocity),
+    ):
+        formulas += [(f"{where}: {n}", x) for n, x in zip(names, those, strict=True) if n not in given.get(where, {})]
+    for joint in scene.moving:
+        limits = joint.limits
+        every = (limits.lower, limits.upper, limits.velocity, limits.effort)
+        formulas += [(f"limits of {joint.name}", x) for x in every if isinstance(x, Quantity)]
+    for where, formula in formulas:
+        if unknown := [name for name in formula.symbols if name in free]:
+            yield f"{where} takes {listed(unknown)} as the scene has it, not as it is found"

@@ -1,16 +1,13 @@
 """From a scene and what is asked of its motion to a problem in numbers: the function `collocation`.
 
-It says where unknowns and equations stand, what is known of them (bounds, ends, a first guess), and what a user should
-know before it is solved: kinks, and what does not follow parameters that are unknowns.
+It says where unknowns and equations stand, and what is known of them: bounds, ends, a first guess.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain
 from numbers import Real
-from operator import index
 from typing import Literal
 
 import numpy as np
@@ -18,16 +15,24 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.arguments import SympyExpression, argument, suggesting
 from symdyn.dynamics.mechanism import TIME
-from symdyn.dynamics.outputs import kinks
+from symdyn.dynamics.outputs import unilaterals_of, with_modes
 from symdyn.errors import SimulateError, listed, suggestion
-from symdyn.graph import substitute
-from symdyn.scene import Quantity, Scene, SceneLike, SceneUnits, parse
-from symdyn.scene.joints import start_of
-from symdyn.scene.values import Faults, FormulaError, formula_text, spell, substituted, velocity_name
+from symdyn.scene import Quantity, Scene, SceneLike, SceneUnits
+from symdyn.scene.values import (
+    Faults,
+    FormulaError,
+    Input,
+    Unilateral,
+    formula_text,
+    spell,
+    substituted,
+    velocity_name,
+)
 from symdyn.simulation import Problem, Start
 from symdyn.simulation.prescribed import drive_names, number_of, parameter_values, read_formula
-from symdyn.transcription.grid import METHODS, Grid, grid, numbered
-from symdyn.transcription.local import Source, Written, source
+from symdyn.transcription.grid import METHODS, ROWWISE, Grid, grid as grid_of, numbered, read_mesh, read_span
+from symdyn.transcription.local import PLACES, Source, Written, remarks, source, taken
+from symdyn.transcription.phases import Phase, Sides, bound_schedule, read_phases
 from symdyn.transcription.transcribed import Collocation
 
 Range = tuple[float | None, float | None] | float
@@ -70,11 +75,11 @@ class Layout:
     written: Written
     grid: Grid
     paths: int
-    span: tuple[float, float]
+    schedule: tuple[Phase, ...]
 
     def __post_init__(self) -> None:
         scene, found, grid = self.scene, self.written, self.grid
-        N, P, S = len(grid.widths), len(grid.share), len(grid.stage)
+        N, P, S, K = len(grid.widths), len(grid.share), len(grid.stage), len(self.schedule)
         nq, nv, ns = len(scene.coordinates), len(scene.velocities), len(scene.states)
         self.states = tuple(one.name for one in scene.states)
         self.names = (*drive_names(scene), *(one.name for one in scene.inputs))
@@ -85,18 +90,26 @@ class Layout:
                 "u": (P, nv),
                 "a": (S, nv),
                 "multiplier": (S, found.rows),
+                "contact": (S, len(found.kinds["contact"])),
                 "force": (S, len(found.driven)),
                 "slack": (N, len(found.kinds["slack"])),
                 "free": (len(self.free),),
-                "T": (int(self.span[0] < self.span[1]),),
+                "T": (K * any(one.span[0] < one.span[1] for one in self.schedule),),
+                "impulse": (K - 1, len(found.kinds["impulse"])),
             }
         )
         self.row, self.rows = numbered(
             {
-                "balance": (S, nv + found.rows),
+                "balance": (S, len(found.entries["balance"])),
                 "defects": (N, grid.target.shape[1], nq + ns + nv),
-                "held": (N + 1, len(found.entries["held"])),
-                "path": (N + 1, self.paths),
+                "held": (N + K, len(found.entries["held"])),
+                "path": (N + K, self.paths),
+                **{
+                    name: ({"stage": S, "node": N + K, "joint": K - 1}[PLACES[name]], len(found.entries.get(name, ())))
+                    for name in ROWWISE[3:]
+                },
+                "stays": (K - 1, nq + ns),
+                "time": (int(len(self.place["T"]) > 1),),
             }
         )
 
@@ -123,7 +136,8 @@ class Layout:
                 faults.add(f"bounds: {name}", f"{least:g} … {most:g} leaves nothing of its joint's limits, {limits}")
             else:
                 lower[at], upper[at] = low, high
-        lower[place["T"]], upper[place["T"]] = self.span
+        if len(place["T"]):
+            lower[place["T"]], upper[place["T"]] = zip(*(one.span for one in self.schedule), strict=True)
         states = (("q", scene.coordinates, start.q), ("s", self.states, start.s), ("u", scene.velocities, start.u))
         for kind, names, x in states:
             for k, name in enumerate(names):
@@ -139,8 +153,9 @@ class Layout:
         lower: Array,
         upper: Array,
         faults: Faults,
+        node: int = -1,
     ) -> Start | None:
-        """Fix what is given of the end; return a whole state there for the guess, None where none is found."""
+        """Fix what is given of the end, or of another node; return a state there for the guess, None without one."""
         speeds: dict[str, Number] = dict.fromkeys(resting, 0)
         units = SceneUnits(self.scene).letters
         for name, text in end_rates.items():
@@ -161,13 +176,22 @@ class Layout:
                 formula = read_formula(text, values, f"{where}: {name}", faults, unit=units.get(name, ""))
                 x = None if formula is None else number_of(formula, values, f"{where}: {name}", faults)
                 if name in names and x is not None:
-                    self._fix(-1, *names[name], name, x, where, lower, upper, faults)
+                    self._fix(node, *names[name], name, x, where, lower, upper, faults)
         if faults.lines:
             return None
         try:
             return Problem(self.scene, start=end).initial
         except SimulateError:
             return None
+
+    def asked(
+        self, lower: Array, upper: Array, path: Array, span: tuple[float, float], functions: Source
+    ) -> tuple[Sides, Array]:
+        """Return all bounds: those of z, of formulas of the path, of the time, of contacts; and the law of impacts."""
+        sides = Sides(self.place, self.row, lower, upper, np.zeros(self.rows), np.zeros(self.rows))
+        sides.rows_lower[self.row["path"]], sides.rows_upper[self.row["path"]] = path.T
+        sides.rows_lower[self.row["time"]], sides.rows_upper[self.row["time"]] = span
+        return sides, bound_schedule(sides, functions, self.schedule, self.grid)
 
     def _fix(
         self, node: int, kind: str, k: int, name: str, x: float, where: str, lower: Array, upper: Array, faults: Faults
@@ -178,20 +202,27 @@ class Layout:
             faults.add(where, f"{name} = {x:g} is beyond its bounds {lower[column]:g} … {upper[column]:g}")
         lower[column] = upper[column] = x
 
-    def guessed(self, first: Start, last: Start | None, values: Mapping[str, Quantity]) -> Array:
-        """Return z of a straight way from the start to the end, free of forces."""
-        z, place, share = np.zeros(self.size), self.place, self.grid.share[:, None]
-        way = np.zeros_like(first.q) if last is None else last.q - first.q
-        z[place["q"]] = first.q + share * way
-        z[place["s"]] = first.s + share * (0 if last is None else last.s - first.s)
+    def guessed(self, first: Start, ends: Sequence[Start | None], values: Mapping[str, Quantity]) -> Array:
+        """Return z of straight ways from the start to the end of each phase, where that is known, free of forces."""
+        z, place, share, phase = np.zeros(self.size), self.place, self.grid.share[:, None], self.grid.phase
+        known = {0: first} | {k: one for k, one in enumerate(ends, start=1) if one is not None}
+
+        def knots(kind: str) -> Array:
+            given = np.stack([getattr(one, kind) for one in known.values()])
+            return np.stack([np.interp(range(len(ends) + 1), [*known], x) for x in given.T] or [[]], axis=-1)
+
+        durations = np.array([sum(one.span) / 2 for one in self.schedule])
+        for kind in ("q", "s"):
+            at = knots(kind)
+            if place[kind].size:
+                z[place[kind]] = at[phase] + share * np.diff(at, axis=0)[phase]
         for column, k in zip(place["force"].T, self.written.driven, strict=True):
             if k >= len(first.u):
                 one = self.scene.inputs[k - len(first.u)]
                 z[column] = number_of(one.value, values, f"inputs.{one.name}", Faults("")) or 0.0
-        duration = sum(self.span) / 2
         if len(first.q) == len(first.u):
-            z[place["u"]] = way / duration
-        z[place["T"]] = duration
+            z[place["u"]] = np.diff(knots("q"), axis=0)[phase] / durations[phase, None]
+        z[place["T"]] = durations[: len(place["T"])]
         z[place["free"]] = [number_of(values[n], values, f"parameters.{n}", Faults("")) or 0.0 for n in self.free]
         return z
 
@@ -217,58 +248,6 @@ def _limits(
     return found
 
 
-WHAT = {
-    "balance": "the equations of motion",
-    "rates": "the rates of states",
-    "held": "loops and prescribed motions",
-    "path": "the path",
-    "running": "the cost",
-    "final": "the final cost",
-}
-"""What functions are called that may have kinks."""
-
-
-def remarks(source: Source) -> Iterator[str]:
-    """Tell where functions have kinks, and whether the start, which is given whole, fixes what is unknown."""
-    w, found = source.workspace, source.written
-    meant = dict(zip(w.state.tau, map(w.graph.symbol, drive_names(w.scene)), strict=True))
-    varied = substitute(list(chain(*found.kinds.values())), meant)
-    for name, what in WHAT.items():
-        if told := kinks(substitute(list(found.entries[name]), meant), varied):
-            yield f"slopes of {what} are {told.removeprefix('; ')}"
-    if "held" in source.locals:
-        pattern = source.locals["held"].pattern
-        moving = {source.free[k] for i, kind, k in pattern if kind == "free" and i < len(found.holding)}
-        if moving:
-            yield (
-                f"rows at the start, which is given whole, have {listed(sorted(moving))} in them: only values that "
-                "close them there are left"
-            )
-
-
-def taken(scene: Scene, free: Sequence[str], given: Mapping[str, Mapping[str, object]]) -> Iterator[str]:
-    """Tell where the guess of an unknown parameter is taken for its value: in what must be a number."""
-    formulas = [
-        (f"{where}: {name}", parse(text))
-        for where, one in given.items()
-        for name, text in one.items()
-        if isinstance(text, str)
-    ]
-    for where, names, those in (
-        ("start", scene.coordinates, start_of(scene).position),
-        ("start", [one.name for one in scene.states], [one.value for one in scene.states]),
-        ("start rates", scene.velocities, start_of(scene).velocity),
-    ):
-        formulas += [(f"{where}: {n}", x) for n, x in zip(names, those, strict=True) if n not in given.get(where, {})]
-    for joint in scene.moving:
-        limits = joint.limits
-        every = (limits.lower, limits.upper, limits.velocity, limits.effort)
-        formulas += [(f"limits of {joint.name}", x) for x in every if isinstance(x, Quantity)]
-    for where, formula in formulas:
-        if unknown := [name for name in formula.symbols if name in free]:
-            yield f"{where} takes {listed(unknown)} as the scene has it, not as it is found"
-
-
 def _resting(
     scene: Scene, end: Mapping[str, Number], end_rates: Mapping[str, Number] | Literal["free"] | None
 ) -> tuple[dict[str, Number], list[str]]:
@@ -281,10 +260,6 @@ def _resting(
     found = [u for joint, some in ended if some for u in joint.velocities or map(velocity_name, some)]  # a ball's own
     left = {name for name, x in given.items() if x == "free" and {name, velocity_name(name)} & {*scene.velocities}}
     return {name: x for name, x in given.items() if name not in left}, [u for u in found if u not in told]
-
-
-MOST = 100_000
-"""Intervals that are more than anybody solves."""
 
 
 @suggesting
@@ -302,6 +277,7 @@ def collocation(
     bounds: Mapping[str, Range] | None = None,
     path: Mapping[str, Range] | None = None,
     free: str | Sequence[str] = (),
+    phases: Sequence[Mapping[str, object]] | None = None,
 ) -> Collocation:
     """Return an optimal control problem in numbers: the equations of a motion from a start to an end.
 
@@ -332,6 +308,11 @@ def collocation(
             input that is free; None for none; a number is the largest size. They narrow those of the joints' limits.
         path: likewise of formulas without drives and inputs, held at all ends of intervals.
         free: names of parameters that are unknown, and of inputs that are so over time; a scene's values are the guess.
+        phases: of a scene with contacts, stops or dry friction, what they do one phase after another, mappings such as
+            {"closed": "foot"}, {} where all is open: `closed`, a name or names, which stick where there is friction;
+            `slips`, {name: 1 or -1}, the sign of the slip; `strikes`, what strikes where the phase begins; `duration`
+            and `intervals`, its own; `end`, coordinates where it ends. What closes strikes, unnamed. `until` is the
+            time of all of them.
 
     Raises:
         SimulateError: with every fault of the arguments, one line each.
@@ -341,7 +322,7 @@ def collocation(
     declared = problem.refused("drives are unknowns, and inputs held", "forces").scene
     if not declared.velocities:
         raise SimulateError(f"{declared.name}: nothing moves: no joint has a coordinate")
-    declared.refuse_contacts("collocation", SimulateError)
+    laws = _phased(declared, phases)
     free = (free,) if isinstance(free, str) else tuple(dict.fromkeys(free))
     if jumping := [one.name for one in declared.states if one.reset is not None]:
         raise SimulateError(
@@ -360,7 +341,7 @@ def collocation(
     scene, faults = problem.scene, Faults("")
     first = faults.taken(lambda: problem.initial, Start(np.zeros(0), np.zeros(0)))
     values = parameter_values(scene)
-    mesh = _mesh(intervals, faults)
+    mesh = read_mesh(intervals, faults)
     if method not in METHODS:
         faults.add("", f"method {method} is not known; {suggestion(method, METHODS)}")
     inputs = [one.name for one in scene.inputs]
@@ -368,75 +349,83 @@ def collocation(
     for words in filter(None, map(scene.derived_words, free)):
         faults.add("free", words)
     free = tuple(name for name in free if name not in inputs)
-    span = _span(until, faults)
-    states = (one.name for one in scene.states)
-    state = (TIME, *scene.coordinates, *scene.velocities, *states, *values, *scene.definitions, *scene.point_names)
+    span = read_span(until, faults)
     kept = [one for one in declared.inputs if one.name not in inputs]
+    formulas = _read(
+        scene, kept, {"path": tuple(path or ()), "running": (cost,), "final": (final_cost,)}, values, faults
+    )
+    schedule: tuple[Phase, ...] = (Phase(mesh, span),)
+    if phases is not None:
+        schedule = read_phases(scene, phases, mesh, span, laws, faults)
+        scene = replace(with_modes(scene), states=scene.states)
+    faults.close(SimulateError)
+    functions = source(scene, free, tuple(formulas.items()))
+    rates, resting = _resting(scene, end or {}, end_rates)
+    around = np.array([ends_of(one, f"path: {name}", faults) for name, one in (path or {}).items()]).reshape(-1, 2)
+    given = {"start": problem.start, "start rates": problem.start_rates, "end": end, "end rates": rates}
+    holds = tuple(f"input {one.name} is held at {spell(one.value)} {one.unit}".rstrip() for one in kept)
+    rests = f'at rest at the end, where positions are given: {listed(resting)} = 0; end_rates="free" leaves them free'
+    notes = (
+        *([rests] if resting else []), *holds, *first.notes,
+        *taken(scene, free, {k: x for k, x in given.items() if isinstance(x, Mapping)}), *remarks(functions),
+    )  # fmt: skip
+    grid = grid_of(METHODS[method], [one.mesh for one in schedule])
+    made = Layout(scene, free, functions.written, grid, len(around), schedule)
+    lower, upper = made.bounded(first, bounds or {}, values, faults)
+    closing = np.flatnonzero(np.diff(grid.phase[grid.starts], append=-1))  # the last interval of each phase
+    asked = [*((one.end, {}, []) for one in schedule[:-1]), ({**schedule[-1].end, **(end or {})}, rates, resting)]
+    ends = [
+        made.ended(goal, speeds, still, values, lower, upper, faults, node)
+        for (goal, speeds, still), node in zip(asked, grid.ends[closing].tolist(), strict=True)
+    ]
+    faults.close(SimulateError)
+    sides, law = made.asked(lower, upper, around, span, functions)
+    guess = np.clip(made.guessed(first, ends, values), lower, upper)
+    driven = functions.written.driven
+    return Collocation(
+        problem.scene, METHODS[method], grid, free, tuple(made.names[k] for k in driven), driven, made.place, made.row,
+        made.size, made.rows, sum(span) / 2, *sides[2:], guess, functions, notes, schedule, law,
+    )  # fmt: skip
+
+
+def _phased(scene: Scene, phases: Sequence[Mapping[str, object]] | None) -> tuple[Unilateral, ...]:
+    """Return what opens, closes and sticks in phases; SimulateError where phases have none of it, or it no phases."""
+    laws = unilaterals_of(scene) if phases is not None else ()
+    if phases is None and scene.unilaterals:
+        names = listed(one.name for one in scene.unilaterals)
+        told = f'say which are closed in each phase, such as phases=[{{"closed": "{scene.unilaterals[0].name}"}}, {{}}]'
+        raise SimulateError(f"{scene.name}: contacts open and close, and there is {names}; {told}")
+    if phases is not None and not (laws and phases):
+        what = "there is none in the list" if laws else "there is no contact, stop or dry friction"
+        raise SimulateError(f"{scene.name}: phases: {what}; leave phases out, or say what is closed in each")
+    return laws
+
+
+def _read(
+    scene: Scene,
+    kept: Sequence[Input],
+    given: Mapping[str, Sequence[str | SympyExpression]],
+    values: Mapping[str, Quantity],
+    faults: Faults,
+) -> dict[str, tuple[Quantity, ...]]:
+    """Return formulas of the path, the cost and the cost of the end."""
+    inputs, states = (tuple(one.name for one in some) for some in (scene.inputs, scene.states))
+    state = (TIME, *scene.coordinates, *scene.velocities, *states, *values, *scene.definitions, *scene.point_names)
     instead = (
         f"what is to be found are drives, and inputs that are free: {argument('free', kept[0].name)}" if kept else ""
     )
     held = f"and no inputs, {listed(one.name for one in kept)}: they keep their values; {instead}" if kept else ""
-    formulas = {
-        "path": _formulas(scene, tuple(path or ()), state, "path", faults, held),
-        "running": _formulas(
-            scene, (formula_text(cost),) if cost else (), (*state, *_drives(scene), *inputs), "cost", faults, held
-        ),
-        "final": _formulas(scene, (formula_text(final_cost),) if final_cost else (), state, "final cost", faults, held),
-    }
-    faults.close(SimulateError)
-    functions = source(scene, free, tuple(formulas.items()))
-    found = functions.written
-    made = Layout(scene, free, found, grid(METHODS[method], mesh), len(formulas["path"]), span)
-    lower, upper = made.bounded(first, bounds or {}, values, faults)
-    rates, resting = _resting(scene, end or {}, end_rates)
-    last = made.ended(end or {}, rates, resting, values, lower, upper, faults)
-    around = np.array([ends_of(one, f"path: {name}", faults) for name, one in (path or {}).items()]).reshape(-1, 2)
-    faults.close(SimulateError)
-    rows_lower, rows_upper = np.zeros(made.rows), np.zeros(made.rows)
-    rows_lower[made.row["path"]], rows_upper[made.row["path"]] = around.T
-    guess = np.clip(made.guessed(first, last, values), lower, upper)
-    given = {"start": problem.start, "start rates": problem.start_rates, "end": end, "end rates": rates}
-    holds = tuple(f"input {one.name} is held at {spell(one.value)} {one.unit}".rstrip() for one in kept)
-    rests = f'at rest at the end, where positions are given: {listed(resting)} = 0; end_rates="free" leaves them free'
-    told = taken(scene, free, {k: x for k, x in given.items() if isinstance(x, Mapping)})
-    notes = (*([rests] if resting else []), *holds, *first.notes, *told)
-    return Collocation(
-        scene, METHODS[method], made.grid, free, tuple(made.names[k] for k in found.driven), found.driven,
-        made.place, made.row, made.size, made.rows, sum(span) / 2, lower, upper, rows_lower, rows_upper, guess,
-        functions, (*notes, *remarks(functions)),
-    )  # fmt: skip
+    words, more = {"running": "cost", "final": "final cost"}, {"running": (*_drives(scene), *inputs)}
+    found = {}
+    for name, texts in given.items():
+        allowed = (*state, *more.get(name, ()))
+        told = [formula_text(one) for one in texts if one]
+        found[name] = _formulas(scene, told, allowed, words.get(name, name), faults, held)
+    return found
 
 
 def _drives(scene: Scene) -> list[str]:
     return [name for name, drive in zip(drive_names(scene), scene.drives, strict=True) if drive]
-
-
-def _mesh(intervals: int | Sequence[float], faults: Faults) -> Array:
-    """Return where intervals end, shares of time, shape (N + 1,)."""
-    words = "are a number of them, or rising shares of time from 0 to 1, such as [0, 0.25, 1]"
-    try:
-        count = index(intervals)  # type: ignore[arg-type]
-    except TypeError:
-        count = -1
-    if 1 <= count <= MOST:
-        return np.linspace(0.0, 1.0, count + 1)
-    try:
-        mesh = np.asarray(intervals, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        mesh = np.zeros(0)
-    if mesh.ndim == 1 and 2 <= len(mesh) <= MOST and mesh[0] == 0 and mesh[-1] == 1 and np.all(np.diff(mesh) > 0):
-        return mesh
-    faults.add("", f"intervals = {intervals}: they {words}; {MOST} are the most")
-    return np.linspace(0.0, 1.0, 2)
-
-
-def _span(until: float | tuple[float, float], faults: Faults) -> tuple[float, float]:
-    """Return the smallest and the largest time of the end."""
-    least, most = np.broadcast_to(np.asarray(until, np.float64), 2).tolist()
-    if not 0 < least <= most < np.inf:
-        faults.add("", f"until = {until} is no time after the start; give a positive one, or a smaller and a larger")
-        return 1.0, 1.0
-    return least, most
 
 
 def _formulas(

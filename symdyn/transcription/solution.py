@@ -21,16 +21,15 @@ from numpy.typing import NDArray
 
 from symdyn.algebra import Array
 from symdyn.dynamics.mechanism import TIME
-from symdyn.errors import listed
+from symdyn.errors import SimulateError, listed
 from symdyn.graph import gradient, tangents
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene, bind
 from symdyn.shown import Shown
-from symdyn.simulation import Forces, Start, Trajectory, compiled_entries, simulate
-from symdyn.simulation.prescribed import ForceTable
-from symdyn.transcription.grid import Places, Row
+from symdyn.simulation import Forces, Impact, Start, Trajectory, compiled_entries, simulate
+from symdyn.transcription.grid import ROWWISE, Places
 from symdyn.transcription.local import PLACES, Source, appearing, argument_of, inputs_of, symbols_of
-from symdyn.unlocked import cached_property
+from symdyn.transcription.motion import forces_of, impacts_of, phases_of, run_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -42,35 +41,17 @@ Weighing = Mapping[str, float] | Sequence[float] | float | Array | None
 """A weight of states or of drives, as of `lqr`."""
 
 
-@dataclass(frozen=True)
-class Pieces(ForceTable):
-    """A polynomial in each interval, through the values at the stages; t are the ends of the intervals.
-
-    Attributes:
-        c: stages within an interval, 0 … 1.
-        values: at the stages, shape (N, s).
-    """
-
-    c: Row = ()
-    values: Array = field(default_factory=lambda: np.zeros((0, 0)))
-
-    @cached_property
-    def _curve(self) -> Callable[[Array], Array]:
-        from scipy.interpolate import PPoly
-
-        powers = np.vander([float(x) for x in self.c])  # highest first, as PPoly has them
-        widths = np.diff(self.t)
-        found: Callable[[Array], Array] = PPoly(
-            np.linalg.solve(powers, self.values.T) / widths ** np.arange(len(self.c))[::-1, None], self.t
-        )
-        return found
-
-
 def along(problem: Collocation, motion: Trajectory) -> Array:
     """Return z of a motion, shape (size,), by cubic splines between its samples; multipliers are those that fit best.
 
     Slacks are zero, and parameters as the scene has them. Samples at the problem's points stay as they are.
+
+    Raises:
+        SimulateError: the problem has phases, whose velocities jump.
     """
+    if len(problem.schedule) > 1:
+        told = "give the z of a solution with as many intervals: solve(guess=found.z)"
+        raise SimulateError(f"{problem.scene.name}: no smooth curve goes through impacts between phases; {told}")
     from scipy.interpolate import CubicSpline
 
     z, place, grid = problem.guess.copy(), problem.place, problem.grid
@@ -190,17 +171,21 @@ class Solution(Shown):
 
     @property
     def run(self) -> Trajectory:
-        """The motion at all points; accelerations and forces of others than stages lie in between."""
-        problem, grid, scene = self.problem, self.problem.grid, self.scene
-        t, at = self.duration * grid.share, self.duration * grid.share[grid.stage]
-        stages = np.concatenate([self.z[problem.place["a"]], self._forces()], axis=1)
-        n = len(scene.velocities)
-        a, tau, given = np.split(np.stack([np.interp(t, at, x) for x in stages.T], axis=1), [n, 2 * n], axis=1)
-        q, s, u = (self.z[problem.place[kind]] for kind in ("q", "s", "u"))
-        curves = dict(zip(problem.drives, self.forces.tables.values(), strict=True))
-        extra = dict(zip((one.name for one in scene.given), np.hstack([given, s]).T, strict=True))
-        notes = (*problem.notes, self.status)
-        return Trajectory(scene, t, q, u, a, tau, extra, notes=notes, wall=self.wall, curves=curves)
+        """The motion at all points; accelerations and forces of others than stages lie in between.
+
+        Where phases meet there are two rows, before and behind what happens there.
+        """
+        return run_of(self.scene, self.problem, self.z, (*self.problem.notes, self.status), self.wall)
+
+    @property
+    def phases(self) -> tuple[Trajectory, ...]:
+        """The motion of each phase, which goes on where the one before ends; one alone without contacts."""
+        return phases_of(self.run, self.problem)
+
+    @property
+    def impacts(self) -> tuple[Impact, ...]:
+        """What happens at contacts where phases meet, in order, as runs tell it."""
+        return impacts_of(self.problem, self.z)
 
     def plot(self, *names: str | Sequence[str | Sequence[str]], **options: Any) -> Figure:
         """Return a figure of the motion, all as of `Trajectory.plot`."""
@@ -212,14 +197,7 @@ class Solution(Shown):
 
         Where an interval has one stage alone, as in the midpoint rule, a smooth curve goes through those of all.
         """
-        problem, grid = self.problem, self.problem.grid
-        values = self.z[problem.place["force"]]
-        if len(problem.method.c) == 1:
-            t = self.duration * grid.share[grid.stage]
-            return Forces(tables={k: ForceTable(t, x) for k, x in zip(problem.driven, values.T, strict=True)})
-        t = self.duration * grid.share[grid.node]
-        tables = [Pieces(t, np.zeros(len(t)), problem.method.c, x[grid.of]) for x in values.T]
-        return Forces(tables=dict(zip(problem.driven, tables, strict=True)))
+        return forces_of(self.problem, self.z)
 
     def track(self, Q: Weighing = None, R: Weighing = None, end: Weighing = None) -> Feedback:
         """Return the controller that follows the motion: forces and gains over time, by the regulator along it.
@@ -248,17 +226,6 @@ class Solution(Shown):
         start = Start(self.z[place["q"][0]], self.z[place["u"][0]], s=self.z[place["s"][0]])
         options = {"ignore_limits": True} | options
         return simulate(self.scene, forces=self.forces, until=self.duration, start=start, **options)
-
-    def _forces(self) -> Array:
-        """Return all driving forces at the stages, those of prescribed motions as well, and inputs, shape (S, …)."""
-        problem = self.problem
-        count = len(problem.scene.velocities) + len(problem.scene.inputs)
-        found = np.zeros((len(problem.grid.stage), count))
-        found[:, list(problem.driven)] = self.z[problem.place["force"]]
-        led = problem.scene.prescribed_velocities
-        if led:
-            found[:, list(led)] = self.z[problem.place["multiplier"]][:, -len(led) :]
-        return found
 
 
 WEIGHTS = "weights"
@@ -301,7 +268,7 @@ class Lagrangian:
 
     def values(self, z: Array, sigma: float, multipliers: Array) -> Array:
         """Return the entries at z, shape (nonzeros,)."""
-        parts = np.concatenate([np.ravel(part) for part in _parts(self, z, sigma, multipliers)])
+        parts = np.concatenate([np.zeros(0), *(np.ravel(part) for part in _parts(self, z, sigma, multipliers))])
         found: Array = np.bincount(self.merged, parts, len(self.rows)).astype(np.float64)
         return found
 
@@ -324,7 +291,7 @@ def lagrangian(problem: Collocation) -> Lagrangian:
         places.append((sides[0][known], sides[1][known]))
     T = problem.place["T"]
     if len(T):
-        places += [(T[:1], columns.ravel()) for columns in _beside_time(problem)]
+        places += _beside_time(problem)
     pairs = [np.broadcast_arrays(*pair) for pair in places]
     first, second = (np.concatenate([pair[k].ravel() for pair in pairs] or [T]) for k in (0, 1))
     keys = np.maximum(first, second) * problem.size + np.minimum(first, second)
@@ -333,11 +300,12 @@ def lagrangian(problem: Collocation) -> Lagrangian:
     return Lagrangian(problem, rows, columns, bends, wires, merged.ravel())
 
 
-def _beside_time(problem: Collocation) -> list[Places]:
+def _beside_time(problem: Collocation) -> list[tuple[Places, Places]]:
     """Return the unknowns that the length of an interval multiplies: at rates, accelerations and the running cost."""
-    found = [problem.place["a"]]
+    T = problem.place["T"][problem.stage_phases][:, None]
+    found = [(T, problem.place["a"])]
     for columns, known, _ in (problem.wires[name] for name in ("rates", "running") if name in problem.locals):
-        found.append(columns[known])
+        found.append((np.broadcast_to(T, columns.shape)[known], columns[known]))
     return found
 
 
@@ -346,17 +314,16 @@ def _parts(of: Lagrangian, z: Array, sigma: float, multipliers: Array) -> list[A
     by_row = {kind: multipliers[row] for kind, row in problem.row.items()}
     defects, first = by_row["defects"], problem.locals["rates"].size  # of accelerations, behind what has a formula
     shares = -(problem.between[1].T @ defects.ravel()).reshape(len(grid.stage), -1)  # of what T multiplies
-    T = problem.time(z)
+    T = problem.lasting(z, problem.stage_phases, 1)
     weights = {
-        "balance": by_row["balance"],
         "rates": T * shares[:, :first],
-        "held": by_row["held"],
-        "path": by_row["path"],
-        "pull": np.concatenate([np.zeros((1, defects.shape[2])), -defects[:, -1]]),
+        **{name: by_row[name] for name in ROWWISE},
+        "pull": np.zeros((len(grid.node), defects.shape[2])),
         "running": sigma * T * grid.quadrature[:, None],
         "final": np.full((1, 1), sigma),
     }
-    at = {where: problem.at(z, where) for where in ("stage", "node", "end")}
+    weights["pull"][grid.ends] = -defects[:, -1]
+    at = {**{where: problem.at(z, where) for where in ("stage", "end")}, **problem.elsewhere(z)}
     found = []
     for name, one in of.bends.items():
         known, chain = of.wires[name]

@@ -35,8 +35,9 @@ from symdyn.errors import ArgumentError, SimulateError, choice, listed, quoted
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene
 from symdyn.shown import Shown
-from symdyn.transcription.grid import Grid, Method, Places, Slopes, sliced
+from symdyn.transcription.grid import ROWWISE, Grid, Method, Places, Slopes, sliced
 from symdyn.transcription.local import PLACES, Local, Source
+from symdyn.transcription.phases import Phase
 from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
@@ -57,10 +58,10 @@ class Collocation(Shown):
         drives: names of the driving forces, and then of the inputs, that are unknowns.
         driven: their velocities; behind velocities the inputs, as `Forces` counts them.
         place: of each kind of unknown, where it stands in z: "q" (P, nq), "s" (P, ns), "u" (P, nv), "a" (S, nv),
-            "multiplier" (S, m), "force" (S, drives), "slack" (N, slacks), "free" (parameters,), "T" (1,) or (0,) where
-            it is given.
+            "multiplier" (S, m), "contact" (S, rows of contacts), "force" (S, drives), "slack" (N, slacks), "free"
+            (parameters,), "T" (phases,), or (0,) where it is given, "impulse" (phases - 1, all rows).
         row: of each kind of equation, where it stands in g: "balance" (S, nv + m), "defects" (N, R, nq + ns + nv),
-            "held" (N + 1, …), "path" (N + 1, paths).
+            "held" (N + 1, …), "path" (N + 1, paths); of phases see `contact_entries`.
         size, rows: number of unknowns and of equations.
         duration: the time of the end, s; of a free one the middle of its bounds.
         lower, upper: bounds of z, shape (size,).
@@ -68,6 +69,8 @@ class Collocation(Shown):
         guess: z of a straight way from the start to the end, shape (size,).
         source: the functions of one place, and the graph that they were written on.
         notes: what a user should know: how loops closed at the start, where slopes are one-sided, one line each.
+        schedule: the phases; one alone without contacts.
+        law: what is asked where each but the first begins, α, β and ζ of each row, shape (phases - 1, …).
     """
 
     scene: Scene = field(repr=False)
@@ -88,6 +91,8 @@ class Collocation(Shown):
     guess: Array = field(repr=False)
     source: Source = field(repr=False)
     notes: tuple[str, ...] = ()
+    schedule: tuple[Phase, ...] = ()
+    law: Array = field(default_factory=lambda: np.zeros((0, 0)), repr=False)
 
     def __repr__(self) -> str:
         unknown, (given, left) = ", ".join([*self.drives, *self.free]) or "none", self.ends
@@ -152,21 +157,30 @@ class Collocation(Shown):
         """Return g(z), shape (rows,)."""
         self._check(z)
         g = np.empty(self.rows, np.result_type(z, np.float64))
-        stages, nodes = self.at(z, "stage"), self.at_nodes(z)
-        self._part(g, self.row["balance"])[:] = self.locals["balance"].value(stages)
+        at = {"stage": self.at(z, "stage"), **self.elsewhere(z)}
         between, sums = self.between
         defects = self._part(g, self.row["defects"])
-        defects[:] = (between @ z - self.time(z) * (sums @ self.rates(stages))).reshape(defects.shape)
+        rates = (sums @ self.rates(at["stage"])).reshape(defects.shape)
+        defects[:] = (between @ z).reshape(defects.shape) - self.lasting(z, self.interval_phases, 2) * rates
         if "pull" in self.locals:
-            defects[:, -1] -= self.locals["pull"].value(self.behind(nodes))
-        for name in ("held", "path"):
+            defects[:, -1] -= self.locals["pull"].value(self.behind(at["node"]))
+        for name in ROWWISE:
             if name in self.locals:
-                self._part(g, self.row[name])[:] = self.locals[name].value(nodes)
+                self._part(g, self.row[name])[:] = self.locals[name].value(at[PLACES[name]])
+        if len(self.law):
+            kept, joints = z[self.state[:, : self.row["stays"].shape[1]]], self.grid.joints
+            g[self.row["stays"]] = kept[joints] - kept[joints - 1]
+            g[self.row["time"]] = self.time(z)
         return g
 
-    def at_nodes(self, z: Array) -> dict[str, Array]:
-        """Return the unknowns at all nodes, where a function asks for them."""
-        return self.at(z, "node") if any(PLACES[name] == "node" for name in self.locals) else {}
+    def elsewhere(self, z: Array) -> dict[str, dict[str, Array]]:
+        """Return the unknowns at all nodes, and where phases meet, where a function asks for them."""
+        return {where: self.at(z, where) for where in self._elsewhere}
+
+    @cached_property
+    def _elsewhere(self) -> tuple[str, ...]:
+        asked = {PLACES[name] for name in self.locals}
+        return tuple(where for where in ("node", "joint") if where in asked)
 
     @cached_property
     def between(self) -> tuple[csr_array, csr_array]:
@@ -178,7 +192,7 @@ class Collocation(Shown):
 
         grid, shape, y = self.grid, self.row["defects"].shape, self.state
         index = np.arange(self.row["defects"].size).reshape(shape)
-        start = np.broadcast_to(y[grid.node[:-1], None], shape)
+        start = np.broadcast_to(y[self.grid.starts, None], shape)
         columns = np.concatenate([y[grid.target].ravel(), start.ravel()])
         signs = np.repeat([1.0, -1.0], index.size)
         rows = np.concatenate([index.ravel(), index.ravel()])
@@ -190,6 +204,11 @@ class Collocation(Shown):
         weights, at, stages = (np.concatenate([part[k].ravel() for part in parts]) for k in range(3))
         difference = csr_array((signs, (rows, columns)), shape=(index.size, self.size))
         return difference, csr_array((weights, (at, stages)), shape=(index.size, places.size))
+
+    @cached_property
+    def interval_phases(self) -> Places:
+        """The phase of every interval, shape (N,)."""
+        return self.grid.phase[self.grid.starts]
 
     @property
     def state(self) -> Places:
@@ -214,6 +233,7 @@ class Collocation(Shown):
         return {
             "stage": sliced(grid.stage),
             "node": sliced(grid.node),
+            "joint": grid.joints,
             "end": grid.node[-1:],
         }
 
@@ -235,7 +255,7 @@ class Collocation(Shown):
         total: Any = 0.0
         if "running" in self.locals:
             values = self.locals["running"].value(self.at(z, "stage"))[:, 0]
-            total = self.time(z) * (self.grid.quadrature @ values)
+            total = self.weights(z) @ values
         if "final" in self.locals:
             total = total + self.locals["final"].value(self.at(z, "end"))[0, 0]
         return total  # type: ignore[no-any-return]
@@ -245,7 +265,7 @@ class Collocation(Shown):
         self._check(z)
         found = np.zeros(self.size)
         T = self.place["T"]
-        for name, weights in (("running", self.time(z) * self.grid.quadrature), ("final", np.ones(1))):
+        for name, weights in (("running", self.weights(z)), ("final", np.ones(1))):
             if name not in self.locals:
                 continue
             local, at = self.locals[name], self.at(z, PLACES[name])
@@ -253,14 +273,46 @@ class Collocation(Shown):
             slopes = local.slopes(at) * chain * weights[:, None]
             found += np.bincount(columns[known], slopes[known], self.size)
             if name == "running" and len(T):
-                found[T[0]] += self.grid.quadrature @ local.value(at)[:, 0]
+                np.add.at(found, T[self.stage_phases], self.grid.quadrature * local.value(at)[:, 0])
         return found
 
     def time(self, z: Array) -> float:
         """Return the time of the end, s."""
+        takes = self.durations(z)
+        return takes.sum() if len(self.law) else takes[0]  # type: ignore[no-any-return]
+
+    def durations(self, z: Array) -> Array:
+        """Return how long each phase takes, s, shape (phases,)."""
         self._check(z)
         T = self.place["T"]
-        return z[T[0]] if len(T) else self.duration
+        return z[T] if len(T) else self._known
+
+    @cached_property
+    def _known(self) -> Array:
+        return np.array([one.span[0] for one in self.schedule])
+
+    def lasting(self, z: Array, phases: Places, axes: int = 0) -> Any:
+        """Return how long phases take, s, with so many axes of one behind; one number of a problem with one."""
+        takes = self.durations(z)
+        return takes[phases].reshape(-1, *[1] * axes) if len(self.law) else takes[0]
+
+    def weights(self, z: Array) -> Array:
+        """Return the weight of every stage in an integral, s, shape (S,)."""
+        weights: Array = self.lasting(z, self.stage_phases) * self.grid.quadrature
+        return weights
+
+    @cached_property
+    def stage_phases(self) -> Places:
+        """The phase of every stage, shape (S,)."""
+        return self.grid.phase[self.grid.stage]
+
+    def times(self, z: Array) -> Array:
+        """Return the time of every point, s, shape (P,)."""
+        takes = self.durations(z)
+        if not len(self.law):
+            return np.asarray(takes[0] * self.grid.share)
+        began = np.concatenate([[0.0], np.cumsum(takes)[:-1]])
+        return began[self.grid.phase] + takes[self.grid.phase] * self.grid.share
 
     def parameters(self, z: Array) -> dict[str, float]:
         """Return the values of the parameters that are unknowns."""
@@ -278,10 +330,11 @@ class Collocation(Shown):
     def binding(self) -> NDArray[np.bool_]:
         """Whether each equation has an unknown in it that is not given, shape (rows,).
 
-        One that has none holds already, as loops do at a start that closes them; solvers are better without it.
+        One that has none holds already, as loops do at a start that closes them; solvers are better without it, and
+        without one that has no bounds.
         """
-        found = np.zeros(self.rows, dtype=bool)
-        found[self.jacobian_rows[~self.given[self.jacobian_columns]]] = True
+        found = np.isfinite(self.rows_lower) | np.isfinite(self.rows_upper)
+        found[found] = np.isin(np.flatnonzero(found), self.jacobian_rows[~self.given[self.jacobian_columns]])
         return found
 
     @property
@@ -328,10 +381,11 @@ class Collocation(Shown):
         """
         check_arguments(Collocation.column, locals())
         place = self.place
-        if kind not in place and kind != TIME:
+        if kind not in place and kind not in (TIME, "before"):
             raise ArgumentError(f"kind {kind!r} is not known; {choice(kind, (*place, TIME))}")
-        if kind != TIME and not 0 <= k < place[kind].shape[-1]:
-            raise ArgumentError(f"k = {quoted(k)}: there are {place[kind].shape[-1]} of {kind}, counted from 0")
+        count = place["u" if kind == "before" else kind].shape[-1] if kind != TIME else 1
+        if not 0 <= k < count:
+            raise ArgumentError(f"k = {quoted(k)}: there are {count} of {kind}, counted from 0")
         if getattr(points, "dtype", np.dtype(float)).kind not in "iu" or np.any(np.abs(points) >= len(place["q"])):
             raise ArgumentError(f"points = {quoted(points)}: give places of points, as points('node') does")
         if kind == TIME:
@@ -339,37 +393,54 @@ class Collocation(Shown):
         if kind == "free":
             return place["free"][k : k + 1]
         if kind == "slack":
-            return np.concatenate([[-1], place["slack"][:, k]])
+            found: Places = np.full(len(self.grid.node), -1)
+            found[self.grid.ends] = place["slack"][:, k]
+            return found
+        if kind == "before":
+            kind, points = "u", points - 1
         return place[kind][points if kind in ("q", "s", "u") else slice(None), k]
 
     def points(self, where: str) -> Places:
-        """Return the points of all stages or nodes, or the end.
+        """Return the points of all stages or nodes, those where further phases begin, or the end.
 
         Raises:
-            ArgumentError: `where` is neither "stage", "node" nor "end".
+            ArgumentError: `where` is neither "stage", "node", "joint" nor "end".
         """
         self._check_where(where)
-        return {"stage": self.grid.stage, "node": self.grid.node, "end": self.grid.node[-1:]}[where]
+        grid = self.grid
+        return {"stage": grid.stage, "node": grid.node, "joint": grid.joints, "end": grid.node[-1:]}[where]
 
     # Unknowns at places
 
     def at(self, z: Array, where: str) -> dict[str, Array]:
-        """Return the unknowns at all stages or nodes, or at the end, by kind.
+        """Return the unknowns at all stages or nodes, where further phases begin, or at the end, by kind.
 
         Raises:
-            ArgumentError: `where` is neither "stage", "node" nor "end".
+            ArgumentError: `where` is neither "stage", "node", "joint" nor "end".
         """
         self._check(z)
         self._check_where(where)
         place, points = self.place, self._slices[where]
         found = {kind: self._part(z, place[kind])[points] for kind in ("q", "s", "u")}
         if where == "stage":
-            found |= {kind: self._part(z, place[kind]) for kind in ("a", "multiplier", "force")}
+            found |= {kind: self._part(z, place[kind]) for kind in ("a", "multiplier", "contact", "force")}
         if where == "node":
-            found["slack"] = np.concatenate([np.zeros((1, place["slack"].shape[1])), z[place["slack"]]])
+            found["slack"] = np.zeros((len(self.grid.node), place["slack"].shape[1]), z.dtype)
+            found["slack"][self.grid.ends] = z[place["slack"]]
+        if where == "joint":
+            before = self._part(z, place["u"])[self.grid.joints - 1]
+            found |= {"before": before, "impulse": z[place["impulse"]], "law": self.law}
         found["free"] = z[place["free"]]
-        found[TIME] = self.time(z) * self.grid.share[points]
+        found[TIME] = self.times(z)[points]
+        if self.source.written.contacts.touches:
+            found["mode"] = self.modes[self.grid.phase[points]]
         return found
+
+    @cached_property
+    def modes(self) -> Array:
+        """What contacts do in each phase, three numbers of each contact, see `contact_entries`."""
+        contacts = self.source.written.contacts
+        return np.array([one.numbers(contacts) for one in self.schedule])
 
     def _check(self, z: Array) -> None:
         """Raise ArgumentError for what are no unknowns."""
@@ -380,7 +451,6 @@ class Collocation(Shown):
         if not isinstance(where, str) or where not in self._slices:
             raise ArgumentError(f"where = {quoted(where)}: give {', '.join(self._slices)}")
 
-    @staticmethod
-    def behind(nodes: Mapping[str, Array]) -> dict[str, Array]:
-        """Return what holds at all nodes but the first."""
-        return {kind: x if kind == "free" else x[1:] for kind, x in nodes.items()}
+    def behind(self, nodes: Mapping[str, Array]) -> dict[str, Array]:
+        """Return what holds at the ends of intervals."""
+        return {kind: x if kind == "free" else x[self.grid.ends] for kind, x in nodes.items()}

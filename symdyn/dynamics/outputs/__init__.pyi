@@ -2,13 +2,18 @@
 
 from .base_columns import BaseColumns as BaseColumns, Linear as Linear
 from .constrained_outputs import unique as unique
-from .contact_equations import ContactEquations as ContactEquations, contact_equations as contact_equations
+from .contact_equations import (
+    ContactEquations as ContactEquations,
+    contact_equations as contact_equations,
+    dot as dot,
+)
 from .contact_rows import (
     MODE as MODE,
     Row as Row,
     Touch as Touch,
     lacks_modes as lacks_modes,
     touching as touching,
+    unilaterals_of as unilaterals_of,
     with_modes as with_modes,
 )
 from .derivative_outputs import differentiable as differentiable, kinks as kinks

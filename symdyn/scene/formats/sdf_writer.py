@@ -18,7 +18,7 @@ from symdyn.scene.formats.inertias import possible
 from symdyn.scene.formats.placing import Doubles, angle_text, decimal_text, placement, xyz_rpy
 from symdyn.scene.formats.robot_file import INERTIA
 from symdyn.scene.formats.urdf_writer import UrdfWriter, check_writable, element, lost_names, words_of
-from symdyn.scene.joints.blocks import AXIS, ORIENTATION, inverse
+from symdyn.scene.joints.blocks import AXIS, ORIENTATION
 from symdyn.scene.joints.compound_joints import PITCH, SECOND
 from symdyn.scene.values.body import Body, Pose, Step, inverse_steps
 from symdyn.scene.values.joint import Joint
@@ -196,8 +196,8 @@ class SdfWriter(UrdfWriter):
             at[joint.child] = (*at[joint.parent], *joint.origin.steps, *moved, *joint.tip.steps)
         faults = []
         for loop in self.scene.loops:
-            back = (*inverse(loop.origin).steps, *inverse_steps(at[loop.parent]))
-            p, R = placement(Pose((*back, *at[loop.child], *inverse(loop.tip).steps)), self.values)
+            back = (*loop.origin.inverse().steps, *inverse_steps(at[loop.parent]))
+            p, R = placement(Pose((*back, *at[loop.child], *loop.tip.inverse().steps)), self.values)
             gap = [abs(float(x)) for x in p]
             if loop.type == "revolute":
                 axis = [self.value(x) for x in loop.axis]

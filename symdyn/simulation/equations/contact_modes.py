@@ -24,10 +24,10 @@ import numpy.typing as npt
 
 from symdyn.algebra import Array
 from symdyn.dynamics import Function, Workspace
-from symdyn.dynamics.outputs import MODE, ContactEquations, Touch
-from symdyn.errors import SimulateError
+from symdyn.dynamics.outputs import MODE, ContactEquations, Touch, unilaterals_of
+from symdyn.errors import SimulateError, suggestion
 from symdyn.graph import Expr, Op, substitute
-from symdyn.scene import Scene
+from symdyn.scene import Quantity, Scene
 from symdyn.simulation.equations.compiled_routines import function_of
 from symdyn.simulation.equations.complementarity import Case, Laws
 from symdyn.simulation.equations.events import EventKind
@@ -239,6 +239,30 @@ COLUMNS = ("gap", "normal", "friction", *FRICTIONS, "mode")
 """What the columns of a contact begin with."""
 
 
+def column_names(scene: Scene) -> tuple[str, ...]:
+    """Return the columns of contacts that events may name: all but modes, whose changes are events of their own."""
+    return tuple(f"{word}_{one.name}" for one in unilaterals_of(scene) for word in COLUMNS[:-1])
+
+
+def named_columns(c: ContactEquations | None, events: Sequence[Quantity]) -> dict[Expr, Expr]:
+    """Return what stands for the columns of contacts in formulas of events.
+
+    Raises:
+        SimulateError: one is named that there is not, as the friction of what is smooth.
+    """
+    if c is None:
+        return {}
+    graph, found = c.free[0].graph, dict[str, Expr]()
+    for touch, (normal, along) in zip(c.touches, c.parts(c.forces), strict=True):
+        name, pushed = touch.law.name, (*(() if normal is None else (normal,)), *along)
+        found |= {} if normal is None else {f"gap_{name}": touch.gap}
+        found |= zip(column_words(name, normal is not None, len(along)), pushed, strict=True)
+    asked = {f"{word}_{one.law.name}" for one in c.touches for word in COLUMNS} - {*found}
+    for name in (name for one in events for name in one.symbols if name in asked):
+        raise SimulateError(f"event: {name} is no column of this scene; {suggestion(name, found)}")
+    return {graph.symbol(name): one for name, one in found.items()}
+
+
 def check_names(scene: Scene) -> None:
     """Report contacts of one name, and columns of contacts that are called as something else.
 
@@ -258,6 +282,19 @@ def check_names(scene: Scene) -> None:
             raise SimulateError(f"{scene.name}: {told}")
 
 
+def column_words(name: str, touches: bool, along: int) -> tuple[str, ...]:
+    """Return what the columns of the forces of a contact are called, in the order of its rows."""
+    words = FRICTIONS[:along] if along > 1 else ("friction",) * along
+    return tuple(f"{word}_{name}" for word in (*(("normal",) if touches else ()), *words))
+
+
+def change_of(before: Sequence[float], then: Sequence[float], strikes: bool, kind: str) -> str:
+    """Return what a contact is told to do between two modes, "" of nothing; of each closed, sticks and slip."""
+    what = STRIKES if strikes else LIFTS if before[0] > then[0] else ""
+    what = what or (BREAKS if before[1] and then[2] else STOPS if then[1] > before[1] else "")
+    return OF_ROPES.get(what, what) if kind == "slack" else what
+
+
 def columns_of(contacts: Contacts, system: StateEquations, t: Array, x: Array) -> dict[str, Array]:
     """Return gap, forces and mode of every contact over a run, each of shape (N,).
 
@@ -269,10 +306,10 @@ def columns_of(contacts: Contacts, system: StateEquations, t: Array, x: Array) -
     for k, (row, tangents) in enumerate(contacts.rows):
         name = contacts.name(k)
         closed, sticks, slip, yields = contacts.mode(x, k).T
-        if row is not None:
-            found |= {f"gap_{name}": flat[:, k], f"normal_{name}": forces[:, row]}
-        words = ("friction",) if len(tangents) == 1 else FRICTIONS
-        found |= {f"{word}_{name}": forces[:, one] for word, one in zip(words, tangents, strict=False)}
+        found |= {} if row is None else {f"gap_{name}": flat[:, k]}
+        rows = (*(() if row is None else (row,)), *tangents)
+        words = column_words(name, row is not None, len(tangents))
+        found |= {word: forces[:, one] for word, one in zip(words, rows, strict=True)}
         found[f"mode_{name}"] = np.where(slip == 0.0, np.maximum(closed, sticks * (yields > 0)), 2.0 * slip)
     return found
 

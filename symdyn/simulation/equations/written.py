@@ -42,7 +42,7 @@ from symdyn.scene import Quantity, Scene
 from symdyn.scene.forces import FORCES
 from symdyn.scene.values import LETTERS
 from symdyn.simulation.equations.compiled_routines import Kept, acting, compiled, function_of, opened, points, powers
-from symdyn.simulation.equations.contact_modes import contact_parts
+from symdyn.simulation.equations.contact_modes import contact_parts, named_columns
 from symdyn.simulation.equations.events import event_kinds
 from symdyn.simulation.equations.monitors import candidates, limits_of
 from symdyn.simulation.equations.system import StateEquations
@@ -191,7 +191,9 @@ def _written(
         points(w),
         function_of(w, "inputs", [place[one] for one in w.inputs]),
     ]
-    formulas = substitute(moving.expressed(events), place) if events else []
+    formulas = (
+        substitute(substitute(moving.expressed(events), named_columns(touching, events)), place) if events else []
+    )
     bends = _bends(rates, {*w.state.q, *w.state.qd, *w.states, w.graph.symbol(TIME)})
     kinds = event_kinds(w, formulas, bends, limits_of(scene, w.graph, drives), place)
     contacts, own, more = contact_parts(w, touching, place)

@@ -58,12 +58,12 @@ def read_formula(
     return None if unknown else formula
 
 
-def read_seen(scene: Scene, text: object, where: str, faults: Faults) -> Quantity | None:
-    """Return a formula in what can be looked at: `LETTERS`, parameters, outputs; None after a fault."""
+def read_seen(scene: Scene, text: object, where: str, faults: Faults, more: Sequence[str] = ()) -> Quantity | None:
+    """Return a formula in what can be looked at: `LETTERS`, parameters, outputs, and `more`; None after a fault."""
     words = re.findall(r"\w+", formula_text(text))
     parameters = (one.name for one in scene.parameters)
     outputs = {one.name: one.formula for one in scene.outputs} | scene.definitions
-    formula = read_formula(text, (*scene.formula_names(words), *parameters, *outputs), where, faults)
+    formula = read_formula(text, (*scene.formula_names(words), *parameters, *outputs, *more), where, faults)
     if formula is None:
         return None
     seen = substituted(formula, outputs)
