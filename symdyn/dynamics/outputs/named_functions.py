@@ -176,6 +176,7 @@ ARGUMENTS: dict[str, tuple[str, dict[str, str]]] = {  # text, unit by unit of th
     "dqdd_i": ("direction of the independent accelerations", {"rad": "rad/s^2", "m": "m/s^2"}),
     "qd_r": ("reference velocities", {"rad": "rad/s", "m": "m/s"}),
     "qdd_r": ("reference accelerations", {"rad": "rad/s^2", "m": "m/s^2"}),
+    "b": ("right side, a force on each velocity", {unit: force_unit(unit) for unit in ("rad", "m")}),
     "weights": ("weights of the entries of the result, row by row", {"": ""}),
     "mask": ("1 for each contact that is closed, else 0", {"": "1"}),
     "slip": ("direction of the slip of each contact, a sign or a unit vector, 0 where it sticks", {"": "1"}),
@@ -207,6 +208,9 @@ DIRECTIONS = {
 
 OF_INDEPENDENT = {"qi", "ui", "dqi", "dui"}
 """Arguments of the independent velocities of a closed scene, or of the coordinates whose rates they are."""
+
+RIGHT = "b"
+"""The argument of what solves with the mass matrix."""
 
 REFERENCE, REFERENCE_RATE = "qd_r", "qdd_r"
 """Arguments of what goes along a reference motion beside the motion itself."""
@@ -320,7 +324,7 @@ def arguments(workspace: Workspace, names: Sequence[str], weighed: Sequence[str]
             text = f"{text}: {', '.join(str(node.value) for node in independent_symbols(workspace, name[-2:]))}"
         if name in ("qi", "ui"):
             nodes = independent_symbols(workspace, name)
-        elif name in (REFERENCE, REFERENCE_RATE, MOMENTA, *DIRECTIONS.values()):
+        elif name in (REFERENCE, REFERENCE_RATE, MOMENTA, RIGHT, *DIRECTIONS.values()):
             nodes = direction(workspace.graph, name, len(kinds))
         entries = tuple(spelled[kind] for kind in kinds)
         result.append(Argument(name, nodes, text, entries, name == TIME, conventions(scene, name)))

@@ -36,6 +36,7 @@ from symdyn.dynamics.mechanism.tree import build_tree
 from symdyn.dynamics.outputs.constrained_derivatives import ALONG_MANIFOLD, CLOSED, MOTION_RESIDUAL, RESIDUAL, SOLVED
 from symdyn.dynamics.outputs.derivative_outputs import BESIDE, SPELLED, by_parameters, derivatives, differentiable
 from symdyn.dynamics.outputs.directional_outputs import ALONG_ONE
+from symdyn.dynamics.outputs.frame_outputs import IN_FRAMES, MOVING
 from symdyn.dynamics.outputs.output import INVERSE, PLENTY, TREE_NAME, DefaultIn, Output, depths_of
 from symdyn.dynamics.outputs.output_table import OUTPUTS
 from symdyn.dynamics.outputs.tangent_space import COLUMNS, independent_positions, independent_velocities, manifold_of
@@ -212,9 +213,11 @@ def request_of(name: str, scene: Scene) -> str:
     places = [one.name for one in scene.bodies] + [one.name for one in scene.points]
     places += [*(one.name for one in scene.outputs), *(one.name for one in scene.ropes)]
     places += [place for _, colon, place in (one.partition(":") for one in OUTPUTS) if colon]
+    places += [f"{place}:{frame}" for place in places for frame in IN_FRAMES]
     plain = (name, *([name.removeprefix(TREE_NAME)] if scene.is_constrained else []))
-    tried = [name, *plain[1:], *(f"{one.removesuffix(f'_{at}')}:{at}" for one in plain for at in places
-                                 if one.endswith(f"_{at}"))]  # fmt: skip
+    ends = {at: f"_{at.replace(':', '_')}" for at in places}
+    tried = [name, *plain[1:], *(f"{one.removesuffix(end)}:{at}" for one in plain for at, end in ends.items()
+                                 if one.endswith(end))]  # fmt: skip
     for request in dict.fromkeys(tried):
         try:
             row, _ = _row(request, scene)
@@ -238,6 +241,7 @@ def of_place(name: str, by: DefaultIn = "generate") -> list[str]:
 def _row(request: str, scene: Scene | None) -> tuple[Output, str]:
     """Return the same of a request alone."""
     name, _, place = request.partition(":")
+    place, in_frame, frame = place.partition(":")
     closed = scene is not None and scene.is_constrained
     there = {one.removesuffix(f":{place}"): row for one, row in OUTPUTS.items() if place and one.endswith(f":{place}")}
     if row := there.get(name) or of_another(name, there):  # one of the whole scene, such as "reactions:ground"
@@ -246,6 +250,8 @@ def _row(request: str, scene: Scene | None) -> tuple[Output, str]:
     asked = name.removeprefix(TREE_NAME)
     if row is None and asked in OUTPUTS and OUTPUTS[asked].when_constrained == "tree":
         raise DerivationError(f"{name} is what {asked} is called where loops close a scene; ask for {asked}")
+    if row and in_frame:
+        row = _in_frame(name, frame)
     if row is None:
         raise DerivationError(f"there is no output {name!r}; {_those_there(name, closed)}")
     if row.place and not place:
@@ -268,6 +274,22 @@ def _row(request: str, scene: Scene | None) -> tuple[Output, str]:
     if row.place in KINDS:
         check_place(scene, place, KINDS[row.place])
     return row.constrained if scene.is_constrained else row, place
+
+
+def _in_frame(name: str, frame: str) -> Output:
+    """Return the row of an output of how something moves, or of what is asked of such, in a frame.
+
+    Raises:
+        DerivationError: there is no such frame, or the output has none.
+    """
+    rows = IN_FRAMES.get(frame, MOVING)
+    row = rows.get(name) or of_another(name, rows)
+    if row is None:
+        such = ", ".join(f"{one}:NAME" for one in MOVING)
+        raise DerivationError(f"{name} is in no frame that can be chosen; {such} and their derivatives are")
+    if frame not in IN_FRAMES:
+        raise DerivationError(f"{name}: there is no frame {frame!r}; {choice(frame, IN_FRAMES)}")
+    return row
 
 
 def _those_there(name: str, closed: bool) -> str:

@@ -1,0 +1,201 @@
+"""Outputs that solve with the mass matrix, spread forces over redundant rows, or sum up the ground: rows of OUTPUTS.
+
+    M        mass matrix = Lᵀ D L, L unit lower triangular; no entry of L stands between velocities of two branches
+    G, λ     independent rows of loops and their multipliers; G_d those that they imply, = B G
+    λ', μ    multipliers of both of least norm: λ' + Bᵀ μ = λ, so that (1 + B Bᵀ) μ = B λ
+
+Of the same forces, C y with Cᵀ C y = G f has the least norm, where C = [G; G_d] Gᵀ and f = Gᵀ λ: the other formulation.
+
+    f, n_O   force of the ground on all that moves, its moment about the origin: rates of momentum less weight
+    e        up, against gravity
+    p        e × n_O / (f·e), centre of pressure on the plane through the origin across e: no moment along it
+
+References: Featherstone, Rigid Body Dynamics Algorithms (2008), section 6.5; Golub and Van Loan, Matrix Computations
+(2013), section 5.5; Sardain and Bessonnet, Forces acting on a biped robot, IEEE Trans. Syst. Man Cybern. A 34 (2004) 630.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+
+from symdyn.dynamics.loops.constraint_rows import Constraints
+from symdyn.dynamics.loops.partition import solve_normal, squared
+from symdyn.dynamics.mechanism import centroidal
+from symdyn.dynamics.mechanism.linear_solve import Factored, factored, solve
+from symdyn.dynamics.outputs import constrained_outputs, result_labels as labels, tree_formulations as formulations
+from symdyn.dynamics.outputs.named_functions import RIGHT, direction
+from symdyn.dynamics.outputs.output import Formulation, Output, Size, by_differentiation, by_lagrange
+from symdyn.dynamics.outputs.workspace import Workspace
+from symdyn.dynamics.recursive.tree_dynamics import aba
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr
+from symdyn.spatial import add, cross, dot, scale
+
+# The mass matrix
+
+
+def _factors(w: Workspace, by_recursion: bool) -> Factored:
+    if by_recursion:
+        return factored(w.graph, w.tree.velocity_parents(), w.composite_mass)
+    return factored(w.graph, range(-1, w.state.n), w.lagrange_mass)
+
+
+def _inverse(w: Workspace, by_recursion: bool) -> list[Expr]:
+    return formulations.flat(w.once(_factors, by_recursion).inverse())
+
+
+def _lower(w: Workspace, by_recursion: bool) -> list[Expr]:
+    """Return L below the diagonal and D on it, row by row."""
+    found: Factored = w.once(_factors, by_recursion)
+    n, zero = range(w.state.n), w.graph.zero
+    return [found.L[i][j] if j < i else found.pivots[i] if i == j else zero for i in n for j in n]
+
+
+def _right(w: Workspace) -> tuple[Expr, ...]:
+    return direction(w.graph, RIGHT, w.state.n)
+
+
+# Redundant rows
+
+
+def _weights(w: Workspace, G: Sequence[Sequence[Expr]], rows: Constraints, which: Sequence[int]) -> list[list[Expr]]:
+    """Return the rows of B of dependent rows."""
+    transposed = [list(column) for column in zip(*G, strict=True)]
+    square = squared(transposed)
+    total = w.graph.total
+    sides = [[total(a * x for a, x in zip(row, rows.G[k], strict=True)) for k in which] for row in G]
+    return [list(row) for row in zip(*square.solve(sides), strict=True)]
+
+
+def _least(w: Workspace) -> list[Expr]:
+    """Return all multipliers, those of what independent rows imply from their coefficients."""
+    independent, rows, total = w.loops.decisions.independent_rows, w.loops.recursive, w.graph.total
+    found: list[Expr] = list(w.once(constrained_outputs.multipliers))
+    dependent = [k for k in range(len(rows.G)) if k not in independent]
+    if not dependent or not found:
+        return [dict(zip(independent, found, strict=True)).get(k, w.graph.zero) for k in range(len(rows.G))]
+    B, one, zero = _weights(w, w.loops.G(rows), rows, dependent), w.graph.one, w.graph.zero
+    n = range(len(dependent))
+    square = [[total([one if i == j else zero, *(a * b for a, b in zip(B[i], B[j], strict=True))]) for j in n] for i in n]
+    mu = solve(range(-1, len(n)), square, [total(b * x for b, x in zip(row, found, strict=True)) for row in B])
+    kept = [x - total(B[i][k] * mu[i] for i in n) for k, x in enumerate(found)]
+    values = dict(zip((*independent, *dependent), (*kept, *mu), strict=True))
+    return [values[k] for k in range(len(rows.G))]
+
+
+def _lagrange_least(w: Workspace) -> list[Expr]:
+    """Return them from the forces that Lagrange's equations have, in the space of all rows."""
+    rows, total = w.loops.differentiated, w.graph.total
+    G = w.loops.G(rows)
+    if not G:
+        return [w.graph.zero for _ in rows.G]
+    f = w.loops.constraint_forces(w.once(constrained_outputs.lagrange_multipliers), rows)
+    C = [[total(a * b for a, b in zip(every, one, strict=True)) for one in G] for every in rows.G]
+    y = squared(C).solve([[total(a * x for a, x in zip(row, f, strict=True))] for row in G])
+    return [total(c * one[0] for c, one in zip(row, y, strict=True)) for row in C]
+
+
+# What the ground does
+
+
+def _pressure(
+    w: Workspace, centre: Sequence[Expr], matrix: Sequence[Expr], bias: Sequence[Expr], m: Expr
+) -> list[Expr]:
+    g, n = w.tree.gravity, w.state.n
+    square = dot(g, g)
+    if square.is_zero:
+        raise DerivationError(
+            f"{w.scene.name}: there is no centre of pressure without gravity, against which the ground presses"
+        )
+    u = w.state.qdd
+    rates = [w.graph.total([*(matrix[n * k + j] * u[j] for j in range(n)), bias[k]]) for k in range(6)]
+    f = add((rates[0], rates[1], rates[2]), scale(-m, g))
+    about = add(cross((centre[0], centre[1], centre[2]), f), (rates[3], rates[4], rates[5]))
+    return list(scale(1 / dot(f, g), cross(g, about)))
+
+
+def _recursive_pressure(w: Workspace) -> list[Expr]:
+    matrix, bias = centroidal.momentum_matrix(w.scene, w.tree), centroidal.momentum_bias(w.scene, w.tree, w.state)
+    return _pressure(w, centroidal.centre(w.scene, w.tree), matrix, bias, w.mass)
+
+
+def _differentiated_pressure(w: Workspace) -> list[Expr]:
+    scene, graph = w.scene, w.graph
+    matrix = centroidal.differentiated_momentum_matrix(scene, graph)
+    bias = centroidal.differentiated_momentum_bias(scene, graph)
+    return _pressure(w, centroidal.differentiated_centre(scene, graph), matrix, bias, w.mass)
+
+
+# The table
+
+_ON_REQUEST = partial(Output, default_in="request", may_fail="reported")
+_OF_MASS = partial(_ON_REQUEST, when_constrained="tree")
+_SQUARE = (labels.velocities, labels.velocities)
+
+
+def _both(derive: Callable[[Workspace, bool], list[Expr]]) -> dict[str, Formulation]:
+    return {"crba": Formulation(lambda w: derive(w, True)), "lagrange": by_lagrange(lambda w: derive(w, False))}
+
+
+OPERATORS: dict[str, Output] = {
+    "mass_matrix_inverse": _OF_MASS(
+        "inverse of the mass matrix M(q), symmetric",
+        ("q",),
+        "Minv",
+        _SQUARE,
+        "1/(kg m^2), 1/(kg m) or 1/kg",
+        formulations=_both(_inverse),
+        size=Size((0, 40), 1.0),
+    ),
+    "mass_matrix_factors": _OF_MASS(
+        "factors of M(q) = L^T D L: D on the diagonal, below it L, which is 1 on its own; zero between branches",
+        ("q",),
+        "LD",
+        _SQUARE,
+        "D as M, L without or m or 1/m",
+        formulations=_both(_lower),
+        size=Size((0, 30), 0.3),
+    ),
+    "mass_matrix_solve": _OF_MASS(
+        "x that solves M(q) x = b",
+        ("q", RIGHT),
+        "x",
+        (labels.velocities,),
+        "that of b over that of M",
+        formulations={
+            "crba": Formulation(lambda w: solve(w.tree.velocity_parents(), w.composite_mass, _right(w))),
+            "aba": Formulation(
+                lambda w: aba(w.recursion_tree.without_gravity, w.zeros, list(_right(w))), trees_only=True
+            ),
+            "lagrange": by_lagrange(lambda w: solve(range(-1, w.state.n), w.lagrange_mass, _right(w))),
+        },
+        prefer=formulations.cheaper_forward,
+        size=Size((350,)),
+    ),
+    "minimum_norm_multipliers": _ON_REQUEST(
+        "multipliers lambda of all rows of loops, redundant ones too, of least norm among those of the same forces "
+        "G^T lambda; as multipliers, units mixed where rows are",
+        ("q", "qd", "tau"),
+        "lambda",
+        (labels.every_row,),
+        "N or N m",
+        when_constrained="only",
+        formulations={"crba": Formulation(_least), "lagrange": by_lagrange(_lagrange_least)},
+        depends=("independent", "alpha", "beta"),
+    ),
+    "centre_of_pressure": _ON_REQUEST(
+        "centre of pressure of all that the ground exerts, on the plane across gravity through the origin of the "
+        "ground frame: where it has no moment along the plane; without rotors",
+        ("q", "qd", "qdd"),
+        "p",
+        (labels.fixed(*"xyz"),),
+        "m",
+        when_constrained="same",
+        formulations={
+            "recursive": Formulation(_recursive_pressure),
+            "differentiation": by_differentiation(_differentiated_pressure),
+        },
+    ),
+}
+"""Rows of the table of outputs."""
