@@ -177,6 +177,8 @@ ARGUMENTS: dict[str, tuple[str, dict[str, str]]] = {  # text, unit by unit of th
     "qd_r": ("reference velocities", {"rad": "rad/s", "m": "m/s"}),
     "qdd_r": ("reference accelerations", {"rad": "rad/s^2", "m": "m/s^2"}),
     "b": ("right side, a force on each velocity", {unit: force_unit(unit) for unit in ("rad", "m")}),
+    "step": ("displacement along the velocities", {"rad": "rad", "m": "m"}),
+    "q_to": ("joint positions to be reached", {"rad": "rad", "m": "m", "1": "1"}),
     "weights": ("weights of the entries of the result, row by row", {"": ""}),
     "mask": ("1 for each contact that is closed, else 0", {"": "1"}),
     "slip": ("direction of the slip of each contact, a sign or a unit vector, 0 where it sticks", {"": "1"}),
@@ -212,6 +214,9 @@ OF_INDEPENDENT = {"qi", "ui", "dqi", "dui"}
 RIGHT = "b"
 """The argument of what solves with the mass matrix."""
 
+STEP, TO = "step", "q_to"
+"""Arguments of what adds displacements to positions, and takes them apart."""
+
 REFERENCE, REFERENCE_RATE = "qd_r", "qdd_r"
 """Arguments of what goes along a reference motion beside the motion itself."""
 
@@ -241,10 +246,10 @@ BODY_AXES = "velocities v and w of free joints and w of spherical joints are alo
 def conventions(scene: Scene, name: str) -> str:
     """Return the names of the coordinates or velocities, and what they mean where that is not plain; else ""."""
     plain = len(scene.coordinates) == len(scene.velocities)
-    if name == "q":
+    if name in ("q", TO):
         told = scene.coordinates_of_joints() or runs(scene.coordinates)
         return told + ("" if plain else "; quaternions are in the order (w, x, y, z)")
-    if name in ("qd", "dq", "qd_r", "p", "dp") and not plain:
+    if name in ("qd", "dq", "qd_r", "p", "dp", "b", STEP) and not plain:
         return f"{runs(scene.velocities)}; {BODY_AXES}"
     return ""
 
@@ -318,13 +323,13 @@ def arguments(workspace: Workspace, names: Sequence[str], weighed: Sequence[str]
             nodes, entries = direction(workspace.graph, name, len(among)), tuple(spelled[speeds[k]] for k in among)
             result.append(Argument(name, nodes, f"{text}: {told}", entries))
             continue
-        kinds, nodes = units if name == "q" else ["s"] if name == TIME else speeds, symbols.get(name, ())
+        kinds, nodes = units if name in ("q", TO) else ["s"] if name == TIME else speeds, symbols.get(name, ())
         if name in OF_INDEPENDENT:
             kinds = [speeds[k] for k in independent]
             text = f"{text}: {', '.join(str(node.value) for node in independent_symbols(workspace, name[-2:]))}"
         if name in ("qi", "ui"):
             nodes = independent_symbols(workspace, name)
-        elif name in (REFERENCE, REFERENCE_RATE, MOMENTA, RIGHT, *DIRECTIONS.values()):
+        elif name in (REFERENCE, REFERENCE_RATE, MOMENTA, RIGHT, STEP, TO, *DIRECTIONS.values()):
             nodes = direction(workspace.graph, name, len(kinds))
         entries = tuple(spelled[kind] for kind in kinds)
         result.append(Argument(name, nodes, text, entries, name == TIME, conventions(scene, name)))

@@ -16,6 +16,7 @@ from symdyn.dynamics.mechanism.kinematics import has_quaternions, rates_of_place
 from symdyn.dynamics.mechanism.state import has_motion
 from symdyn.dynamics.outputs import recursive_derivatives, result_labels as labels, tree_formulations as formulations
 from symdyn.dynamics.outputs.canonical_outputs import CANONICAL
+from symdyn.dynamics.outputs.configuration_outputs import CONFIGURATIONS
 from symdyn.dynamics.outputs.constrained_outputs import (
     CONSTRAINED_DRIVES,
     CONSTRAINED_FORWARD,
@@ -366,6 +367,7 @@ OUTPUTS: dict[str, Output] = {
     **REACTIONS,
     **CENTROIDAL,
     **OPERATORS,
+    **CONFIGURATIONS,
     **SIGNALS,
     **CONTACTS,
     **REGRESSORS,
