@@ -279,7 +279,6 @@ CONFIGURATIONS: dict[str, Output] = {
         (labels.velocities, _columns("", "step ")),
         f"1, or rad/m; {_LENGTHS}",
         formulations=_swept(_integrate_jacobian),
-        size=Output.size.columns(1.0),
     ),
     "difference_jacobian": _OF_POSITIONS(
         "[derivatives of difference by displacements of q | of q_to], all along the velocities",
@@ -288,7 +287,6 @@ CONFIGURATIONS: dict[str, Output] = {
         (labels.velocities, _columns("", "to ")),
         f"1, or rad/m; {_LENGTHS}",
         formulations=_swept(_difference_jacobian),
-        size=Output.size.columns(1.0),
     ),
 }
 """Rows of the table of outputs."""

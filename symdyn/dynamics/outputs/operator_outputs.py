@@ -171,7 +171,6 @@ OPERATORS: dict[str, Output] = {
             "lagrange": by_lagrange(lambda w: solve(range(-1, w.state.n), w.lagrange_mass, _right(w))),
         },
         prefer=formulations.cheaper_forward,
-        size=Size((350,)),
     ),
     "minimum_norm_multipliers": _ON_REQUEST(
         "multipliers lambda of all rows of loops, redundant ones too, of least norm among those of the same forces "
