@@ -295,6 +295,8 @@ def _in_frame(name: str, frame: str) -> Output:
 def _those_there(name: str, closed: bool) -> str:
     """Return what can be asked for in place of what there is not: of the output whose name it begins with, if any."""
     of = max((one for one in MANY if name.startswith(f"{one}_")), key=len, default="")
+    if of and (near := nearest(name, [one for one in OUTPUTS if one.startswith(f"{of}_")])):
+        return f"did you mean {near}?"
     if of:
         return f"of {of} there are {', '.join(words(of, closed))}"
     there = (*OUTPUTS, *(CLOSED if closed else ()), STATE_MATRICES)
