@@ -273,6 +273,10 @@ def _row(request: str, scene: Scene | None) -> tuple[Output, str]:
         raise DerivationError(f"{request} is about trees; loops or rows close {scene.name}")
     if row.place in KINDS:
         check_place(scene, place, KINDS[row.place])
+    if in_frame and (other := f"{place}_{frame}") in (one.name for one in (*scene.bodies, *scene.points)):
+        raise DerivationError(
+            f"{scene.name}: {request} would be called in code what {name}:{other} is; give {other} another name"
+        )
     return row.constrained if scene.is_constrained else row, place
 
 
