@@ -215,7 +215,7 @@ LOOKED_AT = ("inverse_dynamics", "mass_matrix", "forward_dynamics", "gravity_for
 
 @cache
 def lacking() -> tuple[Scene, ...]:
-    """Return an end without mass or weight, one with a motion before it, a loop that is too far, one with too many drives."""
+    """Return an end without mass or weight, one with a motion before it, a loop too far, one with too many drives."""
     four = scene("four_bar")
     led = read_text(MASSLESS.replace("[joints.b]", 'motion = "2*t"\n[joints.b]'), "led.toml")
     nowhere = read_text(MASSLESS.replace("[bodies.ghost]", "[bodies.ghost]\nfirst_moment = [0, 0, 0]"), "ghost.toml")

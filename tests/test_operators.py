@@ -92,9 +92,7 @@ def test_without_redundant_rows_multipliers_are_those_of_least_norm():
 
 def test_the_centre_of_pressure_is_that_of_the_forces_at_the_corners():
     scene = held(*CORNERS)
-    least, pressure, motion = lambdify(
-        scene, ["minimum_norm_multipliers", "centre_of_pressure", "forward_dynamics"]
-    )
+    least, pressure, motion = lambdify(scene, ["minimum_norm_multipliers", "centre_of_pressure", "forward_dynamics"])
     q, u, tau = state(scene)
     F = least(q, u, tau).reshape(4, 3)
     at = np.array([[*xy, 0] for xy in CORNERS.values()])
@@ -162,3 +160,63 @@ def test_what_cannot_be_asked_for_is_refused_at_once(asked, told, door):
 def test_without_gravity_there_is_no_centre_of_pressure():
     with pytest.raises(DerivationError, match="there is no centre of pressure without gravity"):
         symdyn.dynamics.derive(read_text(LEG.replace('"-9.81"', "0"), "leg.toml"), ["centre_of_pressure"])
+
+
+# Frames and names, limits, manipulability
+
+
+def test_two_functions_never_have_one_name():
+    """A body called foot_local beside the local frame of the foot would have its name in code."""
+    scene = read_text(LEG.replace('"shank"', '"foot_local"').replace("bodies.shank", "bodies.foot_local"), "leg.toml")
+
+    with pytest.raises(
+        DerivationError, match="jacobian:foot:local would be called in code what jacobian:foot_local is"
+    ):
+        symdyn.dynamics.derive(scene, ["jacobian:foot:local"])
+
+
+def test_limits_stand_where_coordinates_and_velocities_do():
+    limited = LEG.replace("[joints.ankle]", '[joints.ankle]\nlimits = { lower = "-a", upper = 0.7, effort = 40 }')
+    scene = read_text(limited.replace("[bodies.trunk]", "[parameters]\na = {}\n[bodies.trunk]"), "leg.toml")
+    found = symdyn.scene.limits(scene, {"a": 0.5})
+
+    assert {key: len(values) for key, values in found.items()} == {"lower": 9, "upper": 9, "velocity": 8, "effort": 8}
+    assert [found["lower"][-1], found["upper"][-1], found["velocity"][-1], found["effort"][-1]] == [
+        -0.5,
+        0.7,
+        np.inf,
+        40,
+    ]
+    assert np.isinf(found["lower"][:-1]).all()
+    with pytest.raises(SymdynError, match=r"leg: joints.ankle: limits.lower depends on a; give values in parameters"):
+        symdyn.scene.limits(scene)
+
+
+def test_manipulability_is_the_root_of_the_determinant():
+    """At a stretched arm it is zero; of many Jacobians at once too."""
+    from symdyn.dynamics import manipulability, singular_values
+
+    scene = symdyn.example("puma560")
+    jacobian = lambdify(scene, "jacobian:tool")
+    J = np.array([jacobian(q) for q in np.random.default_rng(2).uniform(-1, 1, (3, 6))])
+    linear = J[:, :3]
+
+    assert manipulability(J) == pytest.approx(np.sqrt(np.linalg.det(linear @ linear.transpose(0, 2, 1))))
+    assert manipulability(J, "all") == pytest.approx(np.abs(np.linalg.det(J)), abs=1e-12)
+    assert singular_values(J, "angular").shape == (3, 3)
+    assert manipulability([[0, 0], [2, 1]], "all") == pytest.approx(0, abs=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("jacobian", "part", "told"),
+    [
+        (np.eye(6), "liner", r"part = 'liner' is not known; did you mean linear\?"),
+        (np.eye(5), "linear", r"jacobian has shape \(5, 5\); give finite numbers in six rows"),
+        ([1, 2], "all", r"jacobian has shape \(2,\); give finite numbers in rows and columns"),
+        (np.full((6, 2), np.nan), "all", "give finite numbers"),
+        ("J", "all", "give finite numbers"),
+    ],
+)
+def test_what_is_no_jacobian_is_told(jacobian, part, told):
+    with pytest.raises(SymdynError, match=told):
+        symdyn.dynamics.singular_values(jacobian, part)

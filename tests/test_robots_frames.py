@@ -110,9 +110,7 @@ def test_frames_are_those_of_pinocchio(path, floats, name):
 @pytest.mark.parametrize(("path", "floats", "name"), CASES)
 def test_what_solves_with_the_mass_matrix_is_that_of_pinocchio(path, floats, name):
     t = Twins(path, floats)
-    inverse, factors, solve = lambdify(
-        t.scene, ["mass_matrix_inverse", "mass_matrix_factors", "mass_matrix_solve"]
-    )
+    inverse, factors, solve = lambdify(t.scene, ["mass_matrix_inverse", "mass_matrix_factors", "mass_matrix_solve"])
     M = pin.crba(t.model, t.data, t.q_)
     M = np.triu(M) + np.triu(M, 1).T
     LD = factors(t.q)

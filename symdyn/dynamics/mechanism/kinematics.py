@@ -52,7 +52,7 @@ from symdyn.errors import DerivationError, choice
 from symdyn.graph import Expr, Graph, gradient, tangents
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS, joint_motion
-from symdyn.spatial import Transform, Vec, add, cross, scale, sub, zero_vector
+from symdyn.spatial import Transform, Vec, scale, zero_vector
 
 PLACES = {"body": ("bodies",), "body or point": ("bodies", "points")}
 """Where a name is looked for that shall be one of these."""

@@ -234,7 +234,7 @@ _LENGTHS = "rad or m; v and w of quaternions along the moved axes"
 
 
 def _both(derive: Callable[[Workspace, str], list[Expr]]) -> dict[str, Formulation]:
-    return {way: Formulation(lambda w, way=way: derive(w, way)) for way in WAYS}  # type: ignore[misc]
+    return {way: Formulation(lambda w, way=way: derive(w, way)) for way in WAYS}
 
 
 def _swept(derive: Callable[[str, Workspace], list[Expr]]) -> dict[str, Formulation]:

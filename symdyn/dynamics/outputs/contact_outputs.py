@@ -133,7 +133,7 @@ def _impact(w: Workspace, name: str, by_recursion: bool) -> list[Expr]:
     columns = [columns_of(w, free, row) for row in rows]
     D = [[dot(row.entries, column) for column in columns] for row in rows]
     if D[0][0].is_zero:
-        raise DerivationError(f"{w.scene.name}: contacts.{name}: nothing moves along its normal, so that nothing strikes")
+        raise DerivationError(f"{w.scene.name}: contacts.{name}: nothing moves along its normal, nothing strikes")
     v = [dot(row.entries, w.state.qd) for row in rows]
     e, zero, one = touch.restitution, w.graph.zero, w.graph.one
     if touch.law.law == "newton":

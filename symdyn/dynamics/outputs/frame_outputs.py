@@ -25,7 +25,9 @@ WORDS = {
 _MOVES = partial(Output, when_constrained="same", place="point")
 
 
-def _both(recursive: Callable[..., list[Expr]], by_rates: Callable[..., list[Expr]], frame: str) -> dict[str, Formulation]:
+def _both(
+    recursive: Callable[..., list[Expr]], by_rates: Callable[..., list[Expr]], frame: str
+) -> dict[str, Formulation]:
     """Return the two formulations of how a frame moves."""
     return {
         "recursive": Formulation(lambda w, name: recursive(w.scene, w.tree, w.state, name, frame)),

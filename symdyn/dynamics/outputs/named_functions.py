@@ -184,17 +184,13 @@ ARGUMENTS: dict[str, tuple[str, dict[str, str]]] = {  # text, unit by unit of th
     "slip": ("direction of the slip of each contact, a sign or a unit vector, 0 where it sticks", {"": "1"}),
 }
 
-MODES = ("mask", "slip")
-"""Arguments that say the mode of every contact."""
+MODES = ("mask", "slip")  # of every contact
 
 ALONG_MANIFOLD = {"q": "dq_i", "qd": "dqd_i", "qdd": "dqdd_i", "tau": "dtau"}
 """The same of closed scenes, where dependent positions, velocities and accelerations move along."""
 
-MOMENTA = "p"
-"""The argument of what takes momenta in place of velocities."""
-
-MULTIPLIERS = "multipliers"
-"""The argument of what takes the multipliers as given."""
+MOMENTA, MULTIPLIERS = "p", "multipliers"
+"""Arguments of what takes momenta in place of velocities, and the multipliers as given."""
 
 DIRECTIONS = {
     "q": "dq",
@@ -211,11 +207,8 @@ DIRECTIONS = {
 OF_INDEPENDENT = {"qi", "ui", "dqi", "dui"}
 """Arguments of the independent velocities of a closed scene, or of the coordinates whose rates they are."""
 
-RIGHT = "b"
-"""The argument of what solves with the mass matrix."""
-
-STEP, TO = "step", "q_to"
-"""Arguments of what adds displacements to positions, and takes them apart."""
+RIGHT, STEP, TO = "b", "step", "q_to"
+"""Arguments of what solves with the mass matrix, adds displacements to positions, and takes them apart."""
 
 REFERENCE, REFERENCE_RATE = "qd_r", "qdd_r"
 """Arguments of what goes along a reference motion beside the motion itself."""

@@ -11,7 +11,7 @@ Of the same forces, C y with Cᵀ C y = G f has the least norm, where C = [G; G_
     p        e × n_O / (f·e), centre of pressure on the plane through the origin across e: no moment along it
 
 References: Featherstone, Rigid Body Dynamics Algorithms (2008), section 6.5; Golub and Van Loan, Matrix Computations
-(2013), section 5.5; Sardain and Bessonnet, Forces acting on a biped robot, IEEE Trans. Syst. Man Cybern. A 34 (2004) 630.
+(2013), section 5.5; Sardain and Bessonnet, Forces acting on a biped robot, IEEE Trans. SMC A 34 (2004) 630.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 
 from symdyn.dynamics.loops.constraint_rows import Constraints
-from symdyn.dynamics.loops.partition import solve_normal, squared
+from symdyn.dynamics.loops.partition import squared
 from symdyn.dynamics.mechanism import centroidal
 from symdyn.dynamics.mechanism.linear_solve import Factored, factored, solve
 from symdyn.dynamics.outputs import constrained_outputs, result_labels as labels, tree_formulations as formulations
@@ -77,7 +77,9 @@ def _least(w: Workspace) -> list[Expr]:
         return [dict(zip(independent, found, strict=True)).get(k, w.graph.zero) for k in range(len(rows.G))]
     B, one, zero = _weights(w, w.loops.G(rows), rows, dependent), w.graph.one, w.graph.zero
     n = range(len(dependent))
-    square = [[total([one if i == j else zero, *(a * b for a, b in zip(B[i], B[j], strict=True))]) for j in n] for i in n]
+    square = [
+        [total([one if i == j else zero, *(a * b for a, b in zip(B[i], B[j], strict=True))]) for j in n] for i in n
+    ]
     mu = solve(range(-1, len(n)), square, [total(b * x for b, x in zip(row, found, strict=True)) for row in B])
     kept = [x - total(B[i][k] * mu[i] for i in n) for k, x in enumerate(found)]
     values = dict(zip((*independent, *dependent), (*kept, *mu), strict=True))

@@ -251,7 +251,13 @@ def _row(request: str, scene: Scene | None) -> tuple[Output, str]:
     if row is None and asked in OUTPUTS and OUTPUTS[asked].when_constrained == "tree":
         raise DerivationError(f"{name} is what {asked} is called where loops close a scene; ask for {asked}")
     if row and in_frame:
-        row = _in_frame(name, frame)
+        rows = IN_FRAMES.get(frame, MOVING)
+        row = rows.get(name) or of_another(name, rows)
+        if row is None:
+            such = ", ".join(f"{one}:NAME" for one in MOVING)
+            raise DerivationError(f"{name} is in no frame that can be chosen; {such} and their derivatives are")
+        if frame not in IN_FRAMES:
+            raise DerivationError(f"{name}: there is no frame {frame!r}; {choice(frame, IN_FRAMES)}")
     if row is None:
         raise DerivationError(f"there is no output {name!r}; {_those_there(name, closed)}")
     if row.place and not place:
@@ -273,27 +279,13 @@ def _row(request: str, scene: Scene | None) -> tuple[Output, str]:
         raise DerivationError(f"{request} is about trees; loops or rows close {scene.name}")
     if row.place in KINDS:
         check_place(scene, place, KINDS[row.place])
-    if in_frame and (other := f"{place}_{frame}") in (one.name for one in (*scene.bodies, *scene.points)):
+    if in_frame and (other := f"{place}_{frame}") in [one.name for one in scene.bodies] + [
+        one.name for one in scene.points
+    ]:
         raise DerivationError(
             f"{scene.name}: {request} would be called in code what {name}:{other} is; give {other} another name"
         )
     return row.constrained if scene.is_constrained else row, place
-
-
-def _in_frame(name: str, frame: str) -> Output:
-    """Return the row of an output of how something moves, or of what is asked of such, in a frame.
-
-    Raises:
-        DerivationError: there is no such frame, or the output has none.
-    """
-    rows = IN_FRAMES.get(frame, MOVING)
-    row = rows.get(name) or of_another(name, rows)
-    if row is None:
-        such = ", ".join(f"{one}:NAME" for one in MOVING)
-        raise DerivationError(f"{name} is in no frame that can be chosen; {such} and their derivatives are")
-    if frame not in IN_FRAMES:
-        raise DerivationError(f"{name}: there is no frame {frame!r}; {choice(frame, IN_FRAMES)}")
-    return row
 
 
 def _those_there(name: str, closed: bool) -> str:
