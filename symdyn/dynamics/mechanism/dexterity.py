@@ -47,8 +47,13 @@ def singular_values(jacobian: Any, part: str = "linear") -> Any:
 def manipulability(jacobian: Any, part: str = "linear") -> Any:
     """Return Yoshikawa's measure of Jacobians, shape (...): √det(J Jᵀ), the product of `singular_values`.
 
-    It is zero where the hand loses a direction, and always for more rows than it can move along: of a planar arm give
-    two, as in `manipulability(J[:2], "all")`.
+    >>> from symdyn.dynamics import manipulability
+    >>> round(float(manipulability([[-1, -1], [1, 0]], "all")), 12)
+    1.0
+
+    Args:
+        jacobian, part: as of `singular_values`, with its errors; of a planar arm give the rows along which it moves,
+            `manipulability(J[:2], "all")`, since a row of zeros makes it zero.
     """
     import numpy as np
 
