@@ -175,6 +175,23 @@ def test_two_functions_never_have_one_name():
         symdyn.dynamics.derive(scene, ["jacobian:foot:local"])
 
 
+def test_a_ball_turns_by_the_exponential_of_its_group():
+    """A quaternion behind other coordinates, steps of any length, and half a turn: the sign of the axis is free."""
+    top = symdyn.example("heavy_top")
+    integrate, difference, by_step = lambdify(top, ["integrate", "difference", "integrate_jacobian"])
+    e = np.array([0.5, 0.5, -0.5, 0.5])
+    for step in np.array([[0.3, -2, 1], [1e-9, 0, 2e-9], [0, 0, 0], [0.2, 0.05, -0.1], [0, 0.25, 0]]):
+        after = integrate(e, step)
+        A, J = np.split(by_step(e, step), 2, axis=1)
+        assert after @ after == pytest.approx(1, abs=1e-15)
+        assert difference(e, after) == pytest.approx(step, abs=1e-14)
+        assert difference(e, -after) == pytest.approx(step, abs=1e-14)
+        assert A @ step == pytest.approx(step, abs=1e-14)
+        assert J @ step == pytest.approx(step, abs=1e-14)
+        assert np.allclose(A @ A.T, np.eye(3), rtol=0, atol=1e-14)
+    assert np.abs(difference([1, 0, 0, 0], [0, 0, 1, 0])) == pytest.approx([0, np.pi, 0], abs=1e-15)
+
+
 def test_limits_stand_where_coordinates_and_velocities_do():
     limited = LEG.replace("[joints.ankle]", '[joints.ankle]\nlimits = { lower = "-a", upper = 0.7, effort = 40 }')
     scene = read_text(limited.replace("[bodies.trunk]", "[parameters]\na = {}\n[bodies.trunk]"), "leg.toml")

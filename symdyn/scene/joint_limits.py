@@ -9,7 +9,7 @@ from typing import Any
 from symdyn.arguments import check_arguments
 from symdyn.errors import SceneError, listed
 from symdyn.scene.scene_files import SceneLike, scene_of
-from symdyn.scene.values.quantity import FormulaError
+from symdyn.scene.values.quantity import Quantity
 
 KEYS = {"lower": -inf, "upper": inf, "velocity": inf, "effort": inf}
 
@@ -31,7 +31,7 @@ def limits(scene: SceneLike, parameters: Mapping[str, Any] | None = None) -> dic
         driving force, N m or N, shape (nv,). `scene.order(names)` says where another tool has them.
 
     Raises:
-        SceneError: the file has faults, or a limit names a parameter without a value, or has none.
+        SceneError: the file has faults, or a limit names a parameter without a value.
     """
     import numpy as np
 
@@ -39,21 +39,15 @@ def limits(scene: SceneLike, parameters: Mapping[str, Any] | None = None) -> dic
     scene = scene_of(scene, parameters)
     known = {x.name: number for x in scene.parameters if x.value is not None and (number := x.value.at({})) is not None}
     found: dict[str, list[float]] = {key: [] for key in KEYS}
-    faults = []
     for joint in scene.moving:
         alone = len(joint.coordinates) == len(joint.rates) == 1
         for key, none in KEYS.items():
-            formula, number = getattr(joint.limits, key) if alone else None, None
-            where = f"{scene.name}: joints.{joint.name}: limits.{key}"
-            try:
-                number = none if formula is None else formula.at(known)
-            except FormulaError as fault:
-                faults.append(f"{where} {fault}")
-            else:
-                free = [name for name in formula.symbols if name not in known] if formula is not None else []
-                faults += [f"{where} depends on {listed(free)}; give values in parameters"] * bool(free)
+            formula: Quantity | None = getattr(joint.limits, key) if alone else None
+            number = none if formula is None else formula.at(known)
+            if formula is not None and number is None:
+                free = listed([name for name in formula.symbols if name not in known])
+                where = f"{scene.name}: joints.{joint.name}: limits.{key}"
+                raise SceneError(f"{where} depends on {free}; give values in parameters")
             count = len(joint.coordinates if key in ("lower", "upper") else joint.rates)
-            found[key] += [none if number is None else float(number)] * count
-    if faults:
-        raise SceneError(faults)
+            found[key] += [float(number)] * count
     return {key: np.array(values) for key, values in found.items()}

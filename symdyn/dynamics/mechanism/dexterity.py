@@ -52,8 +52,8 @@ def manipulability(jacobian: Any, part: str = "linear") -> Any:
     1.0
 
     Args:
-        jacobian, part: as of `singular_values`, with its errors; of a planar arm give the rows along which it moves,
-            `manipulability(J[:2], "all")`, since a row of zeros makes it zero.
+        jacobian: likewise; of a planar arm the rows along which it moves, `manipulability(J[:2], "all")`.
+        part: likewise, with the same errors.
     """
     import numpy as np
 

@@ -34,40 +34,21 @@ FRAMES = ("aligned", "local", "world")
 # By differentiation
 
 
-def _differentiated(scene: Scene, name: str, graph: Graph, frame: str) -> tuple[list[Expr], State]:
-    """Return V, shape (6,), and the state that it is a function of."""
+def differentiated(scene: Scene, name: str, graph: Graph, frame: str) -> list[Expr]:
+    """Return V, shape (6,), of v = ṗ and ω̃ = Ṙ Rᵀ."""
     T, state = placed(scene, name, graph), State.of(scene, graph)
     x, y, z = tangents(T.p, state.velocity)
     v, w = (x, y, z), T.R.spin([tangents(row, state.velocity) for row in T.R])
     if frame == "local":
         v, w = T.R.T @ v, T.R.T @ w
-    if frame == "world":
-        v = add(v, cross(T.p, w))
-    return [*v, *w], state
-
-
-def differentiated_velocity(scene: Scene, name: str, graph: Graph, frame: str) -> list[Expr]:
-    """Return V, shape (6,): v = ṗ, ω̃ = Ṙ Rᵀ."""
-    return _differentiated(scene, name, graph, frame)[0]
+    return [*(add(v, cross(T.p, w)) if frame == "world" else v), *w]
 
 
 def differentiated_jacobian(scene: Scene, name: str, graph: Graph, frame: str) -> list[Expr]:
     """Return J with V = J u, row by row, shape (6, n)."""
-    twist, state = _differentiated(scene, name, graph, frame)
-    columns = [tangents(twist, {qd: graph.one}) for qd in state.qd]
+    twist = differentiated(scene, name, graph, frame)
+    columns = [tangents(twist, {qd: graph.one}) for qd in State.of(scene, graph).qd]
     return [column[k] for k in range(6) for column in columns]
-
-
-def differentiated_velocity_product(scene: Scene, name: str, graph: Graph, frame: str) -> list[Expr]:
-    """Return J̇ u, shape (6,): V̇ at u̇ = 0."""
-    twist, state = _differentiated(scene, name, graph, frame)
-    return tangents(twist, state.velocity)
-
-
-def differentiated_acceleration(scene: Scene, name: str, graph: Graph, frame: str) -> list[Expr]:
-    """Return V̇, shape (6,)."""
-    twist, state = _differentiated(scene, name, graph, frame)
-    return tangents(twist, state.acceleration)
 
 
 # Recursive
@@ -96,31 +77,21 @@ def jacobian(scene: Scene, tree: Tree, state: State, name: str, frame: str) -> l
 def velocity(scene: Scene, tree: Tree, state: State, name: str, frame: str) -> list[Expr]:
     """Return V, shape (6,)."""
     carrier, here, T = _carried(scene, tree, name)
-    motion = tree.motion(state.qd, [tree.graph.zero] * tree.n, zero_vector(tree.graph))
-    w = motion[carrier].w
-    v = _speed(tree, state.qd, carrier, here.p)
+    v, w = _twist(tree, state.qd, carrier, here.p)
     if frame == "local":
         return [*here.R.T @ v, *here.R.T @ w]
     v, w = T.R @ v, T.R @ w
     return [*(add(v, cross(T.point(here.p), w)) if frame == "world" else v), *w]
 
 
-def velocity_product(scene: Scene, tree: Tree, state: State, name: str, frame: str) -> list[Expr]:
-    """Return J̇ u, shape (6,): V̇ at u̇ = 0."""
-    return _rate(scene, tree, state, [tree.graph.zero] * tree.n, name, frame)
-
-
-def acceleration(scene: Scene, tree: Tree, state: State, name: str, frame: str) -> list[Expr]:
-    """Return V̇, shape (6,)."""
-    return _rate(scene, tree, state, state.qdd, name, frame)
-
-
-def _rate(scene: Scene, tree: Tree, state: State, qdd: Sequence[Expr], name: str, frame: str) -> list[Expr]:
+def acceleration(scene: Scene, tree: Tree, state: State, name: str, frame: str, qdd: Sequence[Expr] = ()) -> list[Expr]:
+    """Return V̇, shape (6,); J̇ u without the rates u̇ of the velocities."""
     carrier, here, T = _carried(scene, tree, name)
-    motion = tree.motion(state.qd, qdd, zero_vector(tree.graph))[carrier]
+    zero = tree.graph.zero
+    motion = tree.motion(state.qd, qdd or [zero] * tree.n, (zero, zero, zero))[carrier]
     a, dw = motion.at(here.p), motion.dw
     if frame != "aligned":
-        a = add(a, cross(_speed(tree, state.qd, carrier, here.p), motion.w))
+        a = add(a, cross(_twist(tree, state.qd, carrier, here.p)[0], motion.w))
     if frame == "local":
         return [*here.R.T @ a, *here.R.T @ dw]
     a, dw = T.R @ a, T.R @ dw
@@ -134,11 +105,11 @@ def _carried(scene: Scene, tree: Tree, name: str) -> tuple[int, Transform, Trans
     return carrier, home @ local, tree.placements()[carrier]
 
 
-def _speed(tree: Tree, qd: Sequence[Expr], carrier: int, r: Vec) -> Vec:
-    """Return the velocity of the point r of a moving body, in the body's axes, m/s."""
+def _twist(tree: Tree, qd: Sequence[Expr], carrier: int, r: Vec) -> tuple[Vec, Vec]:
+    """Return the velocity of the point r of a moving body, m/s, and its angular velocity, in the body's axes."""
     rate, v, w = tree.rates(qd), zero_vector(tree.graph), zero_vector(tree.graph)
-    for i in [*tree.paths(0, carrier)[1]]:
+    for i in tree.paths(0, carrier)[1]:
         (z, s), E = tree.S[i], tree.T[i].R
         v = add(E.T @ add(v, cross(w, tree.T[i].p)), scale(rate[i], s))
         w = add(E.T @ w, scale(rate[i], z))
-    return add(v, cross(w, r))
+    return add(v, cross(w, r)), w

@@ -27,6 +27,7 @@ from functools import partial
 from itertools import islice
 
 from symdyn.dynamics.outputs import result_labels as labels
+from symdyn.dynamics.outputs.contact_outputs import where
 from symdyn.dynamics.outputs.named_functions import STEP, TO, direction
 from symdyn.dynamics.outputs.output import Formulation, Output
 from symdyn.dynamics.outputs.tangent_space import COLUMNS, SWEEPS
@@ -53,33 +54,29 @@ def _series(x: Expr, coefficients: Sequence[Fraction]) -> Expr:
     return total
 
 
-def _where(condition: Expr, positive: Expr, otherwise: Expr) -> Expr:
-    return condition.graph.function(Op.SELECT, condition, positive, otherwise)
-
-
 def _half(square: Expr) -> tuple[Expr, Expr, Expr]:
     """Return cos θ/2, S and A of θ²."""
     graph, far = square.graph, square - square.graph.constant(NEAR[0])
-    x = _where(far, square, graph.one)  # a root has no slope at zero
+    x = where(far, square, graph.one)  # a root has no slope at zero
     theta = graph.sqrt(x)
     s, c = graph.sin(theta / 2) / theta, graph.cos(theta / 2)
-    found = (c, COS), (s, SIN), ((1 - 2 * s * c) / x, REST)
-    one, two, three = (_where(far, closed, _series(square, near)) for closed, near in found)
-    return one, two, three
+    ways = (c, COS), (s, SIN), ((1 - 2 * s * c) / x, REST)
+    c, s, a = (where(far, closed, _series(square, near)) for closed, near in ways)
+    return c, s, a
 
 
 def _back(c: Expr, n: Vec) -> tuple[Expr, Callable[[Vec], Expr]]:
     """Return F, and B of ω."""
     graph, square = c.graph, dot(n, n)
     far = square - graph.constant(NEAR[1]) * c * c
-    x, near = _where(far, square, graph.one), _where(far, graph.one, c)
+    x, near = where(far, square, graph.one), where(far, graph.one, c)
     s = graph.sqrt(x)
     angle = graph.function(Op.ATAN2, 2 * s * c, c * c - x)  # 2 atan(s/c), where c is zero, too
-    F = _where(far, angle / s, _series(square / (near * near), ATAN) / near)
+    F = where(far, angle / s, _series(square / (near * near), ATAN) / near)
 
     def B(omega: Vec) -> Expr:
         theta = dot(omega, omega)
-        return _where(far, (1 - F * c / 2) / _where(far, theta, graph.one), _series(theta, BACK))
+        return where(far, (1 - F * c / 2) / where(far, theta, graph.one), _series(theta, BACK))
 
     return F, B
 
@@ -90,12 +87,7 @@ def _moved(v: Vec, omega: Vec, once: Expr, twice: Expr) -> Vec:
     return add(v, add(scale(once, across), scale(twice, cross(omega, across))))
 
 
-# The parts of joints
-
-Parts = Iterator[tuple[list[int], list[int], bool]]
-
-
-def _parts(w: Workspace) -> Parts:
+def _parts(w: Workspace) -> Iterator[tuple[list[int], list[int], bool]]:
     """Yield the numbers of coordinates and of velocities of every part, and whether it has a quaternion."""
     q, u = iter(range(len(w.state.q))), iter(range(w.state.n))
     for joint in w.scene.moving:
@@ -135,17 +127,9 @@ def _by_rates(w: Workspace) -> tuple[Rates, Rates]:
 WAYS = {"quaternions": _by_products, "rates": _by_rates}
 
 
-def _step(w: Workspace) -> tuple[Expr, ...]:
-    return direction(w.graph, STEP, w.state.n)
-
-
-def _to(w: Workspace) -> tuple[Expr, ...]:
-    return direction(w.graph, TO, len(w.state.q))
-
-
 def _integrate(w: Workspace, way: str) -> list[Expr]:
     """Return q ⊕ d, shape (nq,)."""
-    q, d, (turned, slid) = w.state.q, _step(w), WAYS[way](w)
+    q, d, (turned, slid) = w.state.q, direction(w.graph, STEP, w.state.n), WAYS[way](w)
     found: list[Expr] = []
     for at, along, turns in _parts(w):
         if not turns:
@@ -170,7 +154,8 @@ def _transposed(rates: Rates, graph: Graph, at: Sequence[int], along: Sequence[i
 
 def _difference(w: Workspace, way: str) -> list[Expr]:
     """Return q' ⊖ q, shape (nv,)."""
-    q, to, graph, (turned, slid) = w.state.q, _to(w), w.graph, WAYS[way](w)
+    q, graph, (turned, slid) = w.state.q, w.graph, WAYS[way](w)
+    to = direction(graph, TO, len(q))
     found: list[Expr] = []
     for at, along, turns in _parts(w):
         if not turns:
@@ -192,36 +177,28 @@ def _difference(w: Workspace, way: str) -> list[Expr]:
 # Derivatives
 
 
-def _along(w: Workspace, to: bool) -> list[dict[Expr, Expr]]:
-    """Return the directions of the velocities at q, or at q'."""
-    ways = list(w.directions.along)
-    if not to:
-        return ways
-    put = dict(zip(w.state.q, _to(w), strict=True))
-    moved = [substitute(list(way.values()), put) for way in ways]
-    return [dict(zip((put[x] for x in way), some, strict=True)) for way, some in zip(ways, moved, strict=True)]
-
-
 def _integrate_jacobian(sweep: str, w: Workspace) -> list[Expr]:
     """Return [∂/∂q | ∂/∂d] of q ⊕ d row by row, shape (nv, 2 nv): rates of coordinates there, as velocities."""
     graph, found = w.graph, w.once(_integrate, "quaternions")
-    seeds = [*w.directions.along, *({one: graph.one} for one in _step(w))]
-    width = len(seeds)
-    flat = SWEEPS[sweep](found, seeds)
+    seeds = [*w.directions.along, *({one: graph.one} for one in direction(graph, STEP, w.state.n))]
+    flat, width = SWEEPS[sweep](found, seeds), len(seeds)
     rates = [flat[k * width : (k + 1) * width] for k in range(len(found))]
     there = [substitute(list(way.values()), dict(zip(w.state.q, found, strict=True))) for way in w.directions.along]
     number = {q: k for k, q in enumerate(w.state.q)}
     entries: list[Expr] = []
     for way, values in zip(w.directions.along, there, strict=True):
-        turns = len(way) == 4  # |H ω|² = ω²/4 of a quaternion, the columns of all else are of length one
-        pairs = [(number[q], h * (4 if turns else 1)) for q, h in zip(way, values, strict=True)]
+        square = 4 if len(way) == 4 else 1  # |H ω|² = ω²/4 of a quaternion, the columns of all else are of length one
+        pairs = [(number[q], h * square) for q, h in zip(way, values, strict=True)]
         entries += [graph.total(h * rates[k][j] for k, h in pairs) for j in range(width)]
     return entries
 
 
 def _difference_jacobian(sweep: str, w: Workspace) -> list[Expr]:
     """Return [∂/∂q | ∂/∂q'] of q' ⊖ q row by row, shape (nv, 2 nv)."""
-    return SWEEPS[sweep](w.once(_difference, "quaternions"), [*_along(w, False), *_along(w, True)])
+    ways, q = w.directions.along, w.state.q
+    put = dict(zip(q, direction(w.graph, TO, len(q)), strict=True))
+    there = [dict(zip((put[x] for x in way), substitute(list(way.values()), put), strict=True)) for way in ways]
+    return SWEEPS[sweep](w.once(_difference, "quaternions"), [*ways, *there])
 
 
 def _neutral(w: Workspace) -> list[Expr]:
@@ -229,8 +206,8 @@ def _neutral(w: Workspace) -> list[Expr]:
     return [w.graph.one if q in firsts else w.graph.zero for q in w.state.q]
 
 
-_OF_POSITIONS = partial(Output, when_constrained="same", default_in="request")
-_LENGTHS = "rad or m; v and w of quaternions along the moved axes"
+_row = partial(Output, when_constrained="same", default_in="request")
+_DISPLACED = "rad or m; v and w of quaternions along the moved axes"
 
 
 def _both(derive: Callable[[Workspace, str], list[Expr]]) -> dict[str, Formulation]:
@@ -241,52 +218,35 @@ def _swept(derive: Callable[[str, Workspace], list[Expr]]) -> dict[str, Formulat
     return {sweep: Formulation(partial(derive, sweep)) for sweep in SWEEPS}
 
 
-def _columns(*after: str) -> labels.Axis:
-    return lambda w: tuple(f"{word}{name}" for word in after for name in COLUMNS["q"](w))
+def _square(second: str) -> tuple[labels.Axis, labels.Axis]:
+    columns = COLUMNS["q"]
+    return labels.velocities, lambda w: (*columns(w), *(f"{second} {name}" for name in columns(w)))
 
 
 CONFIGURATIONS: dict[str, Output] = {
-    "neutral": _OF_POSITIONS(
+    "neutral": _row(
         "neutral positions: zeros, and quaternions without rotation",
-        (),
-        "q_0",
-        (labels.coordinates,),
-        "rad, m, or 1 for a quaternion",
+        (), "q_0", (labels.coordinates,), "rad, m, or 1 for a quaternion",
         formulations={"joints": Formulation(_neutral)},
     ),
-    "integrate": _OF_POSITIONS(
+    "integrate": _row(
         "positions after unit time at the velocities step, each joint's kept in its own axes: q + step but for "
         "quaternions and positions of free joints, those along the exponential of the group",
-        ("q", STEP),
-        "q_new",
-        (labels.coordinates,),
-        "rad, m, or 1 for a quaternion",
+        ("q", STEP), "q_new", (labels.coordinates,), "rad, m, or 1 for a quaternion",
         formulations=_both(_integrate),
     ),
-    "difference": _OF_POSITIONS(
+    "difference": _row(
         "displacement along the velocities that takes q to q_to, by the logarithm of the group where there are "
         "quaternions, at most half a turn; q_to - q elsewhere",
-        ("q", TO),
-        "d",
-        (labels.velocities,),
-        _LENGTHS,
-        formulations=_both(_difference),
+        ("q", TO), "d", (labels.velocities,), _DISPLACED, formulations=_both(_difference),
     ),
-    "integrate_jacobian": _OF_POSITIONS(
+    "integrate_jacobian": _row(
         "[displacement of the result of integrate by displacements of q | by step], all along the velocities",
-        ("q", STEP),
-        "J",
-        (labels.velocities, _columns("", "step ")),
-        f"1, or rad/m; {_LENGTHS}",
-        formulations=_swept(_integrate_jacobian),
+        ("q", STEP), "J", _square("step"), f"1, or rad/m; {_DISPLACED}", formulations=_swept(_integrate_jacobian),
     ),
-    "difference_jacobian": _OF_POSITIONS(
+    "difference_jacobian": _row(
         "[derivatives of difference by displacements of q | of q_to], all along the velocities",
-        ("q", TO),
-        "J",
-        (labels.velocities, _columns("", "to ")),
-        f"1, or rad/m; {_LENGTHS}",
-        formulations=_swept(_difference_jacobian),
+        ("q", TO), "J", _square("to"), f"1, or rad/m; {_DISPLACED}", formulations=_swept(_difference_jacobian),
     ),
-}
+}  # fmt: skip
 """Rows of the table of outputs."""

@@ -12,8 +12,9 @@ from functools import partial
 from symdyn.dynamics.mechanism import frames
 from symdyn.dynamics.mechanism.frames import FRAMES
 from symdyn.dynamics.outputs import result_labels as labels
-from symdyn.dynamics.outputs.output import DefaultIn, Formulation, Output, by_differentiation
-from symdyn.graph import Expr
+from symdyn.dynamics.outputs.output import Formulation, Output, by_differentiation
+from symdyn.dynamics.outputs.workspace import Workspace
+from symdyn.graph import Expr, tangents
 
 WORDS = {
     "aligned": "ground frame",
@@ -22,65 +23,61 @@ WORDS = {
 }
 """What texts say of a frame, and of the point whose velocity the linear part is."""
 
-_MOVES = partial(Output, when_constrained="same", place="point")
+Derive = Callable[..., list[Expr]]
+Kind = tuple[str, tuple[str, ...], str, tuple[labels.Axis, ...], str, Derive, Derive]
 
 
-def _both(
-    recursive: Callable[..., list[Expr]], by_rates: Callable[..., list[Expr]], frame: str
-) -> dict[str, Formulation]:
-    """Return the two formulations of how a frame moves."""
-    return {
-        "recursive": Formulation(lambda w, name: recursive(w.scene, w.tree, w.state, name, frame)),
-        "differentiation": by_differentiation(lambda w, name: by_rates(w.scene, name, w.graph, frame)),
-    }
+def _by_rates(w: Workspace, name: str, frame: str) -> list[Expr]:
+    return frames.differentiated(w.scene, name, w.graph, frame)
 
 
-def _rows(frame: str) -> dict[str, Output]:
-    at, usual = WORDS[frame], frame == FRAMES[0]
-    written: DefaultIn = "load" if usual else "request"
-    found = "" if usual else ", the rate of its velocity there"
-    twist = labels.fixed(*labels.TWIST)
-    return {
-        "jacobian": _MOVES(
-            f"Jacobian J of {{name}}: [velocity of its origin; angular velocity] = J qd, {at}",
-            ("q",),
-            "J",
-            (twist, labels.velocities),
-            "m or 1, and 1",
-            formulations=_both(frames.jacobian, frames.differentiated_jacobian, frame),
-            default_in=written,
-        ),
-        "jdot_qdot": _MOVES(
-            f"velocity product Jdot qd of {{name}}: its [acceleration; angular acceleration] at qdd = 0, {at}{found}",
-            ("q", "qd"),
-            "a",
-            (twist,),
-            "m/s^2 and rad/s^2",
-            formulations=_both(frames.velocity_product, frames.differentiated_velocity_product, frame),
-            default_in=written,
-        ),
-        "velocity": _MOVES(
-            f"[velocity of its origin; angular velocity] of {{name}}, {at}",
-            ("q", "qd"),
-            "V",
-            (twist,),
-            "m/s and rad/s",
-            formulations=_both(frames.velocity, frames.differentiated_velocity, frame),
-            default_in="request",
-        ),
-        "acceleration": _MOVES(
-            f"[acceleration of its origin; angular acceleration] of {{name}}, {at}, without gravity{found}",
-            ("q", "qd", "qdd"),
-            "A",
-            (twist,),
-            "m/s^2 and rad/s^2",
-            formulations=_both(frames.acceleration, frames.differentiated_acceleration, frame),
-            default_in="request",
-        ),
-    }
+_TWIST = labels.fixed(*labels.TWIST)
+_RATES = "m/s^2 and rad/s^2"
+KINDS: dict[str, Kind] = {
+    "jacobian": (
+        "Jacobian J of {{name}}: [velocity of its origin; angular velocity] = J qd, {at}",
+        ("q",), "J", (_TWIST, labels.velocities), "m or 1, and 1",
+        lambda w, name, frame: frames.jacobian(w.scene, w.tree, w.state, name, frame),
+        lambda w, name, frame: frames.differentiated_jacobian(w.scene, name, w.graph, frame),
+    ),
+    "jdot_qdot": (
+        "velocity product Jdot qd of {{name}}: its [acceleration; angular acceleration] at qdd = 0, {at}{rate}",
+        ("q", "qd"), "a", (_TWIST,), _RATES,
+        lambda w, name, frame: frames.acceleration(w.scene, w.tree, w.state, name, frame),
+        lambda w, name, frame: tangents(_by_rates(w, name, frame), w.state.velocity),
+    ),
+    "velocity": (
+        "[velocity of its origin; angular velocity] of {{name}}, {at}",
+        ("q", "qd"), "V", (_TWIST,), "m/s and rad/s",
+        lambda w, name, frame: frames.velocity(w.scene, w.tree, w.state, name, frame),
+        _by_rates,
+    ),
+    "acceleration": (
+        "[acceleration of its origin; angular acceleration] of {{name}}, {at}, without gravity{rate}",
+        ("q", "qd", "qdd"), "A", (_TWIST,), _RATES,
+        lambda w, name, frame: frames.acceleration(w.scene, w.tree, w.state, name, frame, w.state.qdd),
+        lambda w, name, frame: tangents(_by_rates(w, name, frame), w.state.acceleration),
+    ),
+}  # fmt: skip
+"""Text, arguments, result, axes and units, and the two formulations."""
 
 
-IN_FRAMES: Mapping[str, Mapping[str, Output]] = {frame: _rows(frame) for frame in FRAMES}
+def _row(kind: str, frame: str) -> Output:
+    text, arguments, result, axes, units, recursive, by_rates = KINDS[kind]
+    usual = frame == FRAMES[0]
+    return Output(
+        text.format(at=WORDS[frame], rate="" if usual else ", the rate of its velocity there"),
+        arguments, result, axes, units, "same",
+        {
+            "recursive": Formulation(partial(recursive, frame=frame)),
+            "differentiation": by_differentiation(partial(by_rates, frame=frame)),
+        },
+        place="point",
+        default_in="load" if usual and kind in ("jacobian", "jdot_qdot") else "request",
+    )  # fmt: skip
+
+
+IN_FRAMES: Mapping[str, Mapping[str, Output]] = {frame: {kind: _row(kind, frame) for kind in KINDS} for frame in FRAMES}
 """Rows by the word for the frame, then by name."""
 
 MOVING = IN_FRAMES[FRAMES[0]]

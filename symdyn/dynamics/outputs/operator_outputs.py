@@ -19,7 +19,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import partial
 
-from symdyn.dynamics.loops.constraint_rows import Constraints
 from symdyn.dynamics.loops.partition import squared
 from symdyn.dynamics.mechanism import centroidal
 from symdyn.dynamics.mechanism.linear_solve import Factored, factored, solve
@@ -32,13 +31,14 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr
 from symdyn.spatial import add, cross, dot, scale
 
-# The mass matrix
+
+def _mass(w: Workspace, by_recursion: bool) -> tuple[Sequence[int], list[list[Expr]]]:
+    """Return the tree of the velocities, and M."""
+    return (w.tree.velocity_parents(), w.composite_mass) if by_recursion else (range(-1, w.state.n), w.lagrange_mass)
 
 
 def _factors(w: Workspace, by_recursion: bool) -> Factored:
-    if by_recursion:
-        return factored(w.graph, w.tree.velocity_parents(), w.composite_mass)
-    return factored(w.graph, range(-1, w.state.n), w.lagrange_mass)
+    return factored(w.graph, *_mass(w, by_recursion))
 
 
 def _inverse(w: Workspace, by_recursion: bool) -> list[Expr]:
@@ -56,77 +56,59 @@ def _right(w: Workspace) -> tuple[Expr, ...]:
     return direction(w.graph, RIGHT, w.state.n)
 
 
-# Redundant rows
-
-
-def _weights(w: Workspace, G: Sequence[Sequence[Expr]], rows: Constraints, which: Sequence[int]) -> list[list[Expr]]:
-    """Return the rows of B of dependent rows."""
-    transposed = [list(column) for column in zip(*G, strict=True)]
-    square = squared(transposed)
-    total = w.graph.total
-    sides = [[total(a * x for a, x in zip(row, rows.G[k], strict=True)) for k in which] for row in G]
-    return [list(row) for row in zip(*square.solve(sides), strict=True)]
+def _solved(w: Workspace, by_recursion: bool) -> list[Expr]:
+    return solve(*_mass(w, by_recursion), _right(w))
 
 
 def _least(w: Workspace) -> list[Expr]:
     """Return all multipliers, those of what independent rows imply from their coefficients."""
     independent, rows, total = w.loops.decisions.independent_rows, w.loops.recursive, w.graph.total
-    found: list[Expr] = list(w.once(constrained_outputs.multipliers))
+    found, one, zero = list(w.once(constrained_outputs.multipliers)), w.graph.one, w.graph.zero
     dependent = [k for k in range(len(rows.G)) if k not in independent]
-    if not dependent or not found:
-        return [dict(zip(independent, found, strict=True)).get(k, w.graph.zero) for k in range(len(rows.G))]
-    B, one, zero = _weights(w, w.loops.G(rows), rows, dependent), w.graph.one, w.graph.zero
-    n = range(len(dependent))
-    square = [
-        [total([one if i == j else zero, *(a * b for a, b in zip(B[i], B[j], strict=True))]) for j in n] for i in n
-    ]
-    mu = solve(range(-1, len(n)), square, [total(b * x for b, x in zip(row, found, strict=True)) for row in B])
+    if not (dependent and found):
+        return [*found, *(zero for _ in dependent)]
+    G, n = w.loops.G(rows), range(len(dependent))
+    sides = [[_product(w, row, rows.G[k]) for k in dependent] for row in G]
+    B = [list(row) for row in zip(*squared(list(zip(*G, strict=True))).solve(sides), strict=True)]
+    square = [[_product(w, B[i], B[j]) + (one if i == j else zero) for j in n] for i in n]
+    mu = solve(range(-1, len(n)), square, [_product(w, row, found) for row in B])
     kept = [x - total(B[i][k] * mu[i] for i in n) for k, x in enumerate(found)]
     values = dict(zip((*independent, *dependent), (*kept, *mu), strict=True))
     return [values[k] for k in range(len(rows.G))]
 
 
+def _product(w: Workspace, one: Sequence[Expr], other: Sequence[Expr]) -> Expr:
+    return w.graph.total(a * b for a, b in zip(one, other, strict=True))
+
+
 def _lagrange_least(w: Workspace) -> list[Expr]:
     """Return them from the forces that Lagrange's equations have, in the space of all rows."""
-    rows, total = w.loops.differentiated, w.graph.total
-    G = w.loops.G(rows)
+    rows, G = w.loops.differentiated, w.loops.G(w.loops.differentiated)
     if not G:
         return [w.graph.zero for _ in rows.G]
     f = w.loops.constraint_forces(w.once(constrained_outputs.lagrange_multipliers), rows)
-    C = [[total(a * b for a, b in zip(every, one, strict=True)) for one in G] for every in rows.G]
-    y = squared(C).solve([[total(a * x for a, x in zip(row, f, strict=True))] for row in G])
-    return [total(c * one[0] for c, one in zip(row, y, strict=True)) for row in C]
+    C = [[_product(w, every, one) for one in G] for every in rows.G]
+    y = [one for (one,) in squared(C).solve([[_product(w, row, f)] for row in G])]
+    return [_product(w, row, y) for row in C]
 
 
-# What the ground does
-
-
-def _pressure(
-    w: Workspace, centre: Sequence[Expr], matrix: Sequence[Expr], bias: Sequence[Expr], m: Expr
-) -> list[Expr]:
-    g, n = w.tree.gravity, w.state.n
-    square = dot(g, g)
-    if square.is_zero:
-        raise DerivationError(
-            f"{w.scene.name}: there is no centre of pressure without gravity, against which the ground presses"
+def _pressure(w: Workspace, by_recursion: bool) -> list[Expr]:
+    scene, tree, graph, g, u = w.scene, w.tree, w.graph, w.tree.gravity, w.state.qdd
+    if dot(g, g).is_zero:
+        raise DerivationError(f"{scene.name}: there is no centre of pressure without gravity, which presses")
+    if by_recursion:
+        C, matrix = centroidal.centre(scene, tree), centroidal.momentum_matrix(scene, tree)
+        bias = centroidal.momentum_bias(scene, tree, w.state)
+    else:
+        C, matrix = (
+            centroidal.differentiated_centre(scene, graph),
+            centroidal.differentiated_momentum_matrix(scene, graph),
         )
-    u = w.state.qdd
-    rates = [w.graph.total([*(matrix[n * k + j] * u[j] for j in range(n)), bias[k]]) for k in range(6)]
-    f = add((rates[0], rates[1], rates[2]), scale(-m, g))
-    about = add(cross((centre[0], centre[1], centre[2]), f), (rates[3], rates[4], rates[5]))
+        bias = centroidal.differentiated_momentum_bias(scene, graph)
+    x, y, z, *turning = (_product(w, matrix[len(u) * k : len(u) * (k + 1)], u) + bias[k] for k in range(6))
+    f = add((x, y, z), scale(-w.mass, g))
+    about = add(cross(C, f), (turning[0], turning[1], turning[2]))
     return list(scale(1 / dot(f, g), cross(g, about)))
-
-
-def _recursive_pressure(w: Workspace) -> list[Expr]:
-    matrix, bias = centroidal.momentum_matrix(w.scene, w.tree), centroidal.momentum_bias(w.scene, w.tree, w.state)
-    return _pressure(w, centroidal.centre(w.scene, w.tree), matrix, bias, w.mass)
-
-
-def _differentiated_pressure(w: Workspace) -> list[Expr]:
-    scene, graph = w.scene, w.graph
-    matrix = centroidal.differentiated_momentum_matrix(scene, graph)
-    bias = centroidal.differentiated_momentum_bias(scene, graph)
-    return _pressure(w, centroidal.differentiated_centre(scene, graph), matrix, bias, w.mass)
 
 
 # The table
@@ -143,44 +125,24 @@ def _both(derive: Callable[[Workspace, bool], list[Expr]]) -> dict[str, Formulat
 OPERATORS: dict[str, Output] = {
     "mass_matrix_inverse": _OF_MASS(
         "inverse of the mass matrix M(q), symmetric",
-        ("q",),
-        "Minv",
-        _SQUARE,
-        "1/(kg m^2), 1/(kg m) or 1/kg",
-        formulations=_both(_inverse),
-        size=Size((0, 40), 1.0),
+        ("q",), "Minv", _SQUARE, "1/(kg m^2), 1/(kg m) or 1/kg", formulations=_both(_inverse), size=Size((0, 40), 1.0),
     ),
     "mass_matrix_factors": _OF_MASS(
         "factors of M(q) = L^T D L: D on the diagonal, below it L, which is 1 on its own; zero between branches",
-        ("q",),
-        "LD",
-        _SQUARE,
-        "D as M, L without or m or 1/m",
-        formulations=_both(_lower),
-        size=Size((0, 30), 0.3),
+        ("q",), "LD", _SQUARE, "D as M, L without or m or 1/m", formulations=_both(_lower), size=Size((0, 30), 0.3),
     ),
     "mass_matrix_solve": _OF_MASS(
         "x that solves M(q) x = b",
-        ("q", RIGHT),
-        "x",
-        (labels.velocities,),
-        "that of b over that of M",
-        formulations={
-            "crba": Formulation(lambda w: solve(w.tree.velocity_parents(), w.composite_mass, _right(w))),
-            "aba": Formulation(
-                lambda w: aba(w.recursion_tree.without_gravity, w.zeros, list(_right(w))), trees_only=True
-            ),
-            "lagrange": by_lagrange(lambda w: solve(range(-1, w.state.n), w.lagrange_mass, _right(w))),
-        },
+        ("q", RIGHT), "x", (labels.velocities,), "that of b over that of M",
+        formulations=_both(_solved) | {"aba": Formulation(
+            lambda w: aba(w.recursion_tree.without_gravity, w.zeros, _right(w)), trees_only=True
+        )},
         prefer=formulations.cheaper_forward,
     ),
     "minimum_norm_multipliers": _ON_REQUEST(
         "multipliers lambda of all rows of loops, redundant ones too, of least norm among those of the same forces "
         "G^T lambda; as multipliers, units mixed where rows are",
-        ("q", "qd", "tau"),
-        "lambda",
-        (labels.every_row,),
-        "N or N m",
+        ("q", "qd", "tau"), "lambda", (labels.every_row,), "N or N m",
         when_constrained="only",
         formulations={"crba": Formulation(_least), "lagrange": by_lagrange(_lagrange_least)},
         depends=("independent", "alpha", "beta"),
@@ -188,15 +150,12 @@ OPERATORS: dict[str, Output] = {
     "centre_of_pressure": _ON_REQUEST(
         "centre of pressure of all that the ground exerts, on the plane across gravity through the origin of the "
         "ground frame: where it has no moment along the plane; without rotors",
-        ("q", "qd", "qdd"),
-        "p",
-        (labels.fixed(*"xyz"),),
-        "m",
+        ("q", "qd", "qdd"), "p", (labels.fixed(*"xyz"),), "m",
         when_constrained="same",
         formulations={
-            "recursive": Formulation(_recursive_pressure),
-            "differentiation": by_differentiation(_differentiated_pressure),
+            "recursive": Formulation(lambda w: _pressure(w, True)),
+            "differentiation": by_differentiation(lambda w: _pressure(w, False)),
         },
     ),
-}
+}  # fmt: skip
 """Rows of the table of outputs."""

@@ -344,7 +344,7 @@ OUTPUTS: dict[str, Output] = {
         },
         place="point",
     ),
-    **{name: MOVING[name] for name in ("jacobian", "jdot_qdot")},
+    **MOVING,
     "com_acceleration": Output(
         "acceleration of the centre of mass of {name}, ground frame, without gravity",
         ("q", "qd", "qdd"),
@@ -362,7 +362,6 @@ OUTPUTS: dict[str, Output] = {
         default_in="verify",
         may_fail="silently",
     ),
-    **MOVING,
     **OF_LOOPS,
     **REACTIONS,
     **CENTROIDAL,
