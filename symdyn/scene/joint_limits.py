@@ -9,7 +9,6 @@ from typing import Any
 from symdyn.arguments import check_arguments
 from symdyn.errors import SceneError, listed
 from symdyn.scene.scene_files import SceneLike, scene_of
-from symdyn.scene.values.quantity import Quantity
 
 KEYS = {"lower": -inf, "upper": inf, "velocity": inf, "effort": inf}
 
@@ -42,9 +41,9 @@ def limits(scene: SceneLike, parameters: Mapping[str, Any] | None = None) -> dic
     for joint in scene.moving:
         alone = len(joint.coordinates) == len(joint.rates) == 1
         for key, none in KEYS.items():
-            formula: Quantity | None = getattr(joint.limits, key) if alone else None
+            formula: Any = getattr(joint.limits, key) if alone else None
             number = none if formula is None else formula.at(known)
-            if formula is not None and number is None:
+            if number is None:
                 free = listed([name for name in formula.symbols if name not in known])
                 where = f"{scene.name}: joints.{joint.name}: limits.{key}"
                 raise SceneError(f"{where} depends on {free}; give values in parameters")

@@ -6,7 +6,7 @@
     w, dw, a    angular velocity, angular acceleration, acceleration of the origin of frame i, all in frame i
 
 Pose and acceleration of a centre of mass are derived twice. *By differentiation*: placements in the ground frame,
-differentiated on the graph. *Recursive*: from the motion of the tree. Velocities of named frames: `frames`.
+differentiated on the graph. *Recursive*: from the motion of the tree. Velocities of named frames: `frame_outputs`.
 
 Directions of the velocities on the space of coordinates, their brackets, and the connection of a mass matrix M:
 

@@ -297,7 +297,8 @@ def _those_there(name: str, closed: bool) -> str:
         return f"of {of} there are {', '.join(words(of, closed))}"
     there = (*OUTPUTS, *(CLOSED if closed else ()), STATE_MATRICES)
     what = next((end for word in WORDS if name.endswith(end := word.removeprefix("NAME"))), "")
-    if near := nearest(name.removesuffix(what), there):
+    asked = name.removesuffix(what)
+    if near := next((one for one in there if one.startswith(f"{asked}_")), None) or nearest(asked, there):
         at = ":NAME" if near in OUTPUTS and OUTPUTS[near].place else ""
         return f"did you mean {near}{what}{at}?"
     derived = f"derivatives of each, such as inverse_dynamics_derivatives: {', '.join(WORDS)}"
