@@ -237,3 +237,21 @@ def test_manipulability_is_the_root_of_the_determinant():
 def test_what_is_no_jacobian_is_told(jacobian, part, told):
     with pytest.raises(SymdynError, match=told):
         symdyn.dynamics.singular_values(jacobian, part)
+
+
+@pytest.mark.slow
+@pytest.mark.runs("cc")
+def test_written_code_of_all_of_it_is_read_back_and_agrees():
+    """One and many states: an argument's name is no name of the code's own, and a function may take nothing."""
+    scene, body = symdyn.example("free_body"), "wingnut"
+    asked = ["integrate", "difference", "integrate_jacobian", "difference_jacobian", "mass_matrix_solve", "neutral"]
+    asked += ["mass_matrix_inverse", "mass_matrix_factors", f"acceleration:{body}:local", f"jacobian:{body}:world"]
+    found = symdyn.certify(scene, asked, targets=("c", "casadi"))
+
+    assert found.passed, str(found)
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("numpy_alone")
+def test_redundant_rows_and_pressure_are_proved():
+    assert symdyn.certify(held(*CORNERS), ["minimum_norm_multipliers", "centre_of_pressure"]).passed

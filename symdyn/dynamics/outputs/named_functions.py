@@ -176,7 +176,7 @@ ARGUMENTS: dict[str, tuple[str, dict[str, str]]] = {  # text, unit by unit of th
     "dqdd_i": ("direction of the independent accelerations", {"rad": "rad/s^2", "m": "m/s^2"}),
     "qd_r": ("reference velocities", {"rad": "rad/s", "m": "m/s"}),
     "qdd_r": ("reference accelerations", {"rad": "rad/s^2", "m": "m/s^2"}),
-    "b": ("right side, a force on each velocity", {unit: force_unit(unit) for unit in ("rad", "m")}),
+    "forces": ("forces on the velocities", {unit: force_unit(unit) for unit in ("rad", "m")}),
     "step": ("displacement along the velocities", {"rad": "rad", "m": "m"}),
     "q_to": ("joint positions to be reached", {"rad": "rad", "m": "m", "1": "1"}),
     "weights": ("weights of the entries of the result, row by row", {"": ""}),
@@ -207,7 +207,7 @@ DIRECTIONS = {
 OF_INDEPENDENT = {"qi", "ui", "dqi", "dui"}
 """Arguments of the independent velocities of a closed scene, or of the coordinates whose rates they are."""
 
-RIGHT, STEP, TO = "b", "step", "q_to"
+RIGHT, STEP, TO = "forces", "step", "q_to"
 """Arguments of what solves with the mass matrix, adds displacements to positions, and takes them apart."""
 
 REFERENCE, REFERENCE_RATE = "qd_r", "qdd_r"
@@ -242,7 +242,7 @@ def conventions(scene: Scene, name: str) -> str:
     if name in ("q", TO):
         told = scene.coordinates_of_joints() or runs(scene.coordinates)
         return told + ("" if plain else "; quaternions are in the order (w, x, y, z)")
-    if name in ("qd", "dq", "qd_r", "p", "dp", "b", STEP) and not plain:
+    if name in ("qd", "dq", "qd_r", "p", "dp", RIGHT, STEP) and not plain:
         return f"{runs(scene.velocities)}; {BODY_AXES}"
     return ""
 

@@ -132,8 +132,8 @@ OPERATORS: dict[str, Output] = {
         ("q",), "LD", _SQUARE, "D as M, L without or m or 1/m", formulations=_both(_lower), size=Size((0, 30), 0.3),
     ),
     "mass_matrix_solve": _OF_MASS(
-        "x that solves M(q) x = b",
-        ("q", RIGHT), "x", (labels.velocities,), "that of b over that of M",
+        "accelerations x that solve M(q) x = forces",
+        ("q", RIGHT), "x", (labels.velocities,), "rad/s^2 (revolute) or m/s^2 (prismatic)",
         formulations=_both(_solved) | {"aba": Formulation(
             lambda w: aba(w.recursion_tree.without_gravity, w.zeros, _right(w)), trees_only=True
         )},
