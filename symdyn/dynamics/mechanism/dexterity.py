@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from symdyn.arguments import check_arguments
 from symdyn.errors import ArgumentError, choice
 
 PARTS = {"linear": slice(0, 3), "angular": slice(3, 6), "all": slice(None)}
@@ -32,6 +33,7 @@ def singular_values(jacobian: Any, part: str = "linear") -> Any:
     """
     import numpy as np
 
+    check_arguments(singular_values, {"part": part})
     if part not in PARTS:
         raise ArgumentError(f"part = {part!r} is not known; {choice(part, PARTS)}")
     try:

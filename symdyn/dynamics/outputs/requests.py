@@ -43,7 +43,7 @@ from symdyn.dynamics.outputs.tangent_space import COLUMNS, independent_positions
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.dynamics.recursive.joint_table import lacking
 from symdyn.dynamics.recursive.table_loops import TABLE_LOOPS
-from symdyn.errors import DerivationError, choice, nearest, quoted
+from symdyn.errors import DerivationError, choice, listed, nearest, quoted
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
 
@@ -302,7 +302,7 @@ def _those_there(name: str, closed: bool) -> str:
         at = ":NAME" if near in OUTPUTS and OUTPUTS[near].place else ""
         return f"did you mean {near}{what}{at}?"
     derived = f"derivatives of each, such as inverse_dynamics_derivatives: {', '.join(WORDS)}"
-    return f"there are {', '.join(there)}; and {derived}"
+    return f"there are {listed(there, 40)}; and {derived}"
 
 
 def _of_state(name: str, closed: bool) -> Output | None:
