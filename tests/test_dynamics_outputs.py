@@ -26,8 +26,10 @@ from symdyn.dynamics.loops import Numbers
 from symdyn.dynamics.mechanism.state import has_motion
 from symdyn.dynamics.outputs import Counts
 from symdyn.dynamics.outputs.canonical_outputs import CANONICAL
+from symdyn.dynamics.outputs.configuration_outputs import CONFIGURATIONS
 from symdyn.dynamics.outputs.contact_outputs import CONTACTS
 from symdyn.dynamics.outputs.linearizing_outputs import LINEARIZING as LINEARIZED
+from symdyn.dynamics.outputs.operator_outputs import OPERATORS
 from symdyn.dynamics.outputs.output import Constrained
 from symdyn.dynamics.outputs.output_table import CENTROIDAL
 from symdyn.dynamics.outputs.regressor_outputs import PASSIVITY, REGRESSORS
@@ -213,10 +215,11 @@ LOOKED_AT = ("inverse_dynamics", "mass_matrix", "forward_dynamics", "gravity_for
 
 @cache
 def lacking() -> tuple[Scene, ...]:
-    """Return an end without mass, one with a motion before it, a loop that is too far, one with too many drives."""
+    """Return an end without mass or weight, one with a motion before it, a loop too far, one with too many drives."""
     four = scene("four_bar")
     led = read_text(MASSLESS.replace("[joints.b]", 'motion = "2*t"\n[joints.b]'), "led.toml")
     nowhere = read_text(MASSLESS.replace("[bodies.ghost]", "[bodies.ghost]\nfirst_moment = [0, 0, 0]"), "ghost.toml")
+    nowhere = nowhere.with_gravity((Quantity.ZERO,) * 3)
     drives = tuple(replace(joint, drives=(f"tau{k}",)) for k, joint in enumerate(four.joints))
     return nowhere, led, bind(four, {"d": "40"}), replace(four, joints=drives)
 
@@ -295,7 +298,10 @@ def exists(name: str) -> None:
     assert nothing or function.entries in [one.symbols for one in function.arguments], name
 
 
-UNWRITTEN = {*CENTROIDAL, *REGRESSORS, *PASSIVITY, *CANONICAL, *LINEARIZING, *CONTACTS, "constraint_forces"}
+UNWRITTEN = {
+    *CENTROIDAL, *REGRESSORS, *PASSIVITY, *CANONICAL, *LINEARIZING, *CONTACTS, *OPERATORS, *CONFIGURATIONS,
+    "velocity", "acceleration", "constraint_forces",
+}  # fmt: skip
 
 
 def default_in(name: str) -> None:
@@ -510,8 +516,12 @@ def up_to(name: str, way: str, closed: bool) -> None:
     most = min(8, row.formulations[way].up_to)
     five = Starter("row").from_template("n_four_bar", 5)
     one = (
-        read_text(five) if closed or not of_trees(name) else chain(int(most) + 1 + (name in LED))
-    )  # as many passive as driven
+        read_text(five)
+        if closed or not of_trees(name)
+        else turning_chain(int(most) + 1)
+        if name == "impact"  # what moves along the normal
+        else chain(int(most) + 1 + (name in LED))  # as many passive as driven
+    )
     w = at_work(name, one)
     asked = request(name, w.scene)
     assert way not in comparable(w.scene, asked), way

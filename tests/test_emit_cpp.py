@@ -267,17 +267,31 @@ extern "C" void matrix(const double *q, const double *qd, double m, double *out)
     out[6] = every_op::scalar(place, 2 * place, mass);
     Eigen::Map<Eigen::Vector2d>{out + 7} = every_op::rotated(place, place, mass);
     static_assert(decltype(every_op::empty(place, place, mass))::ColsAtCompileTime == 0);
+    const Eigen::VectorXd far = place;
+    const Eigen::RowVectorXd beside = place.transpose();
+    out[9] = every_op::scalar(far, 2 * beside, mass);
+    out[10] = every_op::scalar(far, Eigen::VectorXd(3), mass);
+    out[11] = every_op::rotated(Eigen::VectorXd(1), place, mass).norm();
 }
 """
     first = '#include "every_op.hpp"\n#include <Eigen/Core>\n#include "every_op.hpp"\n'
-    library = compiled(first + body, tmp_path, "-O1", "-isystem", folder)
-    q, qd, out = np.array([0.5, 0.7]), np.array([1.5, 0.25]), np.empty(9)
+    library = compiled(first + body, tmp_path, "-O1", "-DNDEBUG", "-isystem", folder)
+    q, qd, out = np.array([0.5, 0.7]), np.array([1.5, 0.25]), np.empty(12)
     library.matrix.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_double, ctypes.c_void_p]
     library.matrix(q.ctypes.data, qd.ctypes.data, 1.25, out.ctypes.data)
     plain = run_python(emit(lower(equations)))
     np.testing.assert_allclose(out[:6].reshape(2, 3), plain.matrix(q, qd, [1.25]), rtol=1e-13)
     np.testing.assert_allclose(out[6], plain.scalar(q, 2 * q, [1.25]), rtol=1e-14)
-    np.testing.assert_allclose(out[7:], plain.rotated(q, q, [1.25]), rtol=1e-14)
+    np.testing.assert_allclose(out[7:9], plain.rotated(q, q, [1.25]), rtol=1e-14)
+    assert out[9] == out[6]
+    assert np.isnan(out[10:]).all(), "a vector of another size: Eigen's assertion, or NaN where that is off"
+    given = "Eigen::VectorXd(3), Eigen::VectorXd(2), Eigen::VectorXd(1)"
+    aborts = f"{first}int main() {{ return int(every_op::scalar({given})); }}"
+    (tmp_path / "aborts.cpp").write_text(aborts)
+    subprocess.run(["g++", "-std=c++17", "-isystem", folder, "aborts.cpp", "-o", "aborts"], cwd=tmp_path, check=True)
+    told = subprocess.run(["./aborts"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert told.returncode
+    assert "a vector has another size than scalar takes" in told.stderr
 
 
 def test_prepared_parameters_and_a_static_scene(tmp_path: Path) -> None:

@@ -21,7 +21,7 @@ SCENE_WORDS = (
     "scene", "parameter", "body", "point", "dh_table", "joint", "revolute", "prismatic", "helical", "cylindrical",
     "universal", "spherical", "planar", "point_on_line", "point_on_plane", "rod", "free", "fixed", "custom", "loop",
     "spring", "damper", "load", "rolling", "knife_edge", "constraint", "input_signal", "output",
-    "read_text", "write_text", "bind", "lock",
+    "read_text", "write_text", "bind", "lock", "limits",
     "with_symbols", "with_symbolic_inertia", "scene_of",
 )  # fmt: skip
 
@@ -77,7 +77,7 @@ class Group:
 GROUPS = (
     Group("Scenes", ("scene",)),
     Group("Equations", ("dynamics", "emit")),
-    Group("Compiled functions", ("runtime", "program")),
+    Group("Compiled functions", ("runtime", "program"), ("dynamics.singular_values", "dynamics.manipulability")),
     Group("Simulation", ("simulation",), ("simulation.linear_law",)),
     Group("Linear systems and control", ("linear",), follows=True),
     Group("Optimal control", ("transcription",), follows=True),

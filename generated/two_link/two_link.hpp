@@ -96,7 +96,8 @@
  * float, or any type with + - * /, < and >, a constructor from double, and sin, cos, sqrt, ... beside it, such as dual
  * numbers. Constants are doubles that T is made of. two_link::raw has the same with addresses: every array is
  * contiguous, the result comes last, and may be one of the arguments. Where <Eigen/Core> was included before, vectors
- * of fixed size and maps of them are taken, too, and vectors and matrices come back.
+ * and maps of them are taken, too, and vectors and matrices come back; one whose size is known at run time alone and
+ * is not the argument's fails Eigen's assertion, and makes the result NaN where assertions are off.
  *
  * Nothing is allocated, thrown or kept between calls. A NaN in any entry that a result depends on makes that result NaN.
  */
@@ -809,20 +810,35 @@ std::array<T, 6> jdot_qdot_tool(const std::array<T, 2> &q, const std::array<type
 
 namespace two_link {
 
+namespace own {
+
+/** Whether something of Eigen is a vector of n entries, or of as many as are told at run time. */
+template <class Given, int n>
+inline constexpr bool may_have = Eigen::MatrixBase<Given>::IsVectorAtCompileTime &&
+    (int(Eigen::MatrixBase<Given>::SizeAtCompileTime) == n || int(Eigen::MatrixBase<Given>::SizeAtCompileTime) == Eigen::Dynamic);
+
+} // namespace own
+
 /** The same as above for vectors of Eigen; T is that of q, and other numbers are cast. */
 template <class Given1, class Given2, class Given3, class Given4>
 auto inverse_dynamics(const Eigen::MatrixBase<Given1> &q, const Eigen::MatrixBase<Given2> &qd, const Eigen::MatrixBase<Given3> &qdd, const Eigen::MatrixBase<Given4> &params)
 {
     using T = typename Given1::Scalar;
-    static_assert(int(Eigen::MatrixBase<Given1>::SizeAtCompileTime) == 2, "q is a vector of fixed size with 2 entries");
-    static_assert(int(Eigen::MatrixBase<Given2>::SizeAtCompileTime) == 2, "qd is a vector of fixed size with 2 entries");
-    static_assert(int(Eigen::MatrixBase<Given3>::SizeAtCompileTime) == 2, "qdd is a vector of fixed size with 2 entries");
-    static_assert(int(Eigen::MatrixBase<Given4>::SizeAtCompileTime) == 5, "params is a vector of fixed size with 5 entries");
+    static_assert(own::may_have<Given1, 2>, "q is a vector with 2 entries");
+    static_assert(own::may_have<Given2, 2>, "qd is a vector with 2 entries");
+    static_assert(own::may_have<Given3, 2>, "qdd is a vector with 2 entries");
+    static_assert(own::may_have<Given4, 5>, "params is a vector with 5 entries");
+    Eigen::Matrix<T, 2, 1> out;
+    const bool fits = q.size() == 2 && qd.size() == 2 && qdd.size() == 2 && params.size() == 5;
+    eigen_assert(fits && "a vector has another size than inverse_dynamics takes");
+    if (!fits) {
+        out.setConstant(T(NAN));
+        return out;
+    }
     const Eigen::Matrix<T, 2, 1> q_given = q.template cast<T>();
     const Eigen::Matrix<T, 2, 1> qd_given = qd.template cast<T>();
     const Eigen::Matrix<T, 2, 1> qdd_given = qdd.template cast<T>();
     const Eigen::Matrix<T, 5, 1> params_given = params.template cast<T>();
-    Eigen::Matrix<T, 2, 1> out;
     raw::inverse_dynamics<T>(q_given.data(), qd_given.data(), qdd_given.data(), params_given.data(), out.data());
     return out;
 }
@@ -832,15 +848,21 @@ template <class Given1, class Given2, class Given3, class Given4>
 auto forward_dynamics(const Eigen::MatrixBase<Given1> &q, const Eigen::MatrixBase<Given2> &qd, const Eigen::MatrixBase<Given3> &tau, const Eigen::MatrixBase<Given4> &params)
 {
     using T = typename Given1::Scalar;
-    static_assert(int(Eigen::MatrixBase<Given1>::SizeAtCompileTime) == 2, "q is a vector of fixed size with 2 entries");
-    static_assert(int(Eigen::MatrixBase<Given2>::SizeAtCompileTime) == 2, "qd is a vector of fixed size with 2 entries");
-    static_assert(int(Eigen::MatrixBase<Given3>::SizeAtCompileTime) == 2, "tau is a vector of fixed size with 2 entries");
-    static_assert(int(Eigen::MatrixBase<Given4>::SizeAtCompileTime) == 5, "params is a vector of fixed size with 5 entries");
+    static_assert(own::may_have<Given1, 2>, "q is a vector with 2 entries");
+    static_assert(own::may_have<Given2, 2>, "qd is a vector with 2 entries");
+    static_assert(own::may_have<Given3, 2>, "tau is a vector with 2 entries");
+    static_assert(own::may_have<Given4, 5>, "params is a vector with 5 entries");
+    Eigen::Matrix<T, 2, 1> out;
+    const bool fits = q.size() == 2 && qd.size() == 2 && tau.size() == 2 && params.size() == 5;
+    eigen_assert(fits && "a vector has another size than forward_dynamics takes");
+    if (!fits) {
+        out.setConstant(T(NAN));
+        return out;
+    }
     const Eigen::Matrix<T, 2, 1> q_given = q.template cast<T>();
     const Eigen::Matrix<T, 2, 1> qd_given = qd.template cast<T>();
     const Eigen::Matrix<T, 2, 1> tau_given = tau.template cast<T>();
     const Eigen::Matrix<T, 5, 1> params_given = params.template cast<T>();
-    Eigen::Matrix<T, 2, 1> out;
     raw::forward_dynamics<T>(q_given.data(), qd_given.data(), tau_given.data(), params_given.data(), out.data());
     return out;
 }
@@ -850,11 +872,17 @@ template <class Given1, class Given2>
 auto mass_matrix(const Eigen::MatrixBase<Given1> &q, const Eigen::MatrixBase<Given2> &params)
 {
     using T = typename Given1::Scalar;
-    static_assert(int(Eigen::MatrixBase<Given1>::SizeAtCompileTime) == 2, "q is a vector of fixed size with 2 entries");
-    static_assert(int(Eigen::MatrixBase<Given2>::SizeAtCompileTime) == 5, "params is a vector of fixed size with 5 entries");
+    static_assert(own::may_have<Given1, 2>, "q is a vector with 2 entries");
+    static_assert(own::may_have<Given2, 5>, "params is a vector with 5 entries");
+    Eigen::Matrix<T, 2, 2, Eigen::RowMajor> out;
+    const bool fits = q.size() == 2 && params.size() == 5;
+    eigen_assert(fits && "a vector has another size than mass_matrix takes");
+    if (!fits) {
+        out.setConstant(T(NAN));
+        return out;
+    }
     const Eigen::Matrix<T, 2, 1> q_given = q.template cast<T>();
     const Eigen::Matrix<T, 5, 1> params_given = params.template cast<T>();
-    Eigen::Matrix<T, 2, 2, Eigen::RowMajor> out;
     raw::mass_matrix<T>(q_given.data(), params_given.data(), out.data());
     return out;
 }
@@ -864,13 +892,19 @@ template <class Given1, class Given2, class Given3>
 auto velocity_forces(const Eigen::MatrixBase<Given1> &q, const Eigen::MatrixBase<Given2> &qd, const Eigen::MatrixBase<Given3> &params)
 {
     using T = typename Given1::Scalar;
-    static_assert(int(Eigen::MatrixBase<Given1>::SizeAtCompileTime) == 2, "q is a vector of fixed size with 2 entries");
-    static_assert(int(Eigen::MatrixBase<Given2>::SizeAtCompileTime) == 2, "qd is a vector of fixed size with 2 entries");
-    static_assert(int(Eigen::MatrixBase<Given3>::SizeAtCompileTime) == 5, "params is a vector of fixed size with 5 entries");
+    static_assert(own::may_have<Given1, 2>, "q is a vector with 2 entries");
+    static_assert(own::may_have<Given2, 2>, "qd is a vector with 2 entries");
+    static_assert(own::may_have<Given3, 5>, "params is a vector with 5 entries");
+    Eigen::Matrix<T, 2, 1> out;
+    const bool fits = q.size() == 2 && qd.size() == 2 && params.size() == 5;
+    eigen_assert(fits && "a vector has another size than velocity_forces takes");
+    if (!fits) {
+        out.setConstant(T(NAN));
+        return out;
+    }
     const Eigen::Matrix<T, 2, 1> q_given = q.template cast<T>();
     const Eigen::Matrix<T, 2, 1> qd_given = qd.template cast<T>();
     const Eigen::Matrix<T, 5, 1> params_given = params.template cast<T>();
-    Eigen::Matrix<T, 2, 1> out;
     raw::velocity_forces<T>(q_given.data(), qd_given.data(), params_given.data(), out.data());
     return out;
 }
@@ -880,11 +914,17 @@ template <class Given1, class Given2>
 auto gravity_forces(const Eigen::MatrixBase<Given1> &q, const Eigen::MatrixBase<Given2> &params)
 {
     using T = typename Given1::Scalar;
-    static_assert(int(Eigen::MatrixBase<Given1>::SizeAtCompileTime) == 2, "q is a vector of fixed size with 2 entries");
-    static_assert(int(Eigen::MatrixBase<Given2>::SizeAtCompileTime) == 5, "params is a vector of fixed size with 5 entries");
+    static_assert(own::may_have<Given1, 2>, "q is a vector with 2 entries");
+    static_assert(own::may_have<Given2, 5>, "params is a vector with 5 entries");
+    Eigen::Matrix<T, 2, 1> out;
+    const bool fits = q.size() == 2 && params.size() == 5;
+    eigen_assert(fits && "a vector has another size than gravity_forces takes");
+    if (!fits) {
+        out.setConstant(T(NAN));
+        return out;
+    }
     const Eigen::Matrix<T, 2, 1> q_given = q.template cast<T>();
     const Eigen::Matrix<T, 5, 1> params_given = params.template cast<T>();
-    Eigen::Matrix<T, 2, 1> out;
     raw::gravity_forces<T>(q_given.data(), params_given.data(), out.data());
     return out;
 }
@@ -894,13 +934,19 @@ template <class Given1, class Given2, class Given3>
 auto coriolis_matrix(const Eigen::MatrixBase<Given1> &q, const Eigen::MatrixBase<Given2> &qd, const Eigen::MatrixBase<Given3> &params)
 {
     using T = typename Given1::Scalar;
-    static_assert(int(Eigen::MatrixBase<Given1>::SizeAtCompileTime) == 2, "q is a vector of fixed size with 2 entries");
-    static_assert(int(Eigen::MatrixBase<Given2>::SizeAtCompileTime) == 2, "qd is a vector of fixed size with 2 entries");
-    static_assert(int(Eigen::MatrixBase<Given3>::SizeAtCompileTime) == 5, "params is a vector of fixed size with 5 entries");
+    static_assert(own::may_have<Given1, 2>, "q is a vector with 2 entries");
+    static_assert(own::may_have<Given2, 2>, "qd is a vector with 2 entries");
+    static_assert(own::may_have<Given3, 5>, "params is a vector with 5 entries");
+    Eigen::Matrix<T, 2, 2, Eigen::RowMajor> out;
+    const bool fits = q.size() == 2 && qd.size() == 2 && params.size() == 5;
+    eigen_assert(fits && "a vector has another size than coriolis_matrix takes");
+    if (!fits) {
+        out.setConstant(T(NAN));
+        return out;
+    }
     const Eigen::Matrix<T, 2, 1> q_given = q.template cast<T>();
     const Eigen::Matrix<T, 2, 1> qd_given = qd.template cast<T>();
     const Eigen::Matrix<T, 5, 1> params_given = params.template cast<T>();
-    Eigen::Matrix<T, 2, 2, Eigen::RowMajor> out;
     raw::coriolis_matrix<T>(q_given.data(), qd_given.data(), params_given.data(), out.data());
     return out;
 }
@@ -910,13 +956,19 @@ template <class Given1, class Given2, class Given3>
 auto momentum(const Eigen::MatrixBase<Given1> &q, const Eigen::MatrixBase<Given2> &qd, const Eigen::MatrixBase<Given3> &params)
 {
     using T = typename Given1::Scalar;
-    static_assert(int(Eigen::MatrixBase<Given1>::SizeAtCompileTime) == 2, "q is a vector of fixed size with 2 entries");
-    static_assert(int(Eigen::MatrixBase<Given2>::SizeAtCompileTime) == 2, "qd is a vector of fixed size with 2 entries");
-    static_assert(int(Eigen::MatrixBase<Given3>::SizeAtCompileTime) == 5, "params is a vector of fixed size with 5 entries");
+    static_assert(own::may_have<Given1, 2>, "q is a vector with 2 entries");
+    static_assert(own::may_have<Given2, 2>, "qd is a vector with 2 entries");
+    static_assert(own::may_have<Given3, 5>, "params is a vector with 5 entries");
+    Eigen::Matrix<T, 2, 1> out;
+    const bool fits = q.size() == 2 && qd.size() == 2 && params.size() == 5;
+    eigen_assert(fits && "a vector has another size than momentum takes");
+    if (!fits) {
+        out.setConstant(T(NAN));
+        return out;
+    }
     const Eigen::Matrix<T, 2, 1> q_given = q.template cast<T>();
     const Eigen::Matrix<T, 2, 1> qd_given = qd.template cast<T>();
     const Eigen::Matrix<T, 5, 1> params_given = params.template cast<T>();
-    Eigen::Matrix<T, 2, 1> out;
     raw::momentum<T>(q_given.data(), qd_given.data(), params_given.data(), out.data());
     return out;
 }
@@ -926,13 +978,19 @@ template <class Given1, class Given2, class Given3>
 auto kinetic_energy(const Eigen::MatrixBase<Given1> &q, const Eigen::MatrixBase<Given2> &qd, const Eigen::MatrixBase<Given3> &params)
 {
     using T = typename Given1::Scalar;
-    static_assert(int(Eigen::MatrixBase<Given1>::SizeAtCompileTime) == 2, "q is a vector of fixed size with 2 entries");
-    static_assert(int(Eigen::MatrixBase<Given2>::SizeAtCompileTime) == 2, "qd is a vector of fixed size with 2 entries");
-    static_assert(int(Eigen::MatrixBase<Given3>::SizeAtCompileTime) == 5, "params is a vector of fixed size with 5 entries");
+    static_assert(own::may_have<Given1, 2>, "q is a vector with 2 entries");
+    static_assert(own::may_have<Given2, 2>, "qd is a vector with 2 entries");
+    static_assert(own::may_have<Given3, 5>, "params is a vector with 5 entries");
+    Eigen::Matrix<T, 1, 1> out;
+    const bool fits = q.size() == 2 && qd.size() == 2 && params.size() == 5;
+    eigen_assert(fits && "a vector has another size than kinetic_energy takes");
+    if (!fits) {
+        out.setConstant(T(NAN));
+        return T(out[0]);
+    }
     const Eigen::Matrix<T, 2, 1> q_given = q.template cast<T>();
     const Eigen::Matrix<T, 2, 1> qd_given = qd.template cast<T>();
     const Eigen::Matrix<T, 5, 1> params_given = params.template cast<T>();
-    Eigen::Matrix<T, 1, 1> out;
     raw::kinetic_energy<T>(q_given.data(), qd_given.data(), params_given.data(), out.data());
     return T(out[0]);
 }
@@ -942,11 +1000,17 @@ template <class Given1, class Given2>
 auto potential_energy(const Eigen::MatrixBase<Given1> &q, const Eigen::MatrixBase<Given2> &params)
 {
     using T = typename Given1::Scalar;
-    static_assert(int(Eigen::MatrixBase<Given1>::SizeAtCompileTime) == 2, "q is a vector of fixed size with 2 entries");
-    static_assert(int(Eigen::MatrixBase<Given2>::SizeAtCompileTime) == 5, "params is a vector of fixed size with 5 entries");
+    static_assert(own::may_have<Given1, 2>, "q is a vector with 2 entries");
+    static_assert(own::may_have<Given2, 5>, "params is a vector with 5 entries");
+    Eigen::Matrix<T, 1, 1> out;
+    const bool fits = q.size() == 2 && params.size() == 5;
+    eigen_assert(fits && "a vector has another size than potential_energy takes");
+    if (!fits) {
+        out.setConstant(T(NAN));
+        return T(out[0]);
+    }
     const Eigen::Matrix<T, 2, 1> q_given = q.template cast<T>();
     const Eigen::Matrix<T, 5, 1> params_given = params.template cast<T>();
-    Eigen::Matrix<T, 1, 1> out;
     raw::potential_energy<T>(q_given.data(), params_given.data(), out.data());
     return T(out[0]);
 }
@@ -956,11 +1020,17 @@ template <class Given1, class Given2>
 auto k_z(const Eigen::MatrixBase<Given1> &q, const Eigen::MatrixBase<Given2> &params)
 {
     using T = typename Given1::Scalar;
-    static_assert(int(Eigen::MatrixBase<Given1>::SizeAtCompileTime) == 2, "q is a vector of fixed size with 2 entries");
-    static_assert(int(Eigen::MatrixBase<Given2>::SizeAtCompileTime) == 5, "params is a vector of fixed size with 5 entries");
+    static_assert(own::may_have<Given1, 2>, "q is a vector with 2 entries");
+    static_assert(own::may_have<Given2, 5>, "params is a vector with 5 entries");
+    Eigen::Matrix<T, 2, 2, Eigen::RowMajor> out;
+    const bool fits = q.size() == 2 && params.size() == 5;
+    eigen_assert(fits && "a vector has another size than k_z takes");
+    if (!fits) {
+        out.setConstant(T(NAN));
+        return out;
+    }
     const Eigen::Matrix<T, 2, 1> q_given = q.template cast<T>();
     const Eigen::Matrix<T, 5, 1> params_given = params.template cast<T>();
-    Eigen::Matrix<T, 2, 2, Eigen::RowMajor> out;
     raw::k_z<T>(q_given.data(), params_given.data(), out.data());
     return out;
 }
@@ -970,11 +1040,17 @@ template <class Given1, class Given2>
 auto k_C(const Eigen::MatrixBase<Given1> &q, const Eigen::MatrixBase<Given2> &params)
 {
     using T = typename Given1::Scalar;
-    static_assert(int(Eigen::MatrixBase<Given1>::SizeAtCompileTime) == 2, "q is a vector of fixed size with 2 entries");
-    static_assert(int(Eigen::MatrixBase<Given2>::SizeAtCompileTime) == 5, "params is a vector of fixed size with 5 entries");
+    static_assert(own::may_have<Given1, 2>, "q is a vector with 2 entries");
+    static_assert(own::may_have<Given2, 5>, "params is a vector with 5 entries");
+    Eigen::Matrix<T, 2, 1, Eigen::ColMajor> out;
+    const bool fits = q.size() == 2 && params.size() == 5;
+    eigen_assert(fits && "a vector has another size than k_C takes");
+    if (!fits) {
+        out.setConstant(T(NAN));
+        return out;
+    }
     const Eigen::Matrix<T, 2, 1> q_given = q.template cast<T>();
     const Eigen::Matrix<T, 5, 1> params_given = params.template cast<T>();
-    Eigen::Matrix<T, 2, 1, Eigen::ColMajor> out;
     raw::k_C<T>(q_given.data(), params_given.data(), out.data());
     return out;
 }
@@ -984,11 +1060,17 @@ template <class Given1, class Given2>
 auto k_D(const Eigen::MatrixBase<Given1> &q, const Eigen::MatrixBase<Given2> &params)
 {
     using T = typename Given1::Scalar;
-    static_assert(int(Eigen::MatrixBase<Given1>::SizeAtCompileTime) == 2, "q is a vector of fixed size with 2 entries");
-    static_assert(int(Eigen::MatrixBase<Given2>::SizeAtCompileTime) == 5, "params is a vector of fixed size with 5 entries");
+    static_assert(own::may_have<Given1, 2>, "q is a vector with 2 entries");
+    static_assert(own::may_have<Given2, 5>, "params is a vector with 5 entries");
+    Eigen::Matrix<T, 2, 2, Eigen::RowMajor> out;
+    const bool fits = q.size() == 2 && params.size() == 5;
+    eigen_assert(fits && "a vector has another size than k_D takes");
+    if (!fits) {
+        out.setConstant(T(NAN));
+        return out;
+    }
     const Eigen::Matrix<T, 2, 1> q_given = q.template cast<T>();
     const Eigen::Matrix<T, 5, 1> params_given = params.template cast<T>();
-    Eigen::Matrix<T, 2, 2, Eigen::RowMajor> out;
     raw::k_D<T>(q_given.data(), params_given.data(), out.data());
     return out;
 }
@@ -998,11 +1080,17 @@ template <class Given1, class Given2>
 auto k_G(const Eigen::MatrixBase<Given1> &q, const Eigen::MatrixBase<Given2> &params)
 {
     using T = typename Given1::Scalar;
-    static_assert(int(Eigen::MatrixBase<Given1>::SizeAtCompileTime) == 2, "q is a vector of fixed size with 2 entries");
-    static_assert(int(Eigen::MatrixBase<Given2>::SizeAtCompileTime) == 5, "params is a vector of fixed size with 5 entries");
+    static_assert(own::may_have<Given1, 2>, "q is a vector with 2 entries");
+    static_assert(own::may_have<Given2, 5>, "params is a vector with 5 entries");
+    Eigen::Matrix<T, 2, 1> out;
+    const bool fits = q.size() == 2 && params.size() == 5;
+    eigen_assert(fits && "a vector has another size than k_G takes");
+    if (!fits) {
+        out.setConstant(T(NAN));
+        return out;
+    }
     const Eigen::Matrix<T, 2, 1> q_given = q.template cast<T>();
     const Eigen::Matrix<T, 5, 1> params_given = params.template cast<T>();
-    Eigen::Matrix<T, 2, 1> out;
     raw::k_G<T>(q_given.data(), params_given.data(), out.data());
     return out;
 }
@@ -1012,11 +1100,17 @@ template <class Given1, class Given2>
 auto pose_tool(const Eigen::MatrixBase<Given1> &q, const Eigen::MatrixBase<Given2> &params)
 {
     using T = typename Given1::Scalar;
-    static_assert(int(Eigen::MatrixBase<Given1>::SizeAtCompileTime) == 2, "q is a vector of fixed size with 2 entries");
-    static_assert(int(Eigen::MatrixBase<Given2>::SizeAtCompileTime) == 5, "params is a vector of fixed size with 5 entries");
+    static_assert(own::may_have<Given1, 2>, "q is a vector with 2 entries");
+    static_assert(own::may_have<Given2, 5>, "params is a vector with 5 entries");
+    Eigen::Matrix<T, 3, 4, Eigen::RowMajor> out;
+    const bool fits = q.size() == 2 && params.size() == 5;
+    eigen_assert(fits && "a vector has another size than pose_tool takes");
+    if (!fits) {
+        out.setConstant(T(NAN));
+        return out;
+    }
     const Eigen::Matrix<T, 2, 1> q_given = q.template cast<T>();
     const Eigen::Matrix<T, 5, 1> params_given = params.template cast<T>();
-    Eigen::Matrix<T, 3, 4, Eigen::RowMajor> out;
     raw::pose_tool<T>(q_given.data(), params_given.data(), out.data());
     return out;
 }
@@ -1026,11 +1120,17 @@ template <class Given1, class Given2>
 auto jacobian_tool(const Eigen::MatrixBase<Given1> &q, const Eigen::MatrixBase<Given2> &params)
 {
     using T = typename Given1::Scalar;
-    static_assert(int(Eigen::MatrixBase<Given1>::SizeAtCompileTime) == 2, "q is a vector of fixed size with 2 entries");
-    static_assert(int(Eigen::MatrixBase<Given2>::SizeAtCompileTime) == 5, "params is a vector of fixed size with 5 entries");
+    static_assert(own::may_have<Given1, 2>, "q is a vector with 2 entries");
+    static_assert(own::may_have<Given2, 5>, "params is a vector with 5 entries");
+    Eigen::Matrix<T, 6, 2, Eigen::RowMajor> out;
+    const bool fits = q.size() == 2 && params.size() == 5;
+    eigen_assert(fits && "a vector has another size than jacobian_tool takes");
+    if (!fits) {
+        out.setConstant(T(NAN));
+        return out;
+    }
     const Eigen::Matrix<T, 2, 1> q_given = q.template cast<T>();
     const Eigen::Matrix<T, 5, 1> params_given = params.template cast<T>();
-    Eigen::Matrix<T, 6, 2, Eigen::RowMajor> out;
     raw::jacobian_tool<T>(q_given.data(), params_given.data(), out.data());
     return out;
 }
@@ -1040,13 +1140,19 @@ template <class Given1, class Given2, class Given3>
 auto jdot_qdot_tool(const Eigen::MatrixBase<Given1> &q, const Eigen::MatrixBase<Given2> &qd, const Eigen::MatrixBase<Given3> &params)
 {
     using T = typename Given1::Scalar;
-    static_assert(int(Eigen::MatrixBase<Given1>::SizeAtCompileTime) == 2, "q is a vector of fixed size with 2 entries");
-    static_assert(int(Eigen::MatrixBase<Given2>::SizeAtCompileTime) == 2, "qd is a vector of fixed size with 2 entries");
-    static_assert(int(Eigen::MatrixBase<Given3>::SizeAtCompileTime) == 5, "params is a vector of fixed size with 5 entries");
+    static_assert(own::may_have<Given1, 2>, "q is a vector with 2 entries");
+    static_assert(own::may_have<Given2, 2>, "qd is a vector with 2 entries");
+    static_assert(own::may_have<Given3, 5>, "params is a vector with 5 entries");
+    Eigen::Matrix<T, 6, 1> out;
+    const bool fits = q.size() == 2 && qd.size() == 2 && params.size() == 5;
+    eigen_assert(fits && "a vector has another size than jdot_qdot_tool takes");
+    if (!fits) {
+        out.setConstant(T(NAN));
+        return out;
+    }
     const Eigen::Matrix<T, 2, 1> q_given = q.template cast<T>();
     const Eigen::Matrix<T, 2, 1> qd_given = qd.template cast<T>();
     const Eigen::Matrix<T, 5, 1> params_given = params.template cast<T>();
-    Eigen::Matrix<T, 6, 1> out;
     raw::jdot_qdot_tool<T>(q_given.data(), qd_given.data(), params_given.data(), out.data());
     return out;
 }

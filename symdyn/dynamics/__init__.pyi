@@ -15,6 +15,7 @@ from .closed_forms.frames_and_parameters import (
 )
 from .loops.closed_positions import assemble as assemble, consistent as consistent, follow as follow
 from .loops.partition import LoopChoices as LoopChoices
+from .mechanism.dexterity import manipulability as manipulability, singular_values as singular_values
 from .mechanism.lagrange import Energies as Energies, rotor_energy as rotor_energy
 from .outputs.derive import (
     Requested as Requested,

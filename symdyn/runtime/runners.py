@@ -70,7 +70,8 @@ def _compute(compiled: Any) -> Callable[..., Any]:
 
     def compute(*columns: npt.NDArray[np.float64]) -> Any:
         count = max((one.shape[1] for one in columns), default=1)
-        found = np.asarray(compiled(*columns).full())
+        (result,) = [compiled(*columns)] if columns else compiled.call([])  # a call without arguments gives a dict
+        found = np.asarray(result.full())
         return found.reshape(len(found), count, -1).swapaxes(1, 2).reshape(-1, count)
 
     return compute

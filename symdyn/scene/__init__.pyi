@@ -36,6 +36,7 @@ from .forces.constraints import constraint as constraint, knife_edge as knife_ed
 from .forces.flows import flow as flow
 from .forces.ropes import elastic_rope as elastic_rope, rope as rope, rope_damping as rope_damping
 from .forces.unilateral import contact as contact, gap_contact as gap_contact
+from .joint_limits import limits as limits
 from .scene_files import (
     SceneLike as SceneLike,
     Starter as Starter,

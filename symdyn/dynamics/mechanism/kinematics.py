@@ -5,10 +5,8 @@
     S = z, s    motion subspace of joint i, angular and linear part, constant in frame i
     w, dw, a    angular velocity, angular acceleration, acceleration of the origin of frame i, all in frame i
 
-Pose, Jacobian, velocity product and acceleration of a centre of mass are derived twice. *By differentiation*:
-placements in the ground frame, differentiated on the graph. *Recursive*: from the joint axes and the motion of the
-tree. Public twists and accelerations have the linear part first and the angular part second. They are in the ground
-frame, at the origin of the named frame.
+Pose and acceleration of a centre of mass are derived twice. *By differentiation*: placements in the ground frame,
+differentiated on the graph. *Recursive*: from the motion of the tree. Velocities of named frames: `frame_outputs`.
 
 Directions of the velocities on the space of coordinates, their brackets, and the connection of a mass matrix M:
 
@@ -54,7 +52,7 @@ from symdyn.errors import DerivationError, choice
 from symdyn.graph import Expr, Graph, gradient, tangents
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS, joint_motion
-from symdyn.spatial import Transform, Vec, add, cross, scale, sub, zero_vector
+from symdyn.spatial import Transform, Vec, scale, zero_vector
 
 PLACES = {"body": ("bodies",), "body or point": ("bodies", "points")}
 """Where a name is looked for that shall be one of these."""
@@ -94,32 +92,12 @@ def pose(T: Transform) -> list[Expr]:
     return [entry for row, shift in zip(T.R, T.p, strict=True) for entry in (*row, shift)]
 
 
-def differentiated_jacobian(scene: Scene, name: str, graph: Graph) -> list[Expr]:
-    """Return J with [v; ω] = J q̇, row by row, shape (6, n): v = ∂p/∂q q̇, ω̃ = Ṙ Rᵀ."""
-    T, state = placed(scene, name, graph), State.of(scene, graph)
-    twist = _twist(T, state.velocity)
-    columns = [tangents(twist, {qd: graph.one}) for qd in state.qd]
-    return [column[k] for k in range(6) for column in columns]
-
-
-def differentiated_velocity_product(scene: Scene, name: str, graph: Graph) -> list[Expr]:
-    """Return J̇ q̇, shape (6,): the acceleration [v̇; ω̇] at q̈ = 0."""
-    T, state = placed(scene, name, graph), State.of(scene, graph)
-    return tangents(_twist(T, state.velocity), state.velocity)
-
-
 def differentiated_acceleration(scene: Scene, name: str, graph: Graph) -> list[Expr]:
     """Return the acceleration of a body's centre of mass, the input of (5.11), shape (3,), ground frame, m/s^2."""
     state = State.of(scene, graph)
     motion = state.acceleration
     centre = body_placements(scene, graph)[name].point(centre_of_mass(scene, name, graph))
     return tangents(tangents(centre, motion), motion)
-
-
-def _twist(T: Transform, rates: dict[Expr, Expr]) -> list[Expr]:
-    """Return [ṗ; ω] of a placement along given rates, ground frame."""
-    turning = T.R.spin([tangents(row, rates) for row in T.R])
-    return [*tangents(T.p, rates), *turning]
 
 
 # Recursive
@@ -130,31 +108,6 @@ def tree_placed(scene: Scene, tree: Tree, name: str) -> Transform:
     body, local = locate(scene, name, tree.graph)
     carrier, home = tree.home[body]
     return tree.placements()[carrier] @ home @ local
-
-
-def jacobian(scene: Scene, tree: Tree, state: State, name: str) -> list[Expr]:
-    """Return J with [v; ω] = J q̇, row by row, shape (6, n): column z × (p - o) + s over z, with z, s the joint axis."""
-    body, _ = locate(scene, name, tree.graph)
-    p, placements = tree_placed(scene, tree, name).p, tree.placements()
-    columns: list[tuple[Expr, ...]] = [(tree.graph.zero,) * 6] * tree.n
-    i = tree.home[body][0]
-    while i:
-        z, s = placements[i].R @ tree.S[i][0], placements[i].R @ tree.S[i][1]
-        column = (*add(cross(z, sub(p, placements[i].p)), s), *z)
-        for k, share in tree.A[i]:
-            columns[k] = tuple(x + share * y for x, y in zip(columns[k], column, strict=True))
-        i = tree.parent[i]
-    return [column[k] for k in range(6) for column in columns]
-
-
-def velocity_product(scene: Scene, tree: Tree, state: State, name: str) -> list[Expr]:
-    """Return J̇ q̇, shape (6,): the acceleration [v̇; ω̇] at q̈ = 0."""
-    still = [tree.graph.zero] * tree.n
-    body, local = locate(scene, name, tree.graph)
-    carrier, home = tree.home[body]
-    motion = tree.motion(state.qd, still, zero_vector(tree.graph))[carrier]
-    R = tree.placements()[carrier].R
-    return [*R @ motion.at((home @ local).p), *R @ motion.dw]
 
 
 def acceleration(scene: Scene, tree: Tree, state: State, name: str) -> list[Expr]:

@@ -205,7 +205,7 @@ class Factored:
     Attributes:
         graph: where the entries live.
         parent: as for `solve`.
-        L: entries below the diagonal, row by row; what stands on it and above is no part.
+        L: entries below the diagonal, row by row; what stands above is no part, and D on it.
         reciprocal: 1/D.
     """
 
@@ -213,6 +213,11 @@ class Factored:
     parent: Sequence[int]
     L: list[list[Expr]]
     reciprocal: list[Expr]
+
+    @property
+    def pivots(self) -> list[Expr]:
+        """D."""
+        return [row[k] for k, row in enumerate(self.L)]
 
     def solve(self, rows: Sequence[Sequence[Expr]]) -> list[list[Expr]]:
         """Return M⁻¹ times rows, shape (n, m), all columns in step."""

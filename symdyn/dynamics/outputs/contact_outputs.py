@@ -132,6 +132,8 @@ def _impact(w: Workspace, name: str, by_recursion: bool) -> list[Expr]:
     rows = list(touch.rows)
     columns = [columns_of(w, free, row) for row in rows]
     D = [[dot(row.entries, column) for column in columns] for row in rows]
+    if D[0][0].is_zero:
+        raise DerivationError(f"{w.scene.name}: contacts.{name}: nothing moves along its normal, nothing strikes")
     v = [dot(row.entries, w.state.qd) for row in rows]
     e, zero, one = touch.restitution, w.graph.zero, w.graph.one
     if touch.law.law == "newton":
@@ -141,7 +143,7 @@ def _impact(w: Workspace, name: str, by_recursion: bool) -> list[Expr]:
         again = [a + dot(row, found) for a, row in zip(v, D, strict=True)]
         more = _phase(D, again, touch, e * found[0])
         found = [a + b for a, b in zip(found, more, strict=True)]
-    found = [_where(v[0], zero, part) for part in found]  # what parts already does not strike
+    found = [where(v[0], zero, part) for part in found]  # what parts already does not strike
     after = [u + dot(parts, found) for u, parts in zip(w.state.qd, zip(*columns, strict=True), strict=True)]
     return [*after, *found, *[zero] * (2 - len(found))]
 
@@ -162,17 +164,18 @@ def _phase(D: Sequence[Sequence[Expr]], v: Sequence[Expr], touch: Touch, least: 
     goes_on = v[1] + (b - mu * c) * ahead  # what slips ahead has to
     found = []
     for stuck, one, other in ((sticking, ahead, back), (held, -mu * ahead, mu * back)):
-        slips = _where(a - mu * b, _where(goes_on, one, other), other)
-        found.append(_where(-sticking, slips, _where(beyond, slips, stuck)))
+        slips = where(a - mu * b, where(goes_on, one, other), other)
+        found.append(where(-sticking, slips, where(beyond, slips, stuck)))
     return found
 
 
-def _where(condition: Expr, positive: Expr, otherwise: Expr) -> Expr:
+def where(condition: Expr, positive: Expr, otherwise: Expr) -> Expr:
+    """Return one of two numbers, the first where a condition is above zero."""
     return condition.graph.function(Op.SELECT, condition, positive, otherwise)
 
 
 def _larger(a: Expr, b: Expr) -> Expr:
-    return a if b.is_zero else _where(a - b, a, b)
+    return a if b.is_zero else where(a - b, a, b)
 
 
 # The table

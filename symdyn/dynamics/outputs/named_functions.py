@@ -176,22 +176,21 @@ ARGUMENTS: dict[str, tuple[str, dict[str, str]]] = {  # text, unit by unit of th
     "dqdd_i": ("direction of the independent accelerations", {"rad": "rad/s^2", "m": "m/s^2"}),
     "qd_r": ("reference velocities", {"rad": "rad/s", "m": "m/s"}),
     "qdd_r": ("reference accelerations", {"rad": "rad/s^2", "m": "m/s^2"}),
+    "forces": ("forces on the velocities", {unit: force_unit(unit) for unit in ("rad", "m")}),
+    "step": ("displacement along the velocities", {"rad": "rad", "m": "m"}),
+    "q_to": ("joint positions to be reached", {"rad": "rad", "m": "m", "1": "1"}),
     "weights": ("weights of the entries of the result, row by row", {"": ""}),
     "mask": ("1 for each contact that is closed, else 0", {"": "1"}),
     "slip": ("direction of the slip of each contact, a sign or a unit vector, 0 where it sticks", {"": "1"}),
 }
 
-MODES = ("mask", "slip")
-"""Arguments that say the mode of every contact."""
+MODES = ("mask", "slip")  # of every contact
 
 ALONG_MANIFOLD = {"q": "dq_i", "qd": "dqd_i", "qdd": "dqdd_i", "tau": "dtau"}
 """The same of closed scenes, where dependent positions, velocities and accelerations move along."""
 
-MOMENTA = "p"
-"""The argument of what takes momenta in place of velocities."""
-
-MULTIPLIERS = "multipliers"
-"""The argument of what takes the multipliers as given."""
+MOMENTA, MULTIPLIERS = "p", "multipliers"
+"""Arguments of what takes momenta in place of velocities, and the multipliers as given."""
 
 DIRECTIONS = {
     "q": "dq",
@@ -207,6 +206,9 @@ DIRECTIONS = {
 
 OF_INDEPENDENT = {"qi", "ui", "dqi", "dui"}
 """Arguments of the independent velocities of a closed scene, or of the coordinates whose rates they are."""
+
+RIGHT, STEP, TO = "forces", "step", "q_to"
+"""Arguments of what solves with the mass matrix, adds displacements to positions, and takes them apart."""
 
 REFERENCE, REFERENCE_RATE = "qd_r", "qdd_r"
 """Arguments of what goes along a reference motion beside the motion itself."""
@@ -237,10 +239,10 @@ BODY_AXES = "velocities v and w of free joints and w of spherical joints are alo
 def conventions(scene: Scene, name: str) -> str:
     """Return the names of the coordinates or velocities, and what they mean where that is not plain; else ""."""
     plain = len(scene.coordinates) == len(scene.velocities)
-    if name == "q":
+    if name in ("q", TO):
         told = scene.coordinates_of_joints() or runs(scene.coordinates)
         return told + ("" if plain else "; quaternions are in the order (w, x, y, z)")
-    if name in ("qd", "dq", "qd_r", "p", "dp") and not plain:
+    if name in ("qd", "dq", "qd_r", "p", "dp", RIGHT, STEP) and not plain:
         return f"{runs(scene.velocities)}; {BODY_AXES}"
     return ""
 
@@ -314,13 +316,13 @@ def arguments(workspace: Workspace, names: Sequence[str], weighed: Sequence[str]
             nodes, entries = direction(workspace.graph, name, len(among)), tuple(spelled[speeds[k]] for k in among)
             result.append(Argument(name, nodes, f"{text}: {told}", entries))
             continue
-        kinds, nodes = units if name == "q" else ["s"] if name == TIME else speeds, symbols.get(name, ())
+        kinds, nodes = units if name in ("q", TO) else ["s"] if name == TIME else speeds, symbols.get(name, ())
         if name in OF_INDEPENDENT:
             kinds = [speeds[k] for k in independent]
             text = f"{text}: {', '.join(str(node.value) for node in independent_symbols(workspace, name[-2:]))}"
         if name in ("qi", "ui"):
             nodes = independent_symbols(workspace, name)
-        elif name in (REFERENCE, REFERENCE_RATE, MOMENTA, *DIRECTIONS.values()):
+        elif name in (REFERENCE, REFERENCE_RATE, MOMENTA, RIGHT, STEP, TO, *DIRECTIONS.values()):
             nodes = direction(workspace.graph, name, len(kinds))
         entries = tuple(spelled[kind] for kind in kinds)
         result.append(Argument(name, nodes, text, entries, name == TIME, conventions(scene, name)))

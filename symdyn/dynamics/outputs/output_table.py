@@ -8,7 +8,6 @@ The outputs about the centre of mass of the whole scene: rows of OUTPUTS that it
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -17,6 +16,7 @@ from symdyn.dynamics.mechanism.kinematics import has_quaternions, rates_of_place
 from symdyn.dynamics.mechanism.state import has_motion
 from symdyn.dynamics.outputs import recursive_derivatives, result_labels as labels, tree_formulations as formulations
 from symdyn.dynamics.outputs.canonical_outputs import CANONICAL
+from symdyn.dynamics.outputs.configuration_outputs import CONFIGURATIONS
 from symdyn.dynamics.outputs.constrained_outputs import (
     CONSTRAINED_DRIVES,
     CONSTRAINED_FORWARD,
@@ -25,14 +25,15 @@ from symdyn.dynamics.outputs.constrained_outputs import (
     REACTIONS,
 )
 from symdyn.dynamics.outputs.contact_outputs import CONTACTS
+from symdyn.dynamics.outputs.frame_outputs import MOVING
 from symdyn.dynamics.outputs.linearizing_outputs import LINEARIZING
+from symdyn.dynamics.outputs.operator_outputs import OPERATORS
 from symdyn.dynamics.outputs.output import FORCES, Formulation, Output, Size, by_differentiation, by_lagrange, by_loop
 from symdyn.dynamics.outputs.regressor_outputs import PASSIVITY, REGRESSORS
 from symdyn.dynamics.outputs.shaping_outputs import SHAPING
 from symdyn.dynamics.outputs.signal_outputs import SIGNALS
 from symdyn.dynamics.recursive.reduced_tree import potential_energy
 from symdyn.dynamics.recursive.table_loops import aba_loop, rnea_loop
-from symdyn.graph import Expr
 from symdyn.scene.forces import elastic
 
 MOMENTUM = ("px", "py", "pz", "Lx", "Ly", "Lz")
@@ -90,14 +91,6 @@ CENTROIDAL: dict[str, Output] = {
         },
     ),
 }
-
-
-def _moving(recursive: Callable[..., list[Expr]], differentiated: Callable[..., list[Expr]]) -> dict[str, Formulation]:
-    """Return the two formulations of how a body or a point moves."""
-    return {
-        "recursive": Formulation(lambda w, name: recursive(w.scene, w.tree, w.state, name)),
-        "differentiation": by_differentiation(lambda w, name: differentiated(w.scene, name, w.graph)),
-    }
 
 
 VECTOR, SQUARE, PAIRS = (labels.velocities,), (labels.velocities,) * 2, (labels.velocities, labels.pairs)
@@ -351,26 +344,7 @@ OUTPUTS: dict[str, Output] = {
         },
         place="point",
     ),
-    "jacobian": Output(
-        "Jacobian J of {name}: [velocity of its origin; angular velocity] = J qd, ground frame",
-        ("q",),
-        "J",
-        (labels.fixed(*labels.TWIST), labels.velocities),
-        "m or 1, and 1",
-        "same",
-        _moving(kinematics.jacobian, kinematics.differentiated_jacobian),
-        place="point",
-    ),
-    "jdot_qdot": Output(
-        "velocity product Jdot qd of {name}: its [acceleration; angular acceleration] at qdd = 0, ground frame",
-        ("q", "qd"),
-        "a",
-        (labels.fixed(*labels.TWIST),),
-        "m/s^2 and rad/s^2",
-        "same",
-        _moving(kinematics.velocity_product, kinematics.differentiated_velocity_product),
-        place="point",
-    ),
+    **MOVING,
     "com_acceleration": Output(
         "acceleration of the centre of mass of {name}, ground frame, without gravity",
         ("q", "qd", "qdd"),
@@ -378,7 +352,12 @@ OUTPUTS: dict[str, Output] = {
         (labels.fixed(*"xyz"),),
         "m/s^2",
         "same",
-        _moving(kinematics.acceleration, kinematics.differentiated_acceleration),
+        {
+            "recursive": Formulation(lambda w, name: kinematics.acceleration(w.scene, w.tree, w.state, name)),
+            "differentiation": by_differentiation(
+                lambda w, name: kinematics.differentiated_acceleration(w.scene, name, w.graph)
+            ),
+        },
         place="body",
         default_in="verify",
         may_fail="silently",
@@ -386,6 +365,8 @@ OUTPUTS: dict[str, Output] = {
     **OF_LOOPS,
     **REACTIONS,
     **CENTROIDAL,
+    **OPERATORS,
+    **CONFIGURATIONS,
     **SIGNALS,
     **CONTACTS,
     **REGRESSORS,

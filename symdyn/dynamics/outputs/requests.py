@@ -36,13 +36,14 @@ from symdyn.dynamics.mechanism.tree import build_tree
 from symdyn.dynamics.outputs.constrained_derivatives import ALONG_MANIFOLD, CLOSED, MOTION_RESIDUAL, RESIDUAL, SOLVED
 from symdyn.dynamics.outputs.derivative_outputs import BESIDE, SPELLED, by_parameters, derivatives, differentiable
 from symdyn.dynamics.outputs.directional_outputs import ALONG_ONE
+from symdyn.dynamics.outputs.frame_outputs import IN_FRAMES, MOVING
 from symdyn.dynamics.outputs.output import INVERSE, PLENTY, TREE_NAME, DefaultIn, Output, depths_of
 from symdyn.dynamics.outputs.output_table import OUTPUTS
 from symdyn.dynamics.outputs.tangent_space import COLUMNS, independent_positions, independent_velocities, manifold_of
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.dynamics.recursive.joint_table import lacking
 from symdyn.dynamics.recursive.table_loops import TABLE_LOOPS
-from symdyn.errors import DerivationError, choice, nearest, quoted
+from symdyn.errors import DerivationError, choice, listed, nearest, quoted
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
 
@@ -212,9 +213,11 @@ def request_of(name: str, scene: Scene) -> str:
     places = [one.name for one in scene.bodies] + [one.name for one in scene.points]
     places += [*(one.name for one in scene.outputs), *(one.name for one in scene.ropes)]
     places += [place for _, colon, place in (one.partition(":") for one in OUTPUTS) if colon]
+    places += [f"{place}:{frame}" for place in places for frame in IN_FRAMES]
     plain = (name, *([name.removeprefix(TREE_NAME)] if scene.is_constrained else []))
-    tried = [name, *plain[1:], *(f"{one.removesuffix(f'_{at}')}:{at}" for one in plain for at in places
-                                 if one.endswith(f"_{at}"))]  # fmt: skip
+    ends = {at: f"_{at.replace(':', '_')}" for at in places}
+    tried = [name, *plain[1:], *(f"{one.removesuffix(end)}:{at}" for one in plain for at, end in ends.items()
+                                 if one.endswith(end))]  # fmt: skip
     for request in dict.fromkeys(tried):
         try:
             row, _ = _row(request, scene)
@@ -238,6 +241,7 @@ def of_place(name: str, by: DefaultIn = "generate") -> list[str]:
 def _row(request: str, scene: Scene | None) -> tuple[Output, str]:
     """Return the same of a request alone."""
     name, _, place = request.partition(":")
+    place, in_frame, frame = place.partition(":")
     closed = scene is not None and scene.is_constrained
     there = {one.removesuffix(f":{place}"): row for one, row in OUTPUTS.items() if place and one.endswith(f":{place}")}
     if row := there.get(name) or of_another(name, there):  # one of the whole scene, such as "reactions:ground"
@@ -246,6 +250,14 @@ def _row(request: str, scene: Scene | None) -> tuple[Output, str]:
     asked = name.removeprefix(TREE_NAME)
     if row is None and asked in OUTPUTS and OUTPUTS[asked].when_constrained == "tree":
         raise DerivationError(f"{name} is what {asked} is called where loops close a scene; ask for {asked}")
+    if row and in_frame:
+        rows = IN_FRAMES.get(frame, MOVING)
+        row = rows.get(name) or of_another(name, rows)
+        if row is None:
+            such = ", ".join(f"{one}:NAME" for one in MOVING)
+            raise DerivationError(f"{name} is in no frame that can be chosen; {such} and their derivatives are")
+        if frame not in IN_FRAMES:
+            raise DerivationError(f"{name}: there is no frame {frame!r}; {choice(frame, IN_FRAMES)}")
     if row is None:
         raise DerivationError(f"there is no output {name!r}; {_those_there(name, closed)}")
     if row.place and not place:
@@ -267,21 +279,30 @@ def _row(request: str, scene: Scene | None) -> tuple[Output, str]:
         raise DerivationError(f"{request} is about trees; loops or rows close {scene.name}")
     if row.place in KINDS:
         check_place(scene, place, KINDS[row.place])
+    if in_frame and (other := f"{place}_{frame}") in [one.name for one in scene.bodies] + [
+        one.name for one in scene.points
+    ]:
+        raise DerivationError(
+            f"{scene.name}: {request} would be called in code what {name}:{other} is; give {other} another name"
+        )
     return row.constrained if scene.is_constrained else row, place
 
 
 def _those_there(name: str, closed: bool) -> str:
     """Return what can be asked for in place of what there is not: of the output whose name it begins with, if any."""
     of = max((one for one in MANY if name.startswith(f"{one}_")), key=len, default="")
+    if of and (near := nearest(name, [one for one in OUTPUTS if one.startswith(f"{of}_")])):
+        return f"did you mean {near}?"
     if of:
         return f"of {of} there are {', '.join(words(of, closed))}"
     there = (*OUTPUTS, *(CLOSED if closed else ()), STATE_MATRICES)
     what = next((end for word in WORDS if name.endswith(end := word.removeprefix("NAME"))), "")
-    if near := nearest(name.removesuffix(what), there):
+    asked = name.removesuffix(what)
+    if near := next((one for one in there if one.startswith(f"{asked}_")), None) or nearest(asked, there):
         at = ":NAME" if near in OUTPUTS and OUTPUTS[near].place else ""
         return f"did you mean {near}{what}{at}?"
     derived = f"derivatives of each, such as inverse_dynamics_derivatives: {', '.join(WORDS)}"
-    return f"there are {', '.join(there)}; and {derived}"
+    return f"there are {listed(there, 40)}; and {derived}"
 
 
 def _of_state(name: str, closed: bool) -> Output | None:

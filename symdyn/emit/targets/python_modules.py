@@ -300,7 +300,7 @@ def external_text(
     for function in draft.page.functions:
         functions.append(_plain(function, inside[function.name], results[function.name]))
         blocks = jacobians.get(function.name, {})
-        if {*blocks} == {argument.name for argument in function.arguments if argument.length}:
+        if blocks and {*blocks} == {argument.name for argument in function.arguments if argument.length}:
             whole.append(function.name)
             functions.append(_jacobian(function, blocks, inside, draft.page.functions, functions[-1]))
     values = {
@@ -327,7 +327,8 @@ def _plain(function: FunctionText, inside: str, result: str) -> Called:
     """Return what computes a function; a matrix is turned, since CasADi's are column by column."""
     rows, columns = (function.shape[0] if function.shape else 1), prod(function.shape[1:])
     turned = rows > 1 and columns > 1
-    body = [f"if (res[0]) {inside}({_address(function)}, {'w' if turned else 'res[0]'});"] if rows * columns else []
+    given = ", ".join([*([_address(function)] if function.arguments else []), "w" if turned else "res[0]"])
+    body = [f"if (res[0]) {inside}({given});"] if rows * columns else []
     if turned:
         body.append(f"if (res[0]) symdyn_turned(w, {rows}, {columns}, 0, {columns}, res[0]);")
     inputs = tuple(Array(argument.name, argument.length, 1) for argument in function.arguments)

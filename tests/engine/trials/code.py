@@ -145,6 +145,7 @@ def requests(scene: Scene, asked: str, axes: str) -> list[str]:
     if asked == "kinematics":
         found += [
             *of_place(body.name),
+            *(f"{name}:{body.name}" for name in ("velocity", "acceleration")),
             *CENTROIDAL,
             *CANONICAL,
             *(["constraint_forces"] if scene.is_constrained else []),

@@ -521,6 +521,8 @@ COMPARED: Mapping[str, Comparison] = {
     "pose": equal(lambda x: placed(x).x[:3, :4]),
     "jacobian": columns(lambda x: x.still.columns[-6:]),
     "jdot_qdot": equal(lambda x: x.still.twists()[1][-6:]),
+    "velocity": equal(lambda x: x.still.twists()[0][-6:]),
+    "acceleration": equal(lambda x: x.still.columns[-6:] @ x.given.du + x.still.twists()[1][-6:]),
     "com_acceleration": equal(centre_acceleration),
     "constraint_residual": lambda trial, request: (
         (truth, got, np.zeros_like(got), 0.0)

@@ -23,7 +23,7 @@ C++ is one header of C++17, templates over the type of a number, without librari
 
 T is double, float, or any type with + - * / and comparison, a constructor from double, and sin, cos, ... of its own
 beside it, where argument-dependent lookup finds them: dual numbers, intervals, packs of states. Results come back by
-value, which costs no copy. Where Eigen is included, fixed vectors and maps of it are taken, too.
+value, which costs no copy. Where Eigen is included, vectors and maps of it are taken, too.
 
 With option "batch" <scene>::raw has functions over many states, as C has them: templates for packs of states, which are
 plain arrays; -O3 makes vectors of them. Functions of several angles take sines and cosines of doubles and floats by our
