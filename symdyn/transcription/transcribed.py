@@ -13,9 +13,8 @@ Closed mechanisms keep all their coordinates, with multipliers: no partition is 
 velocities are held at the ends of intervals, where ν and μ make room for them: the step is projected along Gᵀ, which
 keeps its order. Wheels that roll have rows without a position, and no ν. A unit quaternion e has ρ for its length.
 
-References: Hairer, Lubich and Wanner, Geometric Numerical Integration (2006), section IV.4, projection; Posa,
-Kuindersma and Tedrake, Optimization and stabilization of trajectories for constrained dynamical systems, ICRA (2016),
-who hold the three levels in this way too, with Hermite-Simpson collocation.
+References: Hairer, Lubich and Wanner, Geometric Numerical Integration (2006), section IV.4; Posa, Kuindersma and Tedrake,
+Optimization and stabilization of trajectories for constrained dynamical systems, ICRA (2016).
 """
 
 from __future__ import annotations
@@ -230,12 +229,7 @@ class Collocation(Shown):
     def _slices(self) -> dict[str, Any]:
         """Points and stages of all intervals, without copies where they are equally far apart."""
         grid = self.grid
-        return {
-            "stage": sliced(grid.stage),
-            "node": sliced(grid.node),
-            "joint": grid.joints,
-            "end": grid.node[-1:],
-        }
+        return {"stage": sliced(grid.stage), "node": sliced(grid.node), "joint": grid.joints, "end": grid.node[-1:]}
 
     def jacobian_values(self, z: Array) -> Array:
         """Return the entries of ∂g/∂z at (`jacobian_rows`, `jacobian_columns`), shape (nonzeros,)."""

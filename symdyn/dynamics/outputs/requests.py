@@ -16,11 +16,8 @@ and all positions independent of the others' rates; where something turns or rol
 Reference: Bloch, Krishnaprasad, Marsden and Ratiu, The Euler-Poincaré equations and double bracket dissipation (1996),
 section 2.
 
-Requests that are too large to be written as lines: refused in words, before they are begun.
-
-What can be asked of every output: rows that are made of its row, by what is written behind its name.
-
-Closed scenes have rows of their own in place of some, along the manifold of their states.
+Requests that are too large to be written as lines are refused before they are begun. What can be asked of every output
+are rows made of its row, by what is written behind its name; closed scenes have their own along their manifold.
 """
 
 from __future__ import annotations
@@ -70,7 +67,6 @@ OPERATORS: dict[str, Callable[[str, Output], Output]] = {
 
 WORDS = tuple(f"NAME{one}" for one in (*OPERATORS, f"{BY}PARAMETER"))
 """The same in words, of an output called NAME."""
-
 
 MANY: dict[str, Output] = {**OUTPUTS, RESIDUAL: MOTION_RESIDUAL}
 """Rows of which many others can be asked for, by a word behind their name."""
@@ -210,8 +206,7 @@ def request_of(name: str, scene: Scene) -> str:
     """Return the request of a function that is asked for by its name in code; what is none stays as it is."""
     if not isinstance(name, str):
         return name
-    places = [one.name for one in scene.bodies] + [one.name for one in scene.points]
-    places += [*(one.name for one in scene.outputs), *(one.name for one in scene.ropes)]
+    places = [*_places(scene), *(one.name for one in scene.outputs), *(one.name for one in scene.ropes)]
     places += [place for _, colon, place in (one.partition(":") for one in OUTPUTS) if colon]
     places += [f"{place}:{frame}" for place in places for frame in IN_FRAMES]
     plain = (name, *([name.removeprefix(TREE_NAME)] if scene.is_constrained else []))
@@ -238,6 +233,10 @@ def of_place(name: str, by: DefaultIn = "generate") -> list[str]:
     return [f"{one}:{name}" for one, row in OUTPUTS.items() if row.place in ("body", "point") and row.is_default_in(by)]
 
 
+def _places(scene: Scene) -> list[str]:
+    return [*(one.name for one in scene.bodies), *(one.name for one in scene.points)]
+
+
 def _row(request: str, scene: Scene | None) -> tuple[Output, str]:
     """Return the same of a request alone."""
     name, _, place = request.partition(":")
@@ -262,9 +261,7 @@ def _row(request: str, scene: Scene | None) -> tuple[Output, str]:
         raise DerivationError(f"there is no output {name!r}; {_those_there(name, closed)}")
     if row.place and not place:
         article = "an" if row.place == "output" else "a"
-        there_are = []
-        if scene is not None and row.place in KINDS:
-            there_are = [*(one.name for one in scene.bodies), *(one.name for one in scene.points)]
+        there_are = _places(scene) if scene is not None and row.place in KINDS else []
         such_as = f", such as {name}:{there_are[-1]}" if there_are else ""
         raise DerivationError(f"{name} needs {article} {row.place}; write {name}:NAME{such_as}")
     if place and not row.place:
@@ -279,9 +276,7 @@ def _row(request: str, scene: Scene | None) -> tuple[Output, str]:
         raise DerivationError(f"{request} is about trees; loops or rows close {scene.name}")
     if row.place in KINDS:
         check_place(scene, place, KINDS[row.place])
-    if in_frame and (other := f"{place}_{frame}") in [one.name for one in scene.bodies] + [
-        one.name for one in scene.points
-    ]:
+    if in_frame and (other := f"{place}_{frame}") in _places(scene):
         raise DerivationError(
             f"{scene.name}: {request} would be called in code what {name}:{other} is; give {other} another name"
         )
