@@ -13,7 +13,7 @@ Closed mechanisms keep all their coordinates, with multipliers: no partition is 
 velocities are held at the ends of intervals, where ν and μ make room for them: the step is projected along Gᵀ, which
 keeps its order. Wheels that roll have rows without a position, and no ν. A unit quaternion e has ρ for its length.
 
-References: Hairer, Lubich and Wanner, Geometric Numerical Integration (2006), section IV.4; Posa, Kuindersma and Tedrake,
+References: Hairer, Lubich and Wanner, Geometric Numerical Integration (2006), IV.4; Posa, Kuindersma and Tedrake,
 Optimization and stabilization of trajectories for constrained dynamical systems, ICRA (2016).
 """
 
