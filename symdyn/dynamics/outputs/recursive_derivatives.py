@@ -115,7 +115,7 @@ def _inverse(w: Workspace) -> Jacobians:
     kinds = {"q": of_joints.by_position, "qd": of_joints.by_rate, "qdd": of_joints.by_acceleration}
     found = {name: tree.generalized_matrix(by_joint) for name, by_joint in kinds.items()}
     by_rate, by_position = _of_varying_coefficients(w, of_joints)
-    rest = [sum(parts[1:], parts[0]) for parts in zip(*_beside_bodies(w), strict=True)]
+    rest = [sum(parts[1:], parts[0]) for parts in zip(*beside_bodies(w), strict=True)]
     for k in range(state.n):
         for m in range(state.n):
             found["q"][k][m] = found["q"][k][m] + by_position[k][m]
@@ -160,7 +160,7 @@ def _of_varying_coefficients(w: Workspace, of_joints: JointForceDerivatives) -> 
     return by_rate, by_position
 
 
-def _beside_bodies(w: Workspace) -> list[list[Expr]]:
+def beside_bodies(w: Workspace) -> list[list[Expr]]:
     """Return what inverse dynamics finds beside what bodies need, shape (nv,) each."""
     loads = rnea(w.whole.without_gravity, w.zeros, w.zeros, w.loads)
     return [w.elastic.forces, loads, [-push for push in w.pushes], _rotors(w, w.state.qdd)]
