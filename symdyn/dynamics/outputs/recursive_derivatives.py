@@ -51,12 +51,12 @@ def inverse_derivatives(w: Workspace, along: Sequence[str]) -> list[Expr]:
 
 def forward_derivatives(w: Workspace, along: Sequence[str]) -> list[Expr]:
     """Return the derivatives of forward dynamics along "q", "qd" or "tau", row by row."""
-    return _beside(w.once(_forward).jacobians, along)
+    return _beside(w.once(forward_with_factors).jacobians, along)
 
 
 def forward_solve(w: Workspace, along: Sequence[str]) -> RowSolve | None:
     """Return what the derivatives of forward dynamics are solved from; None for M⁻¹ alone, which is symmetric."""
-    found: Forward = w.once(_forward)
+    found: Forward = w.once(forward_with_factors)
     n, free, zero, one = w.state.n, w.prescribed.free, w.graph.zero, w.graph.one
     solved = [name for name in along if name in RIGHT_SIDES or not found.by_inverse]
     if not (free and any(name in RIGHT_SIDES for name in along)):
@@ -200,7 +200,7 @@ class Forward:
     by_inverse: bool
 
 
-def _forward(w: Workspace) -> Forward:
+def forward_with_factors(w: Workspace) -> Forward:
     """Return the derivatives of forward dynamics; prescribed accelerations depend on no argument."""
     slopes, given, n = w.once(_inverse_to_solve), w.prescribed, w.state.n
     free = given.free

@@ -11,19 +11,22 @@ not tie one branch to another.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
+from symdyn.dynamics.mechanism.linear_solve import Factored, RowSolve, RowStep
 from symdyn.dynamics.outputs.derivative_outputs import derived, differentiable, entries_of
 from symdyn.dynamics.outputs.output import Formulation, Output, Size
 from symdyn.dynamics.outputs.output_table import OUTPUTS
-from symdyn.dynamics.outputs.recursive_derivatives import beside_bodies
-from symdyn.dynamics.outputs.tangent_space import COLUMNS, FREE
-from symdyn.dynamics.outputs.workspace import Workspace
+from symdyn.dynamics.outputs.recursive_derivatives import Forward, beside_bodies, forward_with_factors
+from symdyn.dynamics.outputs.tangent_space import COLUMNS, FREE, by_row
+from symdyn.dynamics.outputs.tree_formulations import forward
+from symdyn.dynamics.outputs.workspace import Matrix, Workspace
 from symdyn.dynamics.recursive.second_order import Velocities, places, second_order
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, tangents
+from symdyn.graph import Expr, substitute, tangents
 from symdyn.scene import Scene
 
 PACKED_TENSOR = "_second_derivatives_packed"
@@ -114,15 +117,89 @@ def _labels(w: Workspace) -> tuple[str, ...]:
     return tuple(f"force on {forces[i]} by {columns[k]}, {columns[j]}" for i, k, j in w.once(_places))
 
 
+def _pairs(w: Workspace) -> list[tuple[int, int]]:
+    """Return the columns of packed second derivatives of forward dynamics: k before j, but for two of one joint."""
+    n, shared = w.state.n, Velocities.of(w.whole.parent, w.whole.block).own
+    every = range(n)
+    return [
+        *((k, j) for k in every for j in every if j <= k or j in shared[k]),
+        *((k, n + j) for k in every for j in every),
+        *((n + k, n + j) for k in every for j in range(k + 1)),
+        *((k, 2 * n + j) for k in every for j in every),
+    ]
+
+
+@dataclass(frozen=True)
+class _Forward:
+    """What second derivatives of forward dynamics are solved from: factors of M, and right sides by row and pair."""
+
+    factors: Factored
+    sides: Matrix
+
+
+def _sides(w: Workspace) -> _Forward:
+    """Return the right sides -(X_j X_k τ_i + X_k M_il X_j u̇_l + X_j M_il X_k u̇_l) at u̇ of forward dynamics."""
+    n, moving = w.state.n, dict(zip(w.state.qdd, forward(w), strict=True))
+    known: Forward = w.once(forward_with_factors)
+    places = w.once(_places)
+    values = substitute(w.once(_recursive), moving)
+    tensor = dict(zip(places, values, strict=True))
+    for (i, k, j), value in list(tensor.items()):
+        tensor.setdefault((i, j, k), value)
+        if j >= 2 * n:
+            tensor.setdefault((j - 2 * n, k, 2 * n + i), value)
+    mass: dict[tuple[int, int], list[tuple[int, Expr]]] = {}  # X_k M_il by i and k
+    for (i, k, j), value in tensor.items():
+        if k < n and j >= 2 * n and not value.is_zero:
+            mass.setdefault((i, k), []).append((j - 2 * n, value))
+    slopes = [found for name in ("q", "qd", "tau") for found in zip(*known.jacobians[name], strict=True)]
+    zero, rows = w.graph.zero, list[list[Expr]]()
+    for i in range(n):
+        row = []
+        for k, j in w.once(_pairs):
+            parts = [tensor.get((i, k, j), zero)] if j < 2 * n else []
+            parts += [value * slopes[j][m] for m, value in mass.get((i, k), ())]
+            parts += [value * slopes[k][m] for m, value in mass.get((i, j), ())]
+            row.append(-w.graph.total(parts))
+        rows.append(row)
+    return _Forward(known.factors, rows)
+
+
+def _solved(w: Workspace) -> list[Expr]:
+    """Return the second derivatives of forward dynamics, row by row, by the implicit relation."""
+    found: _Forward = w.once(_sides)
+    return [entry for row in found.factors.solve(found.sides) for entry in row]
+
+
+def _row_solve(w: Workspace) -> RowSolve:
+    """Return what they are solved from."""
+    found: _Forward = w.once(_sides)
+    steps = [RowStep(one.row, one.scale, one.terms) for one in found.factors.steps()]
+    beside = ((None,) * len(w.once(_pairs)),) * w.state.n
+    return RowSolve(w.scene, tuple(enumerate(map(tuple, found.sides))), w.state.n, tuple(steps), beside)
+
+
+def _forward_by_sweeps(w: Workspace) -> list[Expr]:
+    """Return the same by differentiation of forward dynamics."""
+    w.once(_places)
+    entries, directions = entries_of(w, OUTPUTS["forward_dynamics"]), FREE.seeds(w, "", ("q", "qd", "tau"))
+    slopes = [tangents(entries, one) for one in directions]
+    return by_row([tangents(slopes[k], directions[j]) for k, j in w.once(_pairs)], w.state.n)
+
+
+def _columns(w: Workspace) -> tuple[str, ...]:
+    """Return what the columns stand for."""
+    names = [f"{name} of {one}" for name in ("q", "qd", "tau") for one in w.scene.velocities]
+    return tuple(f"by {names[k]}, {names[j]}" for k, j in w.once(_pairs))
+
+
 PACKED: dict[str, Output] = {
     f"{OF}{PACKED_TENSOR}": derived(
         OUTPUTS[OF],
         differentiable(OUTPUTS[OF]),
         text="second derivatives X_j X_k tau_i that need not vanish, each once: for every velocity d, every m on its way "
-        "from the ground, runs along the velocities s on the way of m, their joints' own included, by i; k, j: "
-        "d; m, s.qdd* | d; m.qd, s.qd | d; s, m.qd | d; m, s.qd* | d; m, s || m; d, s.qdd | m; d.qd, s.qd | m; s, d.qd "
-        "| m; d, s.qd | m; d, s || s; d.qd, m.qd* | s; m, d.qd* | s; d, m.qd* | s; d, m*; a run with * ends before the "
-        "joint of m, those between || and the last but one are there where d and m belong to different joints; of "
+        "from the ground, runs along all s on the way of m, listed in docs/derivatives.md under Packed; "
+        "symdyn.dynamics.second_derivative_places(scene) returns i, k, j of every entry; of "
         + OUTPUTS[OF].text,
         formulations={"recursive": Formulation(_recursive), "forward": Formulation(_by_sweeps)},
         when_constrained="refuse",
@@ -130,6 +207,22 @@ PACKED: dict[str, Output] = {
         result="ddtau",
         units=f"{OUTPUTS[OF].units}, per units of what moves",
         size=Size((500.0, 120.0, 22.5)),
-    )
+    ),
+    f"forward_dynamics{PACKED_TENSOR}": derived(
+        OUTPUTS["forward_dynamics"],
+        differentiable(OUTPUTS["forward_dynamics"]),
+        text="second derivatives X_j X_k qdd_i, a column for each k, j: both of q with j up to k, or of one joint; q and "
+        "qd; both of qd with j up to k; q and tau; all others vanish, or follow by exchange; of "
+        + OUTPUTS["forward_dynamics"].text,
+        formulations={
+            "implicit": Formulation(_solved, solve=_row_solve),
+            "forward": Formulation(_forward_by_sweeps),
+        },
+        when_constrained="refuse",
+        axes=(COLUMNS["qd"], _columns),
+        result="ddqdd",
+        units=f"{OUTPUTS['forward_dynamics'].units}, per units of what moves",
+        size=Size((0.0, 0.0, 100.0, 10.0)),
+    ),
 }
 """Rows that are asked for by their names alone."""

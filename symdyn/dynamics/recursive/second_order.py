@@ -177,6 +177,11 @@ class Velocities:
         order = range(1, len(parent))
         return cls(tuple(tuple(k - 1 for k in chain[i]) for i in order), tuple(shared[i] for i in order))
 
+    @property
+    def own(self) -> list[tuple[int, ...]]:
+        """The velocities of each one's own joint."""
+        return [chain[len(chain) - shared :] for chain, shared in zip(self.chain, self.shared, strict=True)]
+
     def pairs(self) -> Iterator[tuple[int, int, bool]]:
         """Yield d, m, and whether both belong to one joint, in the order of the packed derivatives."""
         for d, chain in enumerate(self.chain):
