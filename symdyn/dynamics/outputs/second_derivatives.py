@@ -222,7 +222,7 @@ PACKED: dict[str, Output] = {
         axes=(COLUMNS["qd"], _columns),
         result="ddqdd",
         units=f"{OUTPUTS['forward_dynamics'].units}, per units of what moves",
-        size=Size((0.0, 0.0, 100.0, 10.0)),
+        size=Size((100.0, 20.0, 45.0, 9.0)),
     ),
 }
 """Rows that are asked for by their names alone."""
