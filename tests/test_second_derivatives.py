@@ -20,6 +20,7 @@ from symdyn.dynamics.outputs.second_derivatives import PACKED
 from symdyn.emit import emit
 from symdyn.errors import DerivationError
 from symdyn.program import formulate, lower
+from symdyn.runtime import second_derivatives
 from symdyn.scene import Scene, read, read_text
 from symdyn.verify import certify
 
@@ -186,6 +187,25 @@ def test_compiled_code_and_the_numpy_module_give_the_same(request_: str, tmp_pat
     module: dict[str, Any] = {}
     exec(text, module)
     assert np.ravel(module[request_](*given)) == pytest.approx(expected, rel=1e-10, abs=1e-10)
+
+
+@pytest.mark.usefixtures("numpy_alone")
+@pytest.mark.parametrize("name", ["ball on an arm", "branches", "two_link"])
+def test_arrays_of_all_are_the_whole_tensors(name: str) -> None:
+    """Those of forward dynamics go by products of matrices there, not by lines."""
+    n, compiled = numbers(name), second_derivatives(numbers(name).workspace.scene, "numpy")
+    nv = n.workspace.state.n
+    for request, slopes in ((INVERSE, compiled.inverse), (FORWARD, compiled.forward)):
+        state, at = state_of(n, request, "random"), pairs_of(n.workspace, request)
+        expected = np.array(n.at(request, state), dtype=float)
+        found = slopes(*(np.array(one, dtype=float) for one in state.values()))
+        if request == INVERSE:
+            assert found.shape == (nv, 3 * nv, 3 * nv)
+            here = [found[place] for place in at]
+        else:
+            assert (found.q.shape, found.qd.shape) == ((nv, nv, 3 * nv), (nv, nv, nv))
+            here = [found.q[i, k, j] if k < nv else found.qd[i, k - nv, j - nv] for i, k, j in at]
+        assert here == pytest.approx(expected, rel=1e-9, abs=1e-9 * np.abs(expected).max())
 
 
 def led() -> Scene:
