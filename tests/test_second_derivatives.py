@@ -131,7 +131,7 @@ def test_they_are_what_differences_of_first_derivatives_tend_to(name: str, kind:
 
 @pytest.mark.parametrize("name", ["ball on an arm", "branches", "resisted", "heavy_top"])
 def test_what_stands_at_no_place_vanishes_or_follows_by_exchange(name: str) -> None:
-    """The whole tensor of the graph, entry by entry: nothing is left out, nothing stands twice for different numbers."""
+    """The whole tensor of the graph, entry by entry: nothing is left out, nothing stands for two numbers."""
     n = numbers(name)
     state, nv = state_of(n, INVERSE, "random"), n.workspace.state.n
     packed = dict(zip(pairs_of(n.workspace, INVERSE), n.at(INVERSE, state), strict=True))
@@ -166,7 +166,8 @@ def test_a_robot_on_legs_has_few_entries_and_few_operations() -> None:
     at = second_derivative_places(dog)
     assert routine.function.shape == (5972,) == at.shape[:1]
     assert len({tuple(one) for one in at}) == 5972
-    assert routine.counts.multiplications <= 7468 and routine.counts.additions <= 8050
+    assert routine.counts.multiplications <= 7468
+    assert routine.counts.additions <= 8050
     legs = [set(range(6 + 3 * k, 9 + 3 * k)) for k in range(4)]
     for place in at % 18:
         assert sum(bool(leg & set(place.tolist())) for leg in legs) <= 1
@@ -193,24 +194,30 @@ def test_compiled_code_and_the_numpy_module_give_the_same(request_: str, tmp_pat
 @pytest.mark.parametrize("name", ["ball on an arm", "branches", "two_link"])
 def test_arrays_of_all_are_the_whole_tensors(name: str) -> None:
     """Those of forward dynamics go by products of matrices there, not by lines."""
-    n, compiled = numbers(name), second_derivatives(numbers(name).workspace.scene, "numpy")
-    nv = n.workspace.state.n
-    for request, slopes in ((INVERSE, compiled.inverse), (FORWARD, compiled.forward)):
-        state, at = state_of(n, request, "random"), pairs_of(n.workspace, request)
-        expected = np.array(n.at(request, state), dtype=float)
-        found = slopes(*(np.array(one, dtype=float) for one in state.values()))
-        if request == INVERSE:
-            assert found.shape == (nv, 3 * nv, 3 * nv)
-            here = [found[place] for place in at]
-        else:
-            assert (found.q.shape, found.qd.shape) == ((nv, nv, 3 * nv), (nv, nv, nv))
-            here = [found.q[i, k, j] if k < nv else found.qd[i, k - nv, j - nv] for i, k, j in at]
-        assert here == pytest.approx(expected, rel=1e-9, abs=1e-9 * np.abs(expected).max())
+    n, arrays = numbers(name), second_derivatives(numbers(name).workspace.scene, "numpy")
+    nv, state = n.workspace.state.n, state_of(n, INVERSE, "random")
+    whole = arrays.inverse(*(np.array(one, dtype=float) for one in state.values()))
+    assert whole.shape == (nv, 3 * nv, 3 * nv)
+    assert [whole[place] for place in pairs_of(n.workspace, INVERSE)] == near(n.at(INVERSE, state))
+    state = state_of(n, FORWARD, "random")
+    found = arrays.forward(*(np.array(one, dtype=float) for one in state.values()))
+    assert (found.q.shape, found.qd.shape) == ((nv, nv, 3 * nv), (nv, nv, nv))
+    at = pairs_of(n.workspace, FORWARD)
+    here = [found.q[i, k, j] if k < nv else found.qd[i, k - nv, j - nv] for i, k, j in at]
+    assert here == near(n.at(FORWARD, state))
+
+
+def near(values: list[Any]) -> Any:
+    """Return what numbers are compared with that should be these."""
+    expected = np.array(values, dtype=float)
+    return pytest.approx(expected, rel=1e-9, abs=1e-9 * float(np.abs(expected).max()))
 
 
 def led() -> Scene:
     """Return a scene with a motion that is prescribed."""
-    return read_text(RESISTED.replace('coordinate = "elbow"', 'coordinate = "elbow"\nmotion = "sin(3*t)/2"'), "led.toml")
+    return read_text(
+        RESISTED.replace('coordinate = "elbow"', 'coordinate = "elbow"\nmotion = "sin(3*t)/2"'), "led.toml"
+    )
 
 
 def tied() -> Scene:

@@ -41,7 +41,7 @@ class ForwardBlocks(NamedTuple):
 
 @dataclass(frozen=True)
 class SecondDerivatives:
-    """All second derivatives of inverse and forward dynamics of a tree, of one state a call; see `second_derivatives`."""
+    """All second derivatives of a tree's dynamics, one state a call; see `second_derivatives`."""
 
     nv: int
     forward_dynamics: NumericFunction
@@ -103,8 +103,10 @@ def second_derivatives(scene: SceneLike, target: str = "c") -> SecondDerivatives
     whole = (9 * n * n * i + 3 * n * k + j, found)
     of_q, of_qd = k < n, (k >= n) & (k < 2 * n) & (j >= n) & (j < 2 * n)
     by_q, by_qdd = of_q & (j < 2 * n), of_q & (j >= 2 * n)
-    to = (2 * n * n * i + 2 * n * k + j)[by_q], (2 * n**3 + n * n * i + n * (k - n) + j - n)[of_qd], (
-        3 * n**3 + n * n * i + n * k + j - 2 * n
-    )[by_qdd]
+    to = (
+        (2 * n * n * i + 2 * n * k + j)[by_q],
+        (2 * n**3 + n * n * i + n * (k - n) + j - n)[of_qd],
+        (3 * n**3 + n * n * i + n * k + j - 2 * n)[by_qdd],
+    )
     blocks = np.concatenate(to), np.concatenate([found[by_q], found[of_qd], found[by_qdd]])
     return SecondDerivatives(n, *lambdify(known, names, target), whole, blocks)

@@ -243,7 +243,8 @@ def _row(request: str, scene: Scene | None) -> tuple[Output, str]:
     there = {one.removesuffix(f":{place}"): row for one, row in OUTPUTS.items() if place and one.endswith(f":{place}")}
     if row := there.get(name) or of_another(name, there):  # one of the whole scene, such as "reactions:ground"
         place = ""
-    row = row or OUTPUTS.get(name) or PACKED.get(name) or _of_state(name, closed) or of_another(name, MANY) or CLOSED.get(name)
+    row = row or OUTPUTS.get(name, PACKED.get(name)) or _of_state(name, closed) or of_another(name, MANY)
+    row = row or CLOSED.get(name)
     asked = name.removeprefix(TREE_NAME)
     if row is None and asked in OUTPUTS and OUTPUTS[asked].when_constrained == "tree":
         raise DerivationError(f"{name} is what {asked} is called where loops close a scene; ask for {asked}")

@@ -83,7 +83,7 @@ def _recursive(w: Workspace) -> list[Expr]:
 def _beside(w: Workspace) -> Mapping[Place, Expr]:
     """Return second derivatives of what inverse dynamics finds beside what bodies need, those that are not zero."""
     forces = [w.graph.total(parts) for parts in zip(*beside_bodies(w), strict=True)]
-    directions, n, known = FREE.seeds(w, "", ("q", "qd", "qdd")), w.state.n, set(w.once(_places))
+    directions, known = FREE.seeds(w, "", ("q", "qd", "qdd")), set(w.once(_places))
     found = {}
     for i, force in enumerate(forces):
         for k, first in enumerate(directions):
@@ -197,10 +197,9 @@ PACKED: dict[str, Output] = {
     f"{OF}{PACKED_TENSOR}": derived(
         OUTPUTS[OF],
         differentiable(OUTPUTS[OF]),
-        text="second derivatives X_j X_k tau_i that need not vanish, each once: for every velocity d, every m on its way "
-        "from the ground, runs along all s on the way of m, listed in docs/derivatives.md under Packed; "
-        "symdyn.dynamics.second_derivative_places(scene) returns i, k, j of every entry; of "
-        + OUTPUTS[OF].text,
+        text="second derivatives X_j X_k tau_i that need not vanish, each once: for every velocity d, every m on its "
+        "way from the ground, runs along all s on the way of m, listed in docs/derivatives.md under Packed; "
+        "symdyn.dynamics.second_derivative_places(scene) returns i, k, j of every entry; of " + OUTPUTS[OF].text,
         formulations={"recursive": Formulation(_recursive), "forward": Formulation(_by_sweeps)},
         when_constrained="refuse",
         axes=(_labels,),
@@ -211,8 +210,8 @@ PACKED: dict[str, Output] = {
     f"forward_dynamics{PACKED_TENSOR}": derived(
         OUTPUTS["forward_dynamics"],
         differentiable(OUTPUTS["forward_dynamics"]),
-        text="second derivatives X_j X_k qdd_i, a column for each k, j: both of q with j up to k, or of one joint; q and "
-        "qd; both of qd with j up to k; q and tau; all others vanish, or follow by exchange; of "
+        text="second derivatives X_j X_k qdd_i, a column for each k, j: both of q with j up to k, or of one joint; q "
+        "and qd; both of qd with j up to k; q and tau; all others vanish, or follow by exchange; of "
         + OUTPUTS["forward_dynamics"].text,
         formulations={
             "implicit": Formulation(_solved, solve=_row_solve),

@@ -22,19 +22,19 @@ while S and I of what s carries stay as they are. With
     W = S_m ×* I S_d         V = R S_m            N = W - V
     Y = S'_m ×* I S_d - R S'_m + S_m ×* Bᵀ S_d    Z = Qᵀ S_m - S_m ×* I S'_d
 
-    i = d:   ∂²τ_i/∂u̇_s X_m = W·S_s             ∂²τ_i/∂u_m ∂u_s = N·S_s       ∂²τ_i/∂u_m X_s = N·S'_s
-             ∂²τ_i/X_m ∂u_s = Y·S_s + W·S*_s      X_s X_m τ_i = Y·S'_s + W·S"_s
-    i = m:   ∂²τ_i/∂u̇_s X_d = V·S_s             ∂²τ_i/∂u_d ∂u_s = -N·S_s      ∂²τ_i/∂u_d X_s = -N·S'_s
-             ∂²τ_i/X_d ∂u_s = Z·S_s + V·S*_s      X_s X_d τ_i = Z·S'_s + V·S"_s
-    i = s:   ∂²τ_i/∂u_d ∂u_m = (V + W)·S_s        ∂²τ_i/∂u_d X_m = (S_m ×* h + R S'_m + S'_m ×* I S_d)·S_s
-             ∂²τ_i/X_d ∂u_m = (S_m ×* I S'_d + Q S_m + R S*_m)·S_s
+    i = d:   X_m ∂τ_i/∂u̇_s = W·S_s               ∂²τ_i/∂u_m ∂u_s = N·S_s      X_s ∂τ_i/∂u_m = N·S'_s
+             X_m ∂τ_i/∂u_s = Y·S_s + W·S*_s       X_s X_m τ_i = Y·S'_s + W·S"_s
+    i = m:   X_d ∂τ_i/∂u̇_s = V·S_s               ∂²τ_i/∂u_d ∂u_s = -N·S_s     X_s ∂τ_i/∂u_d = -N·S'_s
+             X_d ∂τ_i/∂u_s = Z·S_s + V·S*_s       X_s X_d τ_i = Z·S'_s + V·S"_s
+    i = s:   ∂²τ_i/∂u_d ∂u_m = (V + W)·S_s        X_m ∂τ_i/∂u_d = (S_m ×* h + R S'_m + S'_m ×* I S_d)·S_s
+             X_d ∂τ_i/∂u_m = (S_m ×* I S'_d + Q S_m + R S*_m)·S_s
              X_m X_d τ_i = (S_m ×* g + S'_m ×* I S'_d + Q S'_m + R S"_m)·S_s
 
     h = B S_d + I S*_d       g = B S'_d + I S"_d + S_d ×* f
 
-All other entries vanish, but for those that follow by exchange of derivatives, and of i and u̇'s: M is symmetric. Where
-velocities of one joint are no rates of coordinates, as of a ball, X_m and X_s do not commute, and both orders are there;
-of two of one joint, ∂²τ_i/∂u_m ∂u_s has half of both orders.
+All other entries vanish, or follow by exchange of derivatives, or of i and that of u̇: M is symmetric. Where velocities
+of one joint are no rates of coordinates, as of a ball, X_m and X_s do not commute, and both orders are there. By two
+velocities u of one joint, what is not symmetric in them has half of both orders.
 
 Vectors are in the frame of the joint at the ground that carries all others, so that neither its position nor what other
 trees do enters. Twists are (angular, linear), forces (moment, force).
@@ -120,7 +120,7 @@ def pair(d: Reach, m: Ways) -> Pair:
     own = force_bracket(m.S, d.first)
     bent = plus(force_bracket(m.first, d.momentum), rate(m.first))
     W, V = force_bracket(m.S, d.momentum), rate(m.S)
-    turned = (add(cross(m.S[0], d.couple), zero_vector(d.couple[0].graph)), zero_vector(d.couple[0].graph))
+    turned = force_bracket(m.S, (d.couple, zero_vector(d.couple[0].graph)))
     across = add(d.Q_h, d.Q_l)
     return Pair(
         W,
