@@ -242,6 +242,11 @@ def test_what_has_no_such_order_is_told_what_works(scene: Any, message: str) -> 
         derive(scene(), [INVERSE])
 
 
+def test_those_of_forward_dynamics_that_are_too_many_are_arrays() -> None:
+    with pytest.raises(DerivationError, match=r"_hessian, or take arrays of symdyn.runtime.second_derivatives"):
+        derive(turning_chain(24), [FORWARD])
+
+
 def test_other_outputs_have_none() -> None:
     with pytest.raises(DerivationError, match="there is no output 'pose_second_derivatives_packed'"):
         derive(read(EXAMPLES / "two_link.toml"), ["pose_second_derivatives_packed"])

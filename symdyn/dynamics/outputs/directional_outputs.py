@@ -153,6 +153,9 @@ def _brackets(w: Workspace, along: Ways, j: int, k: int) -> Sequence[tuple[int, 
 
 HESSIAN, TENSOR = "_hessian", "_second_derivatives"
 
+PACKED_TENSOR = f"{TENSOR}_packed"
+"""Behind the names of inverse and forward dynamics of trees: those that need not vanish, see `second_derivatives`."""
+
 LARGEST = 4_000
 """Entries up to which a tensor of second derivatives is written out."""
 
@@ -165,6 +168,8 @@ def tensor(sweep: str, name: str, w: Workspace, row: Output, along: Ways, *place
         raise DerivationError(
             f"{w.scene.name}: {name}{TENSOR} has {m} x {N} x {N} = {m * N * N} entries, and no more than {LARGEST} are "
             f"written out; ask for {name}{HESSIAN}, a sum of them with weights, or {name}{HESSIAN}_vector"
+            + f", or {name}{PACKED_TENSOR}, those that need not vanish"
+            * (name in ("inverse_dynamics", "forward_dynamics"))
         )
     return SWEEPS[sweep](SWEEPS[sweep](entries, directions), directions)
 

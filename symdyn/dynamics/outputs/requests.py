@@ -35,10 +35,10 @@ from symdyn.dynamics.mechanism.state import INPUTS, STATES, TIME
 from symdyn.dynamics.mechanism.tree import build_tree
 from symdyn.dynamics.outputs.constrained_derivatives import ALONG_MANIFOLD, CLOSED, MOTION_RESIDUAL, RESIDUAL, SOLVED
 from symdyn.dynamics.outputs.derivative_outputs import BESIDE, SPELLED, by_parameters, derivatives, differentiable
-from symdyn.dynamics.outputs.directional_outputs import ALONG_ONE, HESSIAN
+from symdyn.dynamics.outputs.directional_outputs import ALONG_ONE, HESSIAN, PACKED_TENSOR
 from symdyn.dynamics.outputs.output import INVERSE, PLENTY, TREE_NAME, DefaultIn, Output, depths_of
 from symdyn.dynamics.outputs.output_table import OUTPUTS
-from symdyn.dynamics.outputs.second_derivatives import PACKED, PACKED_TENSOR
+from symdyn.dynamics.outputs.second_derivatives import PACKED
 from symdyn.dynamics.outputs.tangent_space import COLUMNS, independent_positions, independent_velocities, manifold_of
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.dynamics.recursive.joint_table import lacking
@@ -393,6 +393,7 @@ def too_large(workspace: Workspace, request: str) -> str:
         return ""
     ways = [other for other in _instead(workspace, request) if expected_size(workspace, other, simple) <= PLENTY]
     ask = f"ask for {' or '.join(ways)}" if ways else "ask for fewer functions"
+    ask += ", or take arrays of symdyn.runtime.second_derivatives" * (request == f"forward_dynamics{PACKED_TENSOR}")
     return (
         f"{workspace.scene.name}: {request} would take some {_rounded(size):,} operations, and {PLENTY:,} are "
         f"the most that are written as lines; {ask}; inverse_dynamics and forward_dynamics are loops at any length"

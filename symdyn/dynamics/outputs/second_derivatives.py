@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from symdyn.dynamics.mechanism.linear_solve import Factored, RowSolve, RowStep
 from symdyn.dynamics.outputs.derivative_outputs import derived, differentiable, entries_of
+from symdyn.dynamics.outputs.directional_outputs import PACKED_TENSOR
 from symdyn.dynamics.outputs.output import Formulation, Output, Size
 from symdyn.dynamics.outputs.output_table import OUTPUTS
 from symdyn.dynamics.outputs.recursive_derivatives import Forward, beside_bodies, forward_with_factors
@@ -28,9 +29,6 @@ from symdyn.dynamics.recursive.second_order import Velocities, places, second_or
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, substitute, tangents
 from symdyn.scene import Scene
-
-PACKED_TENSOR = "_second_derivatives_packed"
-"""Behind the name of an output that has them."""
 
 OF = "inverse_dynamics"
 
