@@ -109,4 +109,5 @@ def second_derivatives(scene: SceneLike, target: str = "c") -> SecondDerivatives
         (3 * n**3 + n * n * i + n * k + j - 2 * n)[by_qdd],
     )
     blocks = np.concatenate(to), np.concatenate([found[by_q], found[of_qd], found[by_qdd]])
-    return SecondDerivatives(n, *lambdify(known, names, target), whole, blocks)
+    accelerations, jacobian, packed = lambdify(known, names, target)
+    return SecondDerivatives(n, accelerations, jacobian, packed, whole, blocks)
