@@ -12,9 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-
-import numpy as np
-import numpy.typing as npt
+from typing import TYPE_CHECKING
 
 from symdyn.dynamics.mechanism.linear_solve import Factored, RowSolve, RowStep
 from symdyn.dynamics.outputs.derivative_outputs import derived, differentiable, entries_of
@@ -29,6 +27,10 @@ from symdyn.dynamics.recursive.second_order import Velocities, places, second_or
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, substitute, tangents
 from symdyn.scene import Scene
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
 
 OF = "inverse_dynamics"
 
@@ -45,6 +47,8 @@ def second_derivative_places(scene: Scene) -> npt.NDArray[np.int64]:
     Raises:
         DerivationError: the scene is no tree of joints with velocities of their own.
     """
+    import numpy as np  # equations and code are made without
+
     return np.array(_places(Workspace(scene)), dtype=np.int64).reshape(-1, 3)
 
 
