@@ -207,6 +207,13 @@ def test_arrays_of_all_are_the_whole_tensors(name: str) -> None:
     assert here == near(n.at(FORWARD, state))
 
 
+def test_arrays_of_forces_in_time_are_refused() -> None:
+    with pytest.raises(
+        DerivationError, match="functions that take internal are called by themselves: inverse_dynamics"
+    ):
+        second_derivatives(read(EXAMPLES / "gallery" / "rocket.toml"), "numpy")
+
+
 def near(values: list[Any]) -> Any:
     """Return what numbers are compared with that should be these."""
     expected = np.array(values, dtype=float)

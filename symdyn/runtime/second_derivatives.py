@@ -19,6 +19,7 @@ import numpy.typing as npt
 
 from symdyn.arguments import check_arguments
 from symdyn.dynamics import second_derivative_places
+from symdyn.errors import DerivationError
 from symdyn.runtime.loaded import lambdify
 from symdyn.runtime.numeric_function import NumericFunction
 from symdyn.scene import SceneLike, scene_of
@@ -87,7 +88,8 @@ def second_derivatives(scene: SceneLike, target: str = "c") -> SecondDerivatives
         target: as of `lambdify`.
 
     Raises:
-        DerivationError: the scene is no such tree, or packed second derivatives are too many lines.
+        DerivationError: the scene is no such tree, or has time, inputs or states in its forces, or packed second
+            derivatives are too many lines.
     """
     check_arguments(second_derivatives, locals())
     known = scene_of(scene)
@@ -110,4 +112,9 @@ def second_derivatives(scene: SceneLike, target: str = "c") -> SecondDerivatives
     )
     blocks = np.concatenate(to), np.concatenate([found[by_q], found[of_qd], found[by_qdd]])
     accelerations, jacobian, packed = lambdify(known, names, target)
+    more = {one.name for each in (accelerations, jacobian, packed) for one in each.operands[3:]}
+    if beside := sorted(more - {"params"}):
+        raise DerivationError(
+            f"{known.name}: functions that take {', '.join(beside)} are called by themselves: {names[2]}"
+        )
     return SecondDerivatives(n, accelerations, jacobian, packed, whole, blocks)

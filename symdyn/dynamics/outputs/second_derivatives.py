@@ -61,8 +61,8 @@ def _places(w: Workspace) -> list[Place]:
     }
     if why := next((words for words, found in reasons.items() if found), ""):
         raise DerivationError(
-            f"{w.scene.name}: {OF}{PACKED_TENSOR} is of trees whose joints have velocities of their own, and {why}; "
-            f"ask for {OF}_hessian or {OF}_hessian_vector"
+            f"{w.scene.name}: packed second derivatives are of trees whose joints have velocities of their own, and "
+            f"{why}; ask for {OF}_hessian or {OF}_hessian_vector, or the same of forward_dynamics"
         )
     return places(Velocities.of(w.whole.parent, w.whole.block))
 
@@ -75,8 +75,9 @@ def _recursive(w: Workspace) -> list[Expr]:
     for one, value in _beside(w).items():
         if one not in place:
             raise DerivationError(
-                f"{w.scene.name}: {OF}{PACKED_TENSOR} is of forces along one way from the ground to a tip, and a "
-                f"spring, load or formula ties others; ask for {OF}_hessian or {OF}_hessian_vector"
+                f"{w.scene.name}: packed second derivatives are of forces along one way from the ground to a tip, and "
+                f"a spring, load or formula ties others; ask for {OF}_hessian or {OF}_hessian_vector, or the same "
+                f"of forward_dynamics"
             )
         found[place[one]] = found[place[one]] + value
     return found
