@@ -39,6 +39,7 @@ from .outputs.requests import (
     request_of as request_of,
     row_of as row_of,
 )
+from .outputs.second_derivatives import second_derivative_places as second_derivative_places
 from .outputs.unique_reactions import (
     loose_reactions as loose_reactions,
     reactions_at as reactions_at,

@@ -10,3 +10,4 @@ from .loaded import Loaded as Loaded, lambdify as lambdify, load_program as load
 from .machine import here as here
 from .numeric_function import NumericFunction as NumericFunction, Operand as Operand
 from .runners import RUNNERS as RUNNERS, Runner as Runner, run_python as run_python
+from .second_derivatives import SecondDerivatives as SecondDerivatives, second_derivatives as second_derivatives

@@ -153,6 +153,9 @@ def _brackets(w: Workspace, along: Ways, j: int, k: int) -> Sequence[tuple[int, 
 
 HESSIAN, TENSOR = "_hessian", "_second_derivatives"
 
+WHOLE, PACKED_TENSOR = ("inverse_dynamics", "forward_dynamics"), f"{TENSOR}_packed"
+"""Outputs of trees that have all that need not vanish, see `second_derivatives`, and what is behind their names."""
+
 LARGEST = 4_000
 """Entries up to which a tensor of second derivatives is written out."""
 
@@ -162,9 +165,10 @@ def tensor(sweep: str, name: str, w: Workspace, row: Output, along: Ways, *place
     entries, directions = entries_of(w, row, *place), FREE.seeds(w, "", along)
     m, N = len(entries), len(directions)
     if m * N * N > LARGEST:
+        packed = f", or {name}{PACKED_TENSOR}, those that need not vanish" if name in WHOLE else ""
         raise DerivationError(
             f"{w.scene.name}: {name}{TENSOR} has {m} x {N} x {N} = {m * N * N} entries, and no more than {LARGEST} are "
-            f"written out; ask for {name}{HESSIAN}, a sum of them with weights, or {name}{HESSIAN}_vector"
+            f"written out; ask for {name}{HESSIAN}, a sum of them with weights, or {name}{HESSIAN}_vector{packed}"
         )
     return SWEEPS[sweep](SWEEPS[sweep](entries, directions), directions)
 

@@ -51,12 +51,12 @@ def inverse_derivatives(w: Workspace, along: Sequence[str]) -> list[Expr]:
 
 def forward_derivatives(w: Workspace, along: Sequence[str]) -> list[Expr]:
     """Return the derivatives of forward dynamics along "q", "qd" or "tau", row by row."""
-    return _beside(w.once(_forward).jacobians, along)
+    return _beside(w.once(forward_with_factors).jacobians, along)
 
 
 def forward_solve(w: Workspace, along: Sequence[str]) -> RowSolve | None:
     """Return what the derivatives of forward dynamics are solved from; None for M⁻¹ alone, which is symmetric."""
-    found: Forward = w.once(_forward)
+    found: Forward = w.once(forward_with_factors)
     n, free, zero, one = w.state.n, w.prescribed.free, w.graph.zero, w.graph.one
     solved = [name for name in along if name in RIGHT_SIDES or not found.by_inverse]
     if not (free and any(name in RIGHT_SIDES for name in along)):
@@ -115,7 +115,7 @@ def _inverse(w: Workspace) -> Jacobians:
     kinds = {"q": of_joints.by_position, "qd": of_joints.by_rate, "qdd": of_joints.by_acceleration}
     found = {name: tree.generalized_matrix(by_joint) for name, by_joint in kinds.items()}
     by_rate, by_position = _of_varying_coefficients(w, of_joints)
-    rest = [sum(parts[1:], parts[0]) for parts in zip(*_beside_bodies(w), strict=True)]
+    rest = [sum(parts[1:], parts[0]) for parts in zip(*beside_bodies(w), strict=True)]
     for k in range(state.n):
         for m in range(state.n):
             found["q"][k][m] = found["q"][k][m] + by_position[k][m]
@@ -160,7 +160,7 @@ def _of_varying_coefficients(w: Workspace, of_joints: JointForceDerivatives) -> 
     return by_rate, by_position
 
 
-def _beside_bodies(w: Workspace) -> list[list[Expr]]:
+def beside_bodies(w: Workspace) -> list[list[Expr]]:
     """Return what inverse dynamics finds beside what bodies need, shape (nv,) each."""
     loads = rnea(w.whole.without_gravity, w.zeros, w.zeros, w.loads)
     return [w.elastic.forces, loads, [-push for push in w.pushes], _rotors(w, w.state.qdd)]
@@ -200,7 +200,7 @@ class Forward:
     by_inverse: bool
 
 
-def _forward(w: Workspace) -> Forward:
+def forward_with_factors(w: Workspace) -> Forward:
     """Return the derivatives of forward dynamics; prescribed accelerations depend on no argument."""
     slopes, given, n = w.once(_inverse_to_solve), w.prescribed, w.state.n
     free = given.free

@@ -32,10 +32,11 @@ from symdyn.dynamics.mechanism.state import INPUTS, STATES, TIME
 from symdyn.dynamics.mechanism.tree import build_tree
 from symdyn.dynamics.outputs.constrained_derivatives import ALONG_MANIFOLD, CLOSED, MOTION_RESIDUAL, RESIDUAL, SOLVED
 from symdyn.dynamics.outputs.derivative_outputs import BESIDE, SPELLED, by_parameters, derivatives, differentiable
-from symdyn.dynamics.outputs.directional_outputs import ALONG_ONE
+from symdyn.dynamics.outputs.directional_outputs import ALONG_ONE, HESSIAN, PACKED_TENSOR
 from symdyn.dynamics.outputs.frame_outputs import IN_FRAMES, MOVING
 from symdyn.dynamics.outputs.output import INVERSE, PLENTY, TREE_NAME, DefaultIn, Output, depths_of
 from symdyn.dynamics.outputs.output_table import OUTPUTS
+from symdyn.dynamics.outputs.second_derivatives import PACKED
 from symdyn.dynamics.outputs.tangent_space import COLUMNS, independent_positions, independent_velocities, manifold_of
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.dynamics.recursive.joint_table import lacking
@@ -86,7 +87,7 @@ def _words_of(name: str, row: Output) -> list[str]:
     taken = [f"{BY}{SPELLED.get(one, one)}" for one in (*along, *(BESIDE if along else ()), "parameters", "PARAMETER")]
     return [
         f"{name}{one}" for one in (*(OPERATORS if along else ()), f"{BY}PARAMETER") if BY not in one or one in taken
-    ]
+    ] + [f"{name}{PACKED_TENSOR}"] * (f"{name}{PACKED_TENSOR}" in PACKED)
 
 
 def of_another(name: str, outputs: Mapping[str, Output]) -> Output | None:
@@ -245,7 +246,8 @@ def _row(request: str, scene: Scene | None) -> tuple[Output, str]:
     there = {one.removesuffix(f":{place}"): row for one, row in OUTPUTS.items() if place and one.endswith(f":{place}")}
     if row := there.get(name) or of_another(name, there):  # one of the whole scene, such as "reactions:ground"
         place = ""
-    row = row or OUTPUTS.get(name) or _of_state(name, closed) or of_another(name, MANY) or CLOSED.get(name)
+    row = row or OUTPUTS.get(name, PACKED.get(name)) or _of_state(name, closed) or of_another(name, MANY)
+    row = row or CLOSED.get(name)
     asked = name.removeprefix(TREE_NAME)
     if row is None and asked in OUTPUTS and OUTPUTS[asked].when_constrained == "tree":
         raise DerivationError(f"{name} is what {asked} is called where loops close a scene; ask for {asked}")
@@ -409,6 +411,7 @@ def too_large(workspace: Workspace, request: str) -> str:
         return ""
     ways = [other for other in _instead(workspace, request) if expected_size(workspace, other, simple) <= PLENTY]
     ask = f"ask for {' or '.join(ways)}" if ways else "ask for fewer functions"
+    ask += ", or take arrays of symdyn.runtime.second_derivatives" * (request == f"forward_dynamics{PACKED_TENSOR}")
     return (
         f"{workspace.scene.name}: {request} would take some {_rounded(size):,} operations, and {PLENTY:,} are "
         f"the most that are written as lines; {ask}; inverse_dynamics and forward_dynamics are loops at any length"
@@ -434,6 +437,8 @@ def simplicity(workspace: Workspace) -> float:
 def _instead(workspace: Workspace, request: str) -> list[str]:
     """Return what says the same in parts, or along one direction."""
     name, colon, place = request.partition(":")
+    if name in PACKED:
+        return [f"{name.removesuffix(PACKED_TENSOR)}{word}" for word in (f"{HESSIAN}_vector", HESSIAN)]
     suffix = next((one for one in OPERATORS if name.endswith(one)), "")
     base = name.removesuffix(suffix)
     row = row_of(f"{base}{colon}{place}", workspace.scene)[0]

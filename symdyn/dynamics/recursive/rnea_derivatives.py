@@ -127,10 +127,14 @@ class Composite:
         """Return 2 B d for the angular part of d; the linear one does not enter."""
         return _less_trace(self.P.T, w), cross(w, self.momentum)
 
+    def couple(self, d: Twist) -> Vec:
+        """Return the moment of 2 Bᵀ d, whose force is zero."""
+        return add(_less_trace(self.P, d[0]), cross(self.momentum, d[1]))
+
     def contribution(self, S: Subspace, wrench: SpatialForce) -> Contribution:
         """Return the contribution of an elementary joint, for the wrench that moves the bodies."""
         (w, v), (n, f) = S.twist, wrench
-        G = add(_less_trace(self.P, w), cross(self.momentum, v))
+        G = self.couple(S.twist)
         F1 = plus(self.coriolis(w), self.inertia(S.twice))
         F0 = plus(self.coriolis(S.first[0]), self.inertia(S.second))
         acting = (add(cross(w, n), cross(v, f)), cross(w, f))
