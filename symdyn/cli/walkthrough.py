@@ -11,6 +11,7 @@ from symdyn.emit import write
 from symdyn.emit.code import page_stem
 from symdyn.errors import EmitError, choice
 from symdyn.teach import Handout
+from symdyn.teach.render import PLATFORMS
 
 SLIDERS = "sliders"
 ENDINGS = {".md": "md", ".tex": "latex", ".pdf": "pdf", ".html": "html", ".ipynb": "notebook"}
@@ -23,7 +24,7 @@ def run(options: argparse.Namespace) -> int:
     with Waiting("deriving") as progress:
         asked = Handout(
             scene, options.language, options.detail, options.until, options.formulation, options.seed,
-            practised(options), options.grade or 2, split(options.ask) or (), options.sheet or "",
+            practised(options), options.grade or 2, split(options.ask) or (), options.sheet or "", options.variants or 1,
         )  # fmt: skip
         if options.format == (SLIDERS,):
             print_paths(*placed({f"{page_stem(asked.shown.name)}.html": asked.page()}, options.output))
@@ -38,7 +39,7 @@ def formats(text: str) -> tuple[str, ...]:
     """Return the formats of a list, each once."""
     names = tuple(dict.fromkeys(split(text) or ("",)))
     for name in names:
-        if name not in (known := (*ENDINGS.values(), SLIDERS)):
+        if name not in (known := (*ENDINGS.values(), *PLATFORMS, SLIDERS)):
             raise argparse.ArgumentTypeError(f"{name!r} is no format; {choice(name, known)}")
     if SLIDERS in names[1:] or (names[1:] and names[0] == SLIDERS):
         raise argparse.ArgumentTypeError("sliders is a page without the lesson; ask for it alone")
@@ -54,11 +55,27 @@ def check_output(options: argparse.Namespace) -> None:
     """Raise EmitError for sliders that shall ask, an ending that is no format, and one file that shall hold several."""
     if options.format == (SLIDERS,) and practised(options):
         raise EmitError("sliders is a page without the lesson, which asks nothing; give --format html for exercises")
+    platforms = [name for name in options.format or () if name in PLATFORMS]
+    for name in platforms:
+        _check_platform(name, options)
+    if options.variants and not platforms:
+        raise EmitError(f"--variants are of a question for a learning platform; give --format {' or '.join(PLATFORMS)}")
     target = Path(options.output)
     if target.suffix and not target.is_dir() and len(options.format or ()) > 1:
         raise EmitError(f"{target.name}: {len(options.format)} formats are that many files; give a folder with -o")
     if target.suffix and target.suffix.lower() not in ENDINGS and not options.format and not target.is_dir():
         raise EmitError(f"{target.name}: {target.suffix} is no format; end with {', '.join(ENDINGS)}, or give --format")
+
+
+def _check_platform(name: str, options: argparse.Namespace) -> None:
+    """Raise EmitError for a question that asks nothing, options of pages and paper, and a folder in one file."""
+    if not practised(options):
+        raise EmitError(f"{name} is a question for a learning platform; give --exercises, --grade or --ask with it")
+    for option, usual in (("sheet", None), ("detail", "brief")):
+        if getattr(options, option) not in (usual, None):
+            raise EmitError(f"--{option} is for pages and paper, not for {name}; leave it out")
+    if name == "prairielearn" and Path(options.output).suffix and not Path(options.output).is_dir():
+        raise EmitError(f"{Path(options.output).name}: prairielearn is a folder of four files; give a folder with -o")
 
 
 def placed(files: dict[str, str | bytes], output: str) -> tuple[Path, ...]:

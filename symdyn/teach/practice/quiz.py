@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
-from typing import Union
+from typing import Any, Union
 
 from symdyn.algebra import Form
 from symdyn.emit.print import latex_symbols, text_of
@@ -55,6 +55,7 @@ class Part:
         front: what stands in front of the answer to an equation, in symbols of the scene; None for a value.
         equation: the number of the equation, from 0; None for a value.
         wrong: wrong answers that a platform knows.
+        is_free: whether a constant may be added to the answer, which moves.
     """
 
     key: str
@@ -63,16 +64,12 @@ class Part:
     front: Form | None = None
     equation: int | None = None
     wrong: tuple[Wrong, ...] = ()
+    is_free: bool = False
 
     @property
     def marks(self) -> int:
         """What a right answer is worth."""
         return MARKS.get(self.key.partition(":")[0], 1)
-
-    @property
-    def is_free(self) -> bool:
-        """Whether a constant may be added to the answer."""
-        return isinstance(self.asked, Blank) and self.asked.left.startswith(FREE)
 
     @property
     def is_rounded(self) -> bool:
@@ -132,23 +129,29 @@ class Variant:
     def _of(self, blank: Blank, before: tuple[Block, ...]) -> Part:
         diagnosis, left = self.diagnosis, blank.left
         if diagnosis.course is None or not left.startswith(BALANCED):
-            return Part(blank.key, blank, before, wrong=self._wrong(blank, None))
+            moving = {*self.scene.coordinates, *self.scene.velocities} & set(self.answer(blank).symbols)
+            free = left.startswith(FREE) and bool(moving)
+            return Part(blank.key, blank, before, wrong=self._wrong(blank, None, free), is_free=free)
         i, beside = int(left.partition(":")[2]) - 1, front(diagnosis, left)
         wrong = self._wrong(blank, i) if left.startswith("tau:") and not self.scene.is_constrained else ()
         return Part(blank.key, blank, before, beside, i, wrong)
+
+    def answer(self, blank: Blank) -> Form:
+        """Return a right answer in symbols of the scene."""
+        return Form.of(self.document.value(blank.answer))
 
     def marks(self, part: Part) -> list[Mapping[str, float]]:
         """Return the points that mark answers: two, or where a constant is free two and two, whose changes count."""
         points = self.diagnosis.points
         return [points.at[k] for k in points.marks(part.is_free)[: 4 if part.is_free else 2]]
 
-    def _wrong(self, blank: Blank, equation: int | None) -> tuple[Wrong, ...]:
+    def _wrong(self, blank: Blank, equation: int | None, free: bool = False) -> tuple[Wrong, ...]:
         """Return wrong answers with their rules; of an equation with the loads that stand in front of its box."""
         words, course = language_of(self.document.language), self.diagnosis.course
-        known = self.diagnosis.of(blank.left, Form.of(self.document.value(blank.answer)), RULES)
+        known = self.diagnosis.of(blank.left, self.answer(blank), RULES)
         beside = course.right.Q[equation] if course is not None and equation is not None else None
         nodes = [one.node if beside is None else one.node + beside for one in known]
-        rows = self.diagnosis.points.marked(nodes, blank.left.startswith(FREE)) if nodes else []
+        rows = self.diagnosis.points.marked(nodes, free) if nodes else []
         return tuple(
             Wrong(Form.of(node), (_digits(row[0]), _digits(row[1])), _rule(words, one))
             for one, node, row in zip(known, nodes, rows, strict=True)
@@ -213,6 +216,25 @@ class Quiz:
         """Return a question variant by variant."""
         return [one.parts[key] for one in self.variants]
 
+    def shown(self) -> dict[str, Any]:
+        """Return what a page shows of the first variant, as HTML with LaTeX, for MathJax; pictures stand inside.
+
+        Returns:
+            params: task, how answers are written, a table of the letters; parts: by key ask, left (what stands in front
+            of the box), solution, and answer or options (text, whether right).
+        """
+        from symdyn.teach.render.quiz_text import Html
+
+        return Html(self.variants[0]).shown(self.words["quiz.prairielearn"])
+
+    def marks(self, key: str) -> int:
+        """Return what a right answer is worth."""
+        return self.parts(key)[0].marks
+
+    def marked(self, key: str, text: str) -> Told:
+        """Return what the checker says to an answer to a question of the first variant; see `marked`."""
+        return marked(self.variants[0].document, key, text)
+
 
 @dataclass(frozen=True)
 class Told:
@@ -244,7 +266,7 @@ def marked(document: Document, key: str, text: str) -> Told:
     others = {name: unit for name, (unit, _) in rows_of(scene).items()}
     targets = {goal.course_key: goal for goal in Names(scene, tuple(others)).targets.values()}
     left = block.left.replace("solved:", "tau:") if isinstance(block, Blank) else ""
-    if left in targets:
+    if left and left in targets:
         diagnosis = Diagnosis(scene, others)
         known = isinstance(block, Blank) and block.left.startswith(BALANCED) and diagnosis.course is not None
         stated = f"{text_of(front(diagnosis, block.left))} = {text}" if known and "=" not in text else text
@@ -255,8 +277,8 @@ def marked(document: Document, key: str, text: str) -> Told:
         except TeachError as fault:
             return Told(False, False, str(fault))
         if answers:
-            told = "\n".join(line for one in answers for line in in_words(one, document.language))
-            return Told(True, all(one.right for one in answers), told)
+            told = [in_words(one, document.language)[0] for one in answers]  # without the terms that it should have
+            return Told(True, all(one.right for one in answers), "\n".join(told))
     if isinstance(block, Blank):
         try:
             read_formula(text, document.scene)

@@ -107,7 +107,7 @@ class _Page:
                 "matrix": [1 if one.right else -1 for one in every.values()],
                 "reasons": [self.html.words(one.reason) for one in every.values()],
             }
-        answer = JME.text(Form.of(self.variant.document.value(part.asked.answer)), self.letters)
+        answer = JME.text(self.variant.answer(part.asked), self.letters)
         moves = bool(self.groups) and part.equation is not None
         beside = JME.text(part.front, self.letters) if moves and part.front is not None else answer
         return {

@@ -7,6 +7,7 @@ from base64 import b64encode
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any
 
 from symdyn.algebra import Form, Symbol
 from symdyn.emit import in_html
@@ -66,6 +67,20 @@ class Html:
     def solved(self, part: Part) -> str:
         """Return the way to an answer."""
         return self.blocks((part.asked.ask, *part.asked.solution))
+
+    def shown(self, how: str) -> dict[str, Any]:
+        """Return what `Quiz.shown` says."""
+        parts = dict[str, Any]()
+        for key, part in self.variant.parts.items():
+            ask, left = self.asked(part)
+            parts[key] = {"ask": ask, "left": left, "solution": self.solved(part)}
+            if isinstance(part.asked, Blank):
+                parts[key]["answer"] = text_of(self.variant.answer(part.asked))
+            else:
+                every = part.asked.options
+                parts[key]["options"] = [{"text": self.words(x.text), "right": str(x.right).lower()} for x in every]
+        typed = {name: name for name in self.variant.typed}
+        return {"params": {"task": self.blocks(self.variant.task), "how": how, "symbols": self.how(typed)}, "parts": parts}
 
     def how(self, letters: Mapping[str, str]) -> str:
         """Return a table of the letters, as they are printed and as they are typed."""

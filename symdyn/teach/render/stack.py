@@ -1,8 +1,8 @@
 """Exercises as a STACK question in Moodle XML: Maxima judges, exactly where its algebra can, else at points.
 
-An answer to an equation is right if it holds at the points on the motions of `symdyn.teach.student.motions`, in
-floating-point numbers, and of an open mechanism if what is left of it is zero, too, once the equations of motion are
-put in, times their determinant.
+Equal formulas are found by AlgEquiv. Another answer is right if it has its value, or an equation holds, at the points on
+the motions of `symdyn.teach.student.motions`, in floating-point numbers; an equation of an open mechanism only if what
+is left of it is zero, too, once the equations of motion are put in, times their determinant.
 """
 
 from __future__ import annotations
@@ -83,10 +83,6 @@ class _Page:
         return _list(map(self.equal, known))
 
     @property
-    def is_tied(self) -> bool:
-        return self.variant.scene.is_constrained
-
-    @property
     def given(self) -> str:
         """Return what prescribed motions are."""
         scene, graph = self.variant.scene, Graph()
@@ -117,7 +113,7 @@ class _Page:
     def balance(self) -> tuple[str, str]:
         """Return the equations of motion of an open mechanism, each zero, and their unknowns."""
         course, scene, held = self.variant.diagnosis.course, self.variant.scene, self.held
-        if course is None or self.is_tied:
+        if course is None or scene.is_constrained:
             return "[]", "[]"
         equations, unknowns = [], []
         for i in self.kept:
@@ -211,10 +207,10 @@ class _PartOf:
         moves = page.variant.diagnosis.motions is not None
         if i is not None and moves:
             put, bound = f"quiz_held({d}, quiz_on[1], quiz_off{k}[1])", f"quiz_held({d}, last(quiz_on), last(quiz_off{k}))"
-            if not page.is_tied and i in page.kept:
+            if not page.variant.scene.is_constrained and i in page.kept:
                 exact = f"quiz_left(subst(quiz_given, {d}), {page.kept.index(i) + 1}, quiz_balance, quiz_unknown)"
                 put = f"if {put} = 0 then {exact} else 1"
-        elif page.is_tied and moves:
+        elif moves and not self.part.is_rounded:
             put, bound = (f"quiz_equal(ans{k}, quiz_ta{k}, {at})" for at in ("quiz_on[1]", "last(quiz_on)"))
         else:
             put = f"subst(quiz_given, ans{k} - quiz_ta{k})"
@@ -257,7 +253,7 @@ class _PartOf:
 
 def _answer(page: _Page, one: Part) -> Form:
     assert isinstance(one.asked, Blank), "what is typed answers a blank"
-    return Form.of(page.variant.document.value(one.asked.answer))
+    return page.variant.answer(one.asked)
 
 
 def _options(page: _Page, one: Part) -> str:
