@@ -1,4 +1,4 @@
-"""A small reader of JME, written from Numbas' documents: what the marking scripts of exercises use of it, nothing else."""
+"""A small reader of JME, written from Numbas' documents: what the marking scripts of exercises use of it."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ FUNCTIONS: Mapping[str, Callable[..., Any]] = {
     "abs": abs, "len": len, "trim": str.strip, "sqrt": math.sqrt, "sin": math.sin, "cos": math.cos, "exp": math.exp,
     "ln": math.log, "sgn": lambda x: (x > 0) - (x < 0), "tanh": math.tanh, "all": all, "some": any, "safe": str,
     "max": lambda *x: max(x[0] if isinstance(x[0], list) else x), "html": str, "json_decode": json.loads,
-    "expression": lambda x: parsed(x), "atan2": math.atan2,
+    "expression": str, "atan2": math.atan2,
 }  # fmt: skip
 
 
@@ -29,7 +29,7 @@ class JmeError(Exception):
     """What JME cannot read or evaluate."""
 
 
-class End(Exception):
+class EndError(Exception):
     """The end of a marking script."""
 
 
@@ -135,7 +135,7 @@ class Script:
         """Return the credit, 0 to 1."""
         try:
             self.note("mark")
-        except End:
+        except EndError:
             self.credit, self.read = 0.0, False
         assert self.credit is not None, "a script says what an answer is worth"
         return self.credit
@@ -156,7 +156,7 @@ class Script:
         if kind == "name":
             return self.named(parts[0], names)
         if kind == "list":
-            if parts[0] and parts[0][0][0] == "pair":
+            if any(isinstance(x, tuple) and x[0] == "pair" for x in parts[0]):
                 return {self.value(k, names): self.value(v, names) for _, k, v in parts[0]}
             return [self.value(x, names) for x in parts[0]]
         if kind == "call":
@@ -226,7 +226,7 @@ class Script:
         if name in ("correct", "incorrect", "fail"):
             self.credit, self.said = float(name == "correct"), at(args[0])
             if name == "fail":
-                raise End
+                raise EndError
             return None
         return FUNCTIONS[name](*map(at, args))
 

@@ -24,7 +24,8 @@ def run(options: argparse.Namespace) -> int:
     with Waiting("deriving") as progress:
         asked = Handout(
             scene, options.language, options.detail, options.until, options.formulation, options.seed,
-            practised(options), options.grade or 2, split(options.ask) or (), options.sheet or "", options.variants or 1,
+            practised(options), options.grade or 2, split(options.ask) or (), options.sheet or "",
+            options.variants or 1,
         )  # fmt: skip
         if options.format == (SLIDERS,):
             print_paths(*placed({f"{page_stem(asked.shown.name)}.html": asked.page()}, options.output))
@@ -56,9 +57,9 @@ def check_output(options: argparse.Namespace) -> None:
     if options.format == (SLIDERS,) and practised(options):
         raise EmitError("sliders is a page without the lesson, which asks nothing; give --format html for exercises")
     platforms = [name for name in options.format or () if name in PLATFORMS]
-    for name in platforms:
-        _check_platform(name, options)
-    if options.variants and not platforms:
+    if platforms:
+        _check_platform(platforms[0], options)
+    elif options.variants:
         raise EmitError(f"--variants are of a question for a learning platform; give --format {' or '.join(PLATFORMS)}")
     target = Path(options.output)
     if target.suffix and not target.is_dir() and len(options.format or ()) > 1:
@@ -71,11 +72,11 @@ def _check_platform(name: str, options: argparse.Namespace) -> None:
     """Raise EmitError for a question that asks nothing, options of pages and paper, and a folder in one file."""
     if not practised(options):
         raise EmitError(f"{name} is a question for a learning platform; give --exercises, --grade or --ask with it")
-    for option, usual in (("sheet", None), ("detail", "brief")):
-        if getattr(options, option) not in (usual, None):
-            raise EmitError(f"--{option} is for pages and paper, not for {name}; leave it out")
-    if name == "prairielearn" and Path(options.output).suffix and not Path(options.output).is_dir():
-        raise EmitError(f"{Path(options.output).name}: prairielearn is a folder of four files; give a folder with -o")
+    if options.sheet or options.detail == "full":
+        what = "sheet" if options.sheet else "detail"
+        raise EmitError(f"--{what} is for pages and paper, not for {name}; leave it out")
+    if "prairielearn" in options.format and (place := Path(options.output)).suffix and not place.is_dir():
+        raise EmitError(f"{place.name}: prairielearn is a folder of four files; give a folder with -o")
 
 
 def placed(files: dict[str, str | bytes], output: str) -> tuple[Path, ...]:

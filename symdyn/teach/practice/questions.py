@@ -213,7 +213,7 @@ def _apart(diagnosis: Diagnosis) -> dict[str, Any] | None:
 
 
 def front(diagnosis: Diagnosis, left: str) -> Form:
-    """Return what stands in front of the answer to an equation: the drive, loads and constraints, or the acceleration."""
+    """Return what stands in front of the answer to an equation: drive, loads, multipliers; or the acceleration."""
     i = int(left.partition(":")[2]) - 1
     if left.startswith("solved"):
         return Symbol(acceleration_name(diagnosis.scene.velocities[i]))

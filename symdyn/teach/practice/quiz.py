@@ -1,6 +1,6 @@
 """Exercises of a mechanism as learning platforms ask them: one list of parts, by variants, which every writer walks.
 
-A part is a question of the lesson with what is said before it, in the order of the derivation; what is asked is what all
+A part is a question of the lesson with what is said before it, in the order of the derivation; asked is what all
 variants have. Wrong answers that a rule gives, and its words, are those of `symdyn.teach.student.mistakes`.
 """
 
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Any, Union
 
-from symdyn.algebra import Form
+from symdyn.algebra import Form, Number
 from symdyn.emit.print import latex_symbols, text_of
 from symdyn.errors import DerivationError, TeachError, choice
 from symdyn.scene import Scene
@@ -37,7 +37,7 @@ RULES = 40
 
 @dataclass(frozen=True)
 class Wrong:
-    """A wrong answer: what it is, what marks it at the points of `Variant.marks`, the rule that it forgets, in words."""
+    """A wrong answer, what it is worth at the points of `Variant.marks`, and the rule that it forgets, in words."""
 
     form: Form
     marks: tuple[float, float]
@@ -52,7 +52,8 @@ class Part:
         key: of the question, the same in every variant.
         asked: the question.
         before: what is said before it.
-        front: what stands in front of the answer to an equation, in symbols of the scene; None for a value.
+        answer: a right one to what is typed, in symbols of the scene.
+        front: what stands in front of the answer to an equation.
         equation: the number of the equation, from 0; None for a value.
         wrong: wrong answers that a platform knows.
         is_free: whether a constant may be added to the answer, which moves.
@@ -61,7 +62,8 @@ class Part:
     key: str
     asked: Union[Blank, Choice]
     before: tuple[Block, ...] = ()
-    front: Form | None = None
+    answer: Form = Number.ZERO
+    front: Form = Number.ZERO
     equation: int | None = None
     wrong: tuple[Wrong, ...] = ()
     is_free: bool = False
@@ -115,7 +117,7 @@ class Variant:
     def _parts(self) -> Iterator[Part]:
         for section in self.document.sections:
             for step in section.steps:
-                before = [step.claim] if step.claim.parts else list[Block]()
+                before: list[Block] = [step.claim] if step.claim.parts else []
                 for block in step.blocks:
                     if isinstance(block, Blank):
                         yield self._of(block, tuple(before))
@@ -127,40 +129,31 @@ class Variant:
                     before = []
 
     def _of(self, blank: Blank, before: tuple[Block, ...]) -> Part:
-        diagnosis, left = self.diagnosis, blank.left
-        if diagnosis.course is None or not left.startswith(BALANCED):
-            moving = {*self.scene.coordinates, *self.scene.velocities} & set(self.answer(blank).symbols)
-            free = left.startswith(FREE) and bool(moving)
-            return Part(blank.key, blank, before, wrong=self._wrong(blank, None, free), is_free=free)
-        i, beside = int(left.partition(":")[2]) - 1, front(diagnosis, left)
-        wrong = self._wrong(blank, i) if left.startswith("tau:") and not self.scene.is_constrained else ()
-        return Part(blank.key, blank, before, beside, i, wrong)
-
-    def answer(self, blank: Blank) -> Form:
-        """Return a right answer in symbols of the scene."""
-        return Form.of(self.document.value(blank.answer))
+        left, answer = blank.left, Form.of(self.document.value(blank.answer))
+        if self.diagnosis.course is None or not left.startswith(BALANCED):
+            free = left.startswith(FREE) and bool({*self.scene.coordinates, *self.scene.velocities} & {*answer.symbols})
+            return Part(blank.key, blank, before, answer, wrong=self._wrong(left, answer, None, free), is_free=free)
+        i, beside = int(left.partition(":")[2]) - 1, front(self.diagnosis, left)
+        wrong = self._wrong(left, answer, i) if left.startswith("tau:") and not self.scene.is_constrained else ()
+        return Part(blank.key, blank, before, answer, beside, i, wrong)
 
     def marks(self, part: Part) -> list[Mapping[str, float]]:
         """Return the points that mark answers: two, or where a constant is free two and two, whose changes count."""
         points = self.diagnosis.points
         return [points.at[k] for k in points.marks(part.is_free)[: 4 if part.is_free else 2]]
 
-    def _wrong(self, blank: Blank, equation: int | None, free: bool = False) -> tuple[Wrong, ...]:
+    def _wrong(self, left: str, answer: Form, equation: int | None, free: bool = False) -> tuple[Wrong, ...]:
         """Return wrong answers with their rules; of an equation with the loads that stand in front of its box."""
         words, course = language_of(self.document.language), self.diagnosis.course
-        known = self.diagnosis.of(blank.left, self.answer(blank), RULES)
+        known = self.diagnosis.of(left, answer, RULES)
         beside = course.right.Q[equation] if course is not None and equation is not None else None
         nodes = [one.node if beside is None else one.node + beside for one in known]
         rows = self.diagnosis.points.marked(nodes, free) if nodes else []
         return tuple(
-            Wrong(Form.of(node), (_digits(row[0]), _digits(row[1])), _rule(words, one))
+            Wrong(Form.of(node), (float(f"{row[0]:.9g}"), float(f"{row[1]:.9g}")), _rule(words, one))
             for one, node, row in zip(known, nodes, rows, strict=True)
             if all(map(isfinite, row[:2]))
         )
-
-
-def _digits(value: float) -> float:
-    return float(f"{value:.9g}")
 
 
 def _rule(words: Language, one: Mistake) -> str:
@@ -265,11 +258,12 @@ def marked(document: Document, key: str, text: str) -> Told:
         return Told(False, False, words["fault.empty"])
     others = {name: unit for name, (unit, _) in rows_of(scene).items()}
     targets = {goal.course_key: goal for goal in Names(scene, tuple(others)).targets.values()}
-    left = block.left.replace("solved:", "tau:") if isinstance(block, Blank) else ""
+    requested = block.left if isinstance(block, Blank) else ""
+    left = requested.replace("solved:", "tau:")
     if left and left in targets:
         diagnosis = Diagnosis(scene, others)
-        known = isinstance(block, Blank) and block.left.startswith(BALANCED) and diagnosis.course is not None
-        stated = f"{text_of(front(diagnosis, block.left))} = {text}" if known and "=" not in text else text
+        known = requested.startswith(BALANCED) and diagnosis.course is not None
+        stated = f"{text_of(front(diagnosis, requested))} = {text}" if known and "=" not in text else text
         try:
             answers = check_derivation(stated, scene, key, targets[left])
         except DerivationError:

@@ -1,4 +1,4 @@
-"""What a learning platform shows and reads: blocks as HTML with LaTeX for MathJax, formulas in the platform's letters."""
+"""What a learning platform shows and reads: blocks as HTML with LaTeX for MathJax, formulas in its own letters."""
 
 from __future__ import annotations
 
@@ -75,18 +75,23 @@ class Html:
             ask, left = self.asked(part)
             parts[key] = {"ask": ask, "left": left, "solution": self.solved(part)}
             if isinstance(part.asked, Blank):
-                parts[key]["answer"] = text_of(self.variant.answer(part.asked))
+                parts[key]["answer"] = text_of(part.answer)
             else:
                 every = part.asked.options
                 parts[key]["options"] = [{"text": self.words(x.text), "right": str(x.right).lower()} for x in every]
         typed = {name: name for name in self.variant.typed}
-        return {"params": {"task": self.blocks(self.variant.task), "how": how, "symbols": self.how(typed)}, "parts": parts}
+        return {
+            "params": {"task": self.blocks(self.variant.task), "how": how, "symbols": self.how(typed)},
+            "parts": parts,
+        }
 
     def how(self, letters: Mapping[str, str]) -> str:
         """Return a table of the letters, as they are printed and as they are typed."""
         words = language_of(self.variant.document.language).lesson
         latex = self.variant.typed
-        rows = tuple((rf"\({latex[name]}\)", f"<code>{in_html(new)}</code>") for name, new in letters.items() if name in latex)
+        rows = tuple(
+            (rf"\({latex[name]}\)", f"<code>{in_html(new)}</code>") for name, new in letters.items() if name in latex
+        )
         return Table((words["quiz.symbol"], words["quiz.typed"]), rows).html(str)
 
     @staticmethod
@@ -106,13 +111,13 @@ class Dialect:
     """
 
     words: Mapping[str, str]
-    reserved: frozenset[str]
+    reserved: str
     cased: bool = True
     exact: bool = False
 
     def letters(self, variant: Variant) -> dict[str, str]:
         """Return what each symbol is called, by its name: itself, but for one that is taken."""
-        found, taken = dict[str, str](), set(self.reserved)
+        found, taken = dict[str, str](), set(self.reserved.split())
         for name in [*variant.typed, *variant.diagnosis.others]:
             new, k = name, 1
             while (new if self.cased else new.lower()) in taken:
@@ -136,6 +141,11 @@ class Dialect:
         if self.exact:
             text = _DECIMAL.sub(lambda found: f"({Fraction(found[0])})", text)
         return _WORD.sub(lambda found: self.words.get(found[0], found[0]), text)
+
+
+def points_by(letters: Mapping[str, str], points: Iterable[Mapping[str, float]]) -> list[dict[str, float]]:
+    """Return points by letters, values without their last digits."""
+    return [{letters[x]: float(f"{v:.12g}") for x, v in p.items() if x in letters} for p in points]
 
 
 _DECIMAL = re.compile(r"(?<![\w.])\d+(?:\.\d+(?:e-?\d+)?|e-?\d+)")

@@ -1,44 +1,31 @@
 """Exercises as a STACK question in Moodle XML: Maxima judges, exactly where its algebra can, else at points.
 
-Equal formulas are found by AlgEquiv. Another answer is right if it has its value, or an equation holds, at the points on
-the motions of `symdyn.teach.student.motions`, in floating-point numbers; an equation of an open mechanism only if what
-is left of it is zero, too, once the equations of motion are put in, times their determinant.
+Equal formulas are found by AlgEquiv. Another answer is right if it has its value, or an equation holds, at the points
+on the motions of `symdyn.teach.student.motions`, in floating-point numbers; an equation of an open mechanism only if
+what is left of it is zero, too, once the equations of motion are put in, times their determinant.
 """
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from itertools import islice
 
-from symdyn.algebra import Form, Symbol
+from symdyn.algebra import Form
 from symdyn.dynamics.mechanism import prescribed
 from symdyn.emit import render, verbatim
 from symdyn.emit.code import page_stem
 from symdyn.graph import Graph
 from symdyn.scene.values import acceleration_name
-from symdyn.teach.document import Blank, Choice
+from symdyn.teach.document import Choice
 from symdyn.teach.practice.quiz import Part, Quiz, Variant
-from symdyn.teach.render.quiz_text import Dialect, Html
+from symdyn.teach.render.quiz_text import Dialect, Html, points_by
 from symdyn.teach.student.motions import PLACES, Point
 
-MAXIMA = Dialect(
-    {"log": "log", "sign": "signum", "pi": "%pi"},
-    frozenset("e i j pi inf minf ind und infinity true false and or not if then else do for while in unless next from "
-              "step thru lambda gamma beta zeta delta".split()),
-    exact=True,
-)  # fmt: skip
+RESERVED = "e i j pi inf minf ind und infinity true false and or not if then else do for while in lambda gamma beta zeta delta"
+MAXIMA = Dialect({"log": "log", "sign": "signum", "pi": "%pi"}, RESERVED, exact=True)
 
-
-@dataclass(frozen=True)
-class Node:
-    """A node of a potential response tree: what is compared, what that is worth, what is said where it is equal."""
-
-    name: str
-    student: str
-    teacher: str
-    score: int
-    said: str
+Node = tuple[str, str, str, int, str]
+"""Of a potential response tree: name, what is compared with what, what that is worth, what is said if it is equal."""
 
 
 def stack(quiz: Quiz) -> dict[str, str]:
@@ -51,15 +38,14 @@ def stack(quiz: Quiz) -> dict[str, str]:
     values = {
         "title": _safe(quiz.title),
         "words": words,
-        "text": f"{body}\n<p>{words['quiz.stack']}</p>\n{_chosen([page.how for page in pages])}\n<ol>\n{asked}\n</ol>",
+        "text": f"{body}\n<p>{words['quiz.how']}</p>\n{_chosen([page.how for page in pages])}\n<ol>\n{asked}\n</ol>",
         "solution": "\n".join(one.solution for one in parts),
         "marks": sum(one.marks for one in parts),
         "variables": "\n".join([*_common(pages), *(line for one in parts for line in one.variables)]),
         "note": words["quiz.note"].format(number="{@quiz_variant@}"),
-        "description": words["quiz.weaker.stack"],
+        "description": words["quiz.weaker"],
         "parts": parts,
         "seeds": range(1, 1 + len(pages)) if len(pages) > 1 else (),
-        "tests": [_right(parts, words)],
     }
     return {f"{page_stem(quiz.scene.name)}-stack.xml": render("quiz/stack.xml.jinja", values)}
 
@@ -79,8 +65,7 @@ class _Page:
         return _list(f"{self.letters[name]} = {value}" for name, value in pairs.items())
 
     def points(self, points: Sequence[Point]) -> str:
-        known = ({name: repr(float(f"{x:.12g}")) for name, x in p.items() if name in self.letters} for p in points)
-        return _list(map(self.equal, known))
+        return _list(_list(f"{x} = {v!r}" for x, v in p.items()) for p in points_by(self.letters, points))
 
     @property
     def given(self) -> str:
@@ -99,15 +84,14 @@ class _Page:
         return self.equal({name: self.text(Form.of(value.express(Graph()))) for name, value in values})
 
     @property
-    def kept(self) -> list[int]:
-        """The equations of an open mechanism that have an unknown: an acceleration, or the drive of a prescribed motion."""
-        scene, held = self.variant.scene, self.held
-        return [i for i, drive in enumerate(scene.drives) if drive or i not in held]
-
-    @property
     def held(self) -> tuple[int, ...]:
         """Prescribed motions."""
         return tuple(prescribed(self.variant.scene, Graph()).place)
+
+    @property
+    def kept(self) -> list[int]:
+        """The equations with an unknown: an acceleration, or the drive of a prescribed motion."""
+        return [i for i, drive in enumerate(self.variant.scene.drives) if drive or i not in self.held]
 
     @property
     def balance(self) -> tuple[str, str]:
@@ -182,14 +166,15 @@ class _PartOf:
         k, pairs = self.number, list(zip(self.pages, self.every, strict=True))
         if self.options:
             yield f"quiz_options{k}: {_by(_options(page, one) for page, one in pairs)};"
-            yield f"quiz_right{k}: {_by(_set(one.asked.right) for _, one in pairs if isinstance(one.asked, Choice))};"
+            right = (json.dumps(one.asked.right) for one in self.every if isinstance(one.asked, Choice))
+            yield f"quiz_right{k}: setify({_by(right)});"
             return
-        yield f"quiz_ta{k}: {_by(page.text(_answer(page, one)) for page, one in pairs)};"
+        yield f"quiz_ta{k}: {_by(page.text(one.answer) for page, one in pairs)};"
         if self.rules:
             yield f"quiz_marks{k}: {_by(page.points(page.variant.marks(one)) for page, one in pairs)};"
             yield f"quiz_wrong{k}: {_by(_list(self._wrong(one)) for _, one in pairs)};"
         if self.part.equation is not None:
-            yield f"quiz_front{k}: {_by(page.text(one.front or Form.sum(())) for page, one in pairs)};"
+            yield f"quiz_front{k}: {_by(page.text(one.front) for page, one in pairs)};"
             if self.pages[0].variant.diagnosis.motions:
                 yield f"quiz_off{k}: {_by(_list(page.off(one.equation)) for page, one in pairs)};"
 
@@ -206,12 +191,12 @@ class _PartOf:
         page = self.pages[0]
         moves = page.variant.diagnosis.motions is not None
         if i is not None and moves:
-            put, bound = f"quiz_held({d}, quiz_on[1], quiz_off{k}[1])", f"quiz_held({d}, last(quiz_on), last(quiz_off{k}))"
+            put, bound = (f"quiz_held({d}, {at}(quiz_on), {at}(quiz_off{k}))" for at in ("first", "last"))
             if not page.variant.scene.is_constrained and i in page.kept:
                 exact = f"quiz_left(subst(quiz_given, {d}), {page.kept.index(i) + 1}, quiz_balance, quiz_unknown)"
                 put = f"if {put} = 0 then {exact} else 1"
         elif moves and not self.part.is_rounded:
-            put, bound = (f"quiz_equal(ans{k}, quiz_ta{k}, {at})" for at in ("quiz_on[1]", "last(quiz_on)"))
+            put, bound = (f"quiz_equal(ans{k}, quiz_ta{k}, {at})" for at in ("first(quiz_on)", "last(quiz_on)"))
         else:
             put = f"subst(quiz_given, ans{k} - quiz_ta{k})"
             bound = f"subst(quiz_numbers, {put})"
@@ -227,18 +212,19 @@ class _PartOf:
         """The tree, each node asked where those before it say no."""
         k, say = self.number, self.quiz.words
         if self.options:
-            return [Node("right", f"quiz_chosen{k}", f"quiz_right{k}", 1, "")]
-        nodes = [Node("right", f"ans{k}", f"quiz_ta{k}", 1, "")]
-        nodes.append(Node("motions", f"quiz_put{k}", "0", 1, f"<p>{say['answer.motions']}</p>"))
-        nodes.append(Node("numbers", f"quiz_bound{k}", "0", 1, f"<p>{say['answer.numbers']}</p>"))
+            return [("right", f"quiz_chosen{k}", f"quiz_right{k}", 1, "")]
+        nodes = [
+            ("right", f"ans{k}", f"quiz_ta{k}", 1, ""),
+            ("motions", f"quiz_put{k}", "0", 1, say["answer.motions"]),
+            ("numbers", f"quiz_bound{k}", "0", 1, say["answer.numbers"]),
+        ]
         if self.part.is_rounded:
             near = f"is(abs(float(quiz_bound{k})) < 0.005*abs(float(subst(quiz_numbers, quiz_ta{k}))))"
-            nodes.append(Node("near", near, "true", 1, ""))
+            nodes.append(("near", near, "true", 1, ""))
         if self.part.is_free:
-            nodes.append(Node("shifted", f"quiz_slope{k}", "0*quiz_moving", 1, f"<p>{say['answer.shifted']}</p>"))
-        nodes.append(Node("turned", f"ans{k}", f"-quiz_ta{k}", 0, f"<p>{say['answer.turned']}</p>"))
-        rules = enumerate(self.rules, 1)
-        return [*nodes, *(Node(f"rule{j}", f"quiz_rule{k}", str(j), 0, f"<p>{_safe(text)}</p>") for j, text in rules)]
+            nodes.append(("shifted", f"quiz_slope{k}", "0*quiz_moving", 1, say["answer.shifted"]))
+        nodes.append(("turned", f"ans{k}", f"-quiz_ta{k}", 0, say["answer.turned"]))
+        return [*nodes, *((f"rule{j}", f"quiz_rule{k}", f"{j}", 0, _safe(x)) for j, x in enumerate(self.rules, 1))]
 
     def _reasons(self) -> str:
         told = []
@@ -251,40 +237,20 @@ class _PartOf:
         return "".join(told)
 
 
-def _answer(page: _Page, one: Part) -> Form:
-    assert isinstance(one.asked, Blank), "what is typed answers a blank"
-    return page.variant.answer(one.asked)
-
-
 def _options(page: _Page, one: Part) -> str:
     assert isinstance(one.asked, Choice), "every variant asks alike"
     rows = ((letter, option, page.html.words(option.text)) for letter, option in one.asked.lettered.items())
-    return _list(f'["{key}", {str(x.right).lower()}, {_string(f"{key}) {text}")}]' for key, x, text in rows)
-
-
-def _right(parts: Sequence[_PartOf], words: Mapping[str, str]) -> dict[str, object]:
-    """Return a test of the question: the teacher's answers."""
-    inputs = [(f"ans{x.number}", f"quiz_ta{x.number}" if not x.options else f"listify(quiz_right{x.number})") for x in parts]
-    expected = [(f"prt{x.number}", "1.0000000", f"prt{x.number}-right") for x in parts]
-    return {"said": words["answer.right"], "inputs": inputs, "expected": expected}
+    return json.dumps([[key, x.right, f"{key}) {text}"] for key, x, text in rows], ensure_ascii=False)
 
 
 def _list(texts: Iterator[str] | Sequence[str]) -> str:
     return f"[{', '.join(texts)}]"
 
 
-def _set(letters: Sequence[str]) -> str:
-    return "{" + ", ".join(f'"{x}"' for x in letters) + "}"
-
-
 def _by(texts: Iterator[str]) -> str:
     """Return what the variant has of some texts."""
     every = list(texts)
     return every[0] if len(set(every)) == 1 else f"{_list(every)}[quiz_variant]"
-
-
-def _string(text: str) -> str:
-    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
 
 
 def _safe(text: str) -> str:
