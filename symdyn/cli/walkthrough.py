@@ -11,7 +11,6 @@ from symdyn.emit import write
 from symdyn.emit.code import page_stem
 from symdyn.errors import EmitError, choice
 from symdyn.teach import Handout
-from symdyn.teach.render import PLATFORMS
 
 SLIDERS = "sliders"
 ENDINGS = {".md": "md", ".tex": "latex", ".pdf": "pdf", ".html": "html", ".ipynb": "notebook"}
@@ -40,7 +39,7 @@ def formats(text: str) -> tuple[str, ...]:
     """Return the formats of a list, each once."""
     names = tuple(dict.fromkeys(split(text) or ("",)))
     for name in names:
-        if name not in (known := (*ENDINGS.values(), *PLATFORMS, SLIDERS)):
+        if name not in (known := (*ENDINGS.values(), *Handout.platforms, SLIDERS)):
             raise argparse.ArgumentTypeError(f"{name!r} is no format; {choice(name, known)}")
     if SLIDERS in names[1:] or (names[1:] and names[0] == SLIDERS):
         raise argparse.ArgumentTypeError("sliders is a page without the lesson; ask for it alone")
@@ -56,11 +55,13 @@ def check_output(options: argparse.Namespace) -> None:
     """Raise EmitError for sliders that shall ask, an ending that is no format, and one file that shall hold several."""
     if options.format == (SLIDERS,) and practised(options):
         raise EmitError("sliders is a page without the lesson, which asks nothing; give --format html for exercises")
-    platforms = [name for name in options.format or () if name in PLATFORMS]
+    platforms = [name for name in options.format or () if name in Handout.platforms]
     if platforms:
         _check_platform(platforms[0], options)
     elif options.variants:
-        raise EmitError(f"--variants are of a question for a learning platform; give --format {' or '.join(PLATFORMS)}")
+        raise EmitError(
+            f"--variants are of a question for a learning platform; give --format {' or '.join(Handout.platforms)}"
+        )
     target = Path(options.output)
     if target.suffix and not target.is_dir() and len(options.format or ()) > 1:
         raise EmitError(f"{target.name}: {len(options.format)} formats are that many files; give a folder with -o")

@@ -6,10 +6,10 @@ variants have. Wrong answers that a rule gives, and its words, are those of `sym
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from math import isfinite
-from typing import Any, Union
+from typing import Union
 
 from symdyn.algebra import Form, Number
 from symdyn.emit.print import latex_symbols, text_of
@@ -162,71 +162,6 @@ def _rule(words: Language, one: Mistake) -> str:
     where = say["where"].format(of=one.of) if one.of else ""
     rule = say[one.rule] + where + (say["or"] + say[one.other] if one.other else "")
     return words.lesson["answer.mistake"].format(rule=rule)
-
-
-@dataclass(frozen=True)
-class Quiz:
-    """The exercises of a mechanism for learning platforms.
-
-    Attributes:
-        scene: what the variants are drawn from.
-        variants: the lessons, the scene's own first.
-        settings: arguments of `Handout` that make these lessons again, but for the scene and the seed.
-    """
-
-    scene: Scene
-    variants: tuple[Variant, ...]
-    settings: Mapping[str, object]
-
-    @property
-    def words(self) -> Mapping[str, str]:
-        """Prose in the language of the lessons."""
-        return language_of(self.variants[0].document.language).lesson
-
-    @property
-    def title(self) -> str:
-        """The title of the first lesson."""
-        return self.variants[0].document.title
-
-    @cached_property
-    def keys(self) -> tuple[str, ...]:
-        """The questions that every variant has.
-
-        Raises:
-            TeachError: there is none.
-        """
-        first, *others = self.variants
-        common = [
-            key
-            for key, part in first.parts.items()
-            if all(key in one.parts and isinstance(one.parts[key].asked, type(part.asked)) for one in others)
-        ]
-        if not common:
-            raise TeachError(f"{self.scene.name}: no question is one of every variant; ask for one variant")
-        return tuple(common)
-
-    def parts(self, key: str) -> Sequence[Part]:
-        """Return a question variant by variant."""
-        return [one.parts[key] for one in self.variants]
-
-    def shown(self) -> dict[str, Any]:
-        """Return what a page shows of the first variant, as HTML with LaTeX, for MathJax; pictures stand inside.
-
-        Returns:
-            params: task, how answers are written, a table of the letters; parts: by key ask, left (what stands in front
-            of the box), solution, and answer or options (text, whether right).
-        """
-        from symdyn.teach.render.quiz_text import Html
-
-        return Html(self.variants[0]).shown(self.words["quiz.prairielearn"])
-
-    def marks(self, key: str) -> int:
-        """Return what a right answer is worth."""
-        return self.parts(key)[0].marks
-
-    def marked(self, key: str, text: str) -> Told:
-        """Return what the checker says to an answer to a question of the first variant; see `marked`."""
-        return marked(self.variants[0].document, key, text)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from symdyn.errors import EmitError, choice
 
 if TYPE_CHECKING:
     from symdyn.teach.document import Document
-    from symdyn.teach.practice.quiz import Quiz
+    from symdyn.teach.render.quiz_text import Quiz
 
 FORMATS: Mapping[str, tuple[str, str]] = {  # name: module and function, imported when asked for
     "md": ("markdown", "markdown"),

@@ -29,10 +29,11 @@ from symdyn.teach.languages import language_of, languages
 from symdyn.teach.lesson import SMALL_SCENE, Prose, apart, is_tied
 from symdyn.teach.practice.exercises import GRADES, with_exercises
 from symdyn.teach.practice.questions import sheet
-from symdyn.teach.practice.quiz import Quiz, Variant as Asked
+from symdyn.teach.practice.quiz import Variant as Asked
 from symdyn.teach.practice.variants import Variant, variant, with_changes
 from symdyn.teach.render import PLATFORMS, asked, rendered
 from symdyn.teach.render.page import interactive_page
+from symdyn.teach.render.quiz_text import Quiz
 from symdyn.unlocked import cached_property
 
 
@@ -234,12 +235,13 @@ class Handout:
         seed: of a variant of the scene: other masses, lengths, axes, springs, another way down; None for the scene.
         exercises: leave results out, with hints and solutions; the HTML page checks answers.
         grade, ask: which, as of `with_exercises`.
-        grades: those that there are.
+        grades: those that there are; platforms: formats of `files` that are questions for learning platforms.
         sheet: the exercises to print, "questions" with room to write, or "solutions"; "" for the whole lesson.
         variants: how many a question for a learning platform draws from: the one of `seed` and those that follow it.
     """
 
     grades: ClassVar[tuple[int, ...]] = tuple(GRADES)
+    platforms: ClassVar[tuple[str, ...]] = tuple(PLATFORMS)
 
     scene: Scene
     language: str = "en"

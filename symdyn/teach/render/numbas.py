@@ -10,8 +10,8 @@ from symdyn.emit import render
 from symdyn.emit.code import page_stem
 from symdyn.teach.document import Choice
 from symdyn.teach.practice.exercises import ENOUGH
-from symdyn.teach.practice.quiz import Part, Quiz, Variant
-from symdyn.teach.render.quiz_text import Dialect, Html, points_by
+from symdyn.teach.practice.quiz import Part, Variant
+from symdyn.teach.render.quiz_text import Dialect, Html, Quiz, points_by
 from symdyn.teach.student.motions import PLACES, SAME, Point
 
 RESERVED = "e i j pi infinity infty nan nothing true false and or not xor in isa"
@@ -39,8 +39,7 @@ class _Page:
     """One variant in JME's words."""
 
     def __init__(self, quiz: Quiz, variant: Variant) -> None:
-        self.quiz, self.variant = quiz, variant
-        self.letters, self.html = JME.letters(variant), Html(variant)
+        self.quiz, self.variant, self.letters, self.html = quiz, variant, JME.letters(variant), Html(variant)
         motions = variant.diagnosis.motions
         self.groups = motions.groups if motions else ()
 
@@ -61,7 +60,6 @@ class _Page:
         return {"groups": groups, "words": words, "parts": parts}
 
     def part(self, part: Part, groups: int) -> dict[str, Any]:
-        """Return what is known of one part."""
         if isinstance(part.asked, Choice):
             every = part.asked.lettered
             return {
@@ -72,19 +70,13 @@ class _Page:
         moves = bool(self.groups) and part.equation is not None
         beside = JME.text(part.front, self.letters) if moves else answer
         return {
-            "answer": answer,
-            "beside": beside,
-            "equation": moves,
-            "broken": part.equation if moves else -1,
-            "near": [SAME] * (groups - 1) + [ENOUGH if part.is_rounded else SAME],
-            "free": part.is_free,
-            "marks": self.points(self.variant.marks(part)),
-            "wrong": [[one.text, *one.marks] for one in part.wrong],
-        }
+            "answer": answer, "beside": beside, "equation": moves, "broken": part.equation if moves else -1,
+            "near": [SAME] * (groups - 1) + [ENOUGH if part.is_rounded else SAME], "free": part.is_free,
+            "marks": self.points(self.variant.marks(part)), "wrong": [[one.text, *one.marks] for one in part.wrong],
+        }  # fmt: skip
 
     @property
     def shown(self) -> dict[str, Any]:
-        """Return what is shown, as HTML."""
         parts = [self.variant.parts[key] for key in self.quiz.keys]
         asked = ["".join((before, f"<p>{left}</p>" if left else "")) for before, left in map(self.html.asked, parts)]
         return {

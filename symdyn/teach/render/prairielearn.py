@@ -9,7 +9,7 @@ from symdyn.emit import render
 from symdyn.emit.code import page_stem
 from symdyn.scene import write_text
 from symdyn.teach.document import Choice
-from symdyn.teach.practice.quiz import Quiz
+from symdyn.teach.render.quiz_text import Quiz
 
 
 def prairielearn(quiz: Quiz) -> dict[str, str]:
@@ -28,10 +28,9 @@ def prairielearn(quiz: Quiz) -> dict[str, str]:
     }
     server = {"title": quiz.scene.name, "seeds": seeds, "keys": list(quiz.keys), "settings": dict(quiz.settings)}
     asked = [isinstance(quiz.parts(key)[0].asked, Choice) for key in quiz.keys]
-    files = {
-        "info.json": json.dumps(info, ensure_ascii=False, indent=2) + "\n",
-        "question.html": render("quiz/question.html.jinja", {"parts": asked}),
-        "server.py": render("quiz/server.py.jinja", server),
-        "scene.toml": scene,
+    return {
+        f"{folder}/info.json": json.dumps(info, ensure_ascii=False, indent=2) + "\n",
+        f"{folder}/question.html": render("quiz/question.html.jinja", {"parts": asked}),
+        f"{folder}/server.py": render("quiz/server.py.jinja", server),
+        f"{folder}/scene.toml": scene,
     }
-    return {f"{folder}/{name}": text for name, text in files.items()}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from base64 import b64encode
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -13,11 +13,13 @@ from symdyn.algebra import Form, Symbol
 from symdyn.emit import in_html
 from symdyn.emit.print import BREAK, text_of
 from symdyn.errors import TeachError
+from symdyn.scene import Scene
 from symdyn.table import Table
 from symdyn.teach.document import Blank, Block, Box, Braced, Fold, Formula, Matrix, Picture, Words
 from symdyn.teach.languages import language_of
 from symdyn.teach.mathematics import Spelling
-from symdyn.teach.practice.quiz import Part, Variant
+from symdyn.teach.practice.quiz import Part, Told, Variant, marked
+from symdyn.unlocked import cached_property
 
 
 class Html:
@@ -150,3 +152,66 @@ def points_by(letters: Mapping[str, str], points: Iterable[Mapping[str, float]])
 
 _DECIMAL = re.compile(r"(?<![\w.])\d+(?:\.\d+(?:e-?\d+)?|e-?\d+)")
 _WORD = re.compile(r"(?<!\w)(?:log|sign|atan2|pi)(?=\(|\W|$)")
+
+
+@dataclass(frozen=True)
+class Quiz:
+    """The exercises of a mechanism for learning platforms.
+
+    Attributes:
+        scene: what the variants are drawn from.
+        variants: the lessons, the scene's own first.
+        settings: arguments of `Handout` that make these lessons again, but for the scene and the seed.
+    """
+
+    scene: Scene
+    variants: tuple[Variant, ...]
+    settings: Mapping[str, object]
+
+    @property
+    def words(self) -> Mapping[str, str]:
+        """Prose in the language of the lessons."""
+        return language_of(self.variants[0].document.language).lesson
+
+    @property
+    def title(self) -> str:
+        """The title of the first lesson."""
+        return self.variants[0].document.title
+
+    @cached_property
+    def keys(self) -> tuple[str, ...]:
+        """The questions that every variant has.
+
+        Raises:
+            TeachError: there is none.
+        """
+        first, *others = self.variants
+        common = [
+            key
+            for key, part in first.parts.items()
+            if all(key in one.parts and isinstance(one.parts[key].asked, type(part.asked)) for one in others)
+        ]
+        if not common:
+            raise TeachError(f"{self.scene.name}: no question is one of every variant; ask for one variant")
+        return tuple(common)
+
+    def parts(self, key: str) -> Sequence[Part]:
+        """Return a question variant by variant."""
+        return [one.parts[key] for one in self.variants]
+
+    def shown(self) -> dict[str, Any]:
+        """Return what a page shows of the first variant, as HTML with LaTeX, for MathJax; pictures stand inside.
+
+        Returns:
+            params: task, how answers are written, a table of the letters; parts: by key ask, left (what stands in front
+            of the box), solution, and answer or options (text, whether right).
+        """
+        return Html(self.variants[0]).shown(self.words["quiz.prairielearn"])
+
+    def marks(self, key: str) -> int:
+        """Return what a right answer is worth."""
+        return self.parts(key)[0].marks
+
+    def marked(self, key: str, text: str) -> Told:
+        """Return what the checker says to an answer to a question of the first variant; see `marked`."""
+        return marked(self.variants[0].document, key, text)

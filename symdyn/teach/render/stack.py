@@ -17,11 +17,13 @@ from symdyn.emit.code import page_stem
 from symdyn.graph import Graph
 from symdyn.scene.values import acceleration_name
 from symdyn.teach.document import Choice
-from symdyn.teach.practice.quiz import Part, Quiz, Variant
-from symdyn.teach.render.quiz_text import Dialect, Html, points_by
+from symdyn.teach.practice.quiz import Part, Variant
+from symdyn.teach.render.quiz_text import Dialect, Html, Quiz, points_by
 from symdyn.teach.student.motions import PLACES, Point
 
-RESERVED = "e i j pi inf minf ind und infinity true false and or not if then else do for while in lambda gamma beta zeta delta"
+RESERVED = (
+    "e i j pi inf minf ind und infinity true false and or not if then else do for while in lambda gamma beta zeta delta"
+)
 MAXIMA = Dialect({"log": "log", "sign": "signum", "pi": "%pi"}, RESERVED, exact=True)
 
 Node = tuple[str, str, str, int, str]
@@ -32,8 +34,7 @@ def stack(quiz: Quiz) -> dict[str, str]:
     """Return the one file by name."""
     pages = [_Page(one) for one in quiz.variants]
     parts = [_PartOf(quiz, pages, key, k) for k, key in enumerate(quiz.keys, 1)]
-    words = quiz.words
-    body = _chosen([page.task for page in pages])
+    words, body = quiz.words, _chosen([page.task for page in pages])
     asked = "\n".join(one.text for one in parts)
     values = {
         "title": _safe(quiz.title),
@@ -69,7 +70,6 @@ class _Page:
 
     @property
     def given(self) -> str:
-        """Return what prescribed motions are."""
         scene, graph = self.variant.scene, Graph()
         found = prescribed(scene, graph)
         names = [(scene.coordinates[k], scene.velocities[k]) for k in found.place]
@@ -79,13 +79,11 @@ class _Page:
 
     @property
     def numbers(self) -> str:
-        """Return the scene's numbers of its parameters."""
         values = ((p.name, p.value) for p in self.variant.scene.parameters if p.value is not None)
         return self.equal({name: self.text(Form.of(value.express(Graph()))) for name, value in values})
 
     @property
     def held(self) -> tuple[int, ...]:
-        """Prescribed motions."""
         return tuple(prescribed(self.variant.scene, Graph()).place)
 
     @property
@@ -109,7 +107,6 @@ class _Page:
 
     @property
     def moving(self) -> str:
-        """Return positions and rates."""
         scene = self.variant.scene
         return _list(self.letters[name] for name in (*scene.coordinates, *scene.velocities))
 
@@ -137,11 +134,9 @@ class _PartOf:
     """One question in all variants."""
 
     def __init__(self, quiz: Quiz, pages: Sequence[_Page], key: str, number: int) -> None:
-        self.quiz, self.pages, self.number = quiz, pages, number
-        self.every = quiz.parts(key)
+        self.quiz, self.pages, self.number, self.every = quiz, pages, number, quiz.parts(key)
         self.part = self.every[0]
-        self.options = isinstance(self.part.asked, Choice)
-        self.marks = self.part.marks
+        self.options, self.marks = isinstance(self.part.asked, Choice), self.part.marks
         self.rules = list(dict.fromkeys(x.text for one in self.every for x in one.wrong))
         self.wrong = f"<p>{quiz.words['answer.wrong']}</p>"
         if self.options:
@@ -149,7 +144,6 @@ class _PartOf:
 
     @property
     def text(self) -> str:
-        """What is asked, with its box."""
         told = [page.html.asked(one) for page, one in zip(self.pages, self.every, strict=True)]
         before, left = (_chosen([_safe(one[k]) for one in told]) for k in (0, 1))
         check = "" if self.options else f"\n[[validation:ans{self.number}]]"
@@ -157,7 +151,6 @@ class _PartOf:
 
     @property
     def solution(self) -> str:
-        """The way to the answer."""
         return _chosen([_safe(page.html.solved(one)) for page, one in zip(self.pages, self.every, strict=True)])
 
     @property
@@ -187,8 +180,7 @@ class _PartOf:
         k, i = self.number, self.part.equation
         if self.options:
             return f"quiz_chosen{k}: setify(ans{k});"
-        lines, d = [], f"quiz_front{k} - ans{k}"
-        page = self.pages[0]
+        d, page = f"quiz_front{k} - ans{k}", self.pages[0]
         moves = page.variant.diagnosis.motions is not None
         if i is not None and moves:
             put, bound = (f"quiz_held({d}, {at}(quiz_on), {at}(quiz_off{k}))" for at in ("first", "last"))
@@ -200,7 +192,7 @@ class _PartOf:
         else:
             put = f"subst(quiz_given, ans{k} - quiz_ta{k})"
             bound = f"subst(quiz_numbers, {put})"
-        lines += [f"quiz_put{k}: {put};", f"quiz_bound{k}: {bound};"]
+        lines = [f"quiz_put{k}: {put};", f"quiz_bound{k}: {bound};"]
         if self.part.is_free:
             lines.append(f"quiz_slope{k}: map(lambda([quiz_u], diff(ans{k} - quiz_ta{k}, quiz_u)), quiz_moving);")
         if self.rules:
