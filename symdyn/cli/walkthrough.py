@@ -73,8 +73,7 @@ def _check_platform(name: str, options: argparse.Namespace) -> None:
     """Raise EmitError for a question that asks nothing, options of pages and paper, and a folder in one file."""
     if not practised(options):
         raise EmitError(f"{name} is a question for a learning platform; give --exercises, --grade or --ask with it")
-    if options.sheet or options.detail == "full":
-        what = "sheet" if options.sheet else "detail"
+    if what := "sheet" if options.sheet else "detail" if options.detail == "full" else "":
         raise EmitError(f"--{what} is for pages and paper, not for {name}; leave it out")
     if "prairielearn" in options.format and (place := Path(options.output)).suffix and not place.is_dir():
         raise EmitError(f"{place.name}: prairielearn is a folder of four files; give a folder with -o")

@@ -6,7 +6,7 @@ variants have. Wrong answers that a rule gives, and its words, are those of `sym
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
 from typing import Union
@@ -24,12 +24,15 @@ from symdyn.teach.student.derivation_check import check_derivation
 from symdyn.teach.student.diagnosis import Diagnosis
 from symdyn.teach.student.grammar import Names
 from symdyn.teach.student.mistakes import FREE, Mistake
-from symdyn.teach.student.motions import rows_of
+from symdyn.teach.student.motions import PLACES, SAME, Point, rows_of
 from symdyn.teach.student.statements import read_formula
 from symdyn.unlocked import cached_property
 
 MARKS: Mapping[str, int] = {"equation": 3, "solved": 3, "result": 3, "rate": 2, "lagrangian": 2}
 """Marks of a part by the kind of its step; of all others one."""
+
+NEAR = SAME
+"""Of the largest value: what counts as nothing."""
 
 RULES = 40
 """Wrong answers of one part that a platform knows, the likely ones first."""
@@ -110,6 +113,12 @@ class Variant:
         return Diagnosis(scene, {name: unit for name, (unit, _) in rows_of(scene).items()})
 
     @cached_property
+    def groups(self) -> list[tuple[Sequence[Point], Sequence[Sequence[Point]]]]:
+        """Points on the motions, as many elsewhere, and where each equation is broken; without motions drawn ones."""
+        motions, drawn = self.diagnosis.motions, self.diagnosis.points.at
+        return [(one.on, one.off) for one in motions.groups] if motions else [(drawn[: 2 * PLACES], ())]
+
+    @cached_property
     def parts(self) -> dict[str, Part]:
         """The questions by key, in the order of the derivation."""
         return {part.key: part for part in self._parts()}
@@ -137,7 +146,7 @@ class Variant:
         wrong = self._wrong(left, answer, i) if left.startswith("tau:") and not self.scene.is_constrained else ()
         return Part(blank.key, blank, before, answer, beside, i, wrong)
 
-    def marks(self, part: Part) -> list[Mapping[str, float]]:
+    def marks(self, part: Part) -> list[Point]:
         """Return the points that mark answers: two, or where a constant is free two and two, whose changes count."""
         points = self.diagnosis.points
         return [points.at[k] for k in points.marks(part.is_free)[: 4 if part.is_free else 2]]

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from symdyn.emit import render
 from symdyn.emit.code import page_stem
 from symdyn.teach.document import Choice
 from symdyn.teach.practice.exercises import ENOUGH
-from symdyn.teach.practice.quiz import Part, Variant
+from symdyn.teach.practice.quiz import NEAR, Part, Variant
 from symdyn.teach.render.quiz_text import Dialect, Html, Quiz, points_by
-from symdyn.teach.student.motions import PLACES, SAME, Point
 
 RESERVED = "e i j pi infinity infty nan nothing true false and or not xor in isa"
 JME = Dialect({"log": "ln", "sign": "sgn"}, RESERVED, cased=False)
@@ -31,7 +30,7 @@ def numbas(quiz: Quiz) -> dict[str, str]:
         ("quiz_data", _json([page.data for page in pages])),
         ("quiz_shown", render("quiz/shown.jme.jinja", {"row": _json([page.shown for page in pages])})),
     ]
-    values = {"name": quiz.title, "words": quiz.words, "variables": variables, "parts": parts}
+    values = {"name": pages[0].variant.document.title, "words": quiz.words, "variables": variables, "parts": parts}
     return {f"{page_stem(quiz.scene.name)}-numbas.exam": render("quiz/numbas.exam.jinja", values)}
 
 
@@ -40,18 +39,15 @@ class _Page:
 
     def __init__(self, quiz: Quiz, variant: Variant) -> None:
         self.quiz, self.variant, self.letters, self.html = quiz, variant, JME.letters(variant), Html(variant)
-        motions = variant.diagnosis.motions
-        self.groups = motions.groups if motions else ()
 
-    def points(self, points: Sequence[Point]) -> list[dict[str, float]]:
+    def points(self, points: Sequence[Mapping[str, float]]) -> list[dict[str, float]]:
         return points_by(self.letters, points)
 
     @property
     def data(self) -> dict[str, Any]:
         """Return points, words, and what is known of each part."""
-        say, drawn = self.quiz.words, self.variant.diagnosis.points.at
-        known = [(one.on, one.off) for one in self.groups] or [((*drawn[:PLACES], *drawn[PLACES : 2 * PLACES]), ())]
-        groups = [{"on": self.points(on), "off": [*map(self.points, off), []]} for on, off in known]
+        say = self.quiz.words
+        groups = [{"on": self.points(on), "off": [*map(self.points, off), []]} for on, off in self.variant.groups]
         words = {
             "right": say["answer.right"], "numbers": say["answer.numbers"], "shifted": say["answer.shifted"],
             "wrong": say["answer.wrong"], "empty": say["fault.empty"], "unread": say["quiz.unread"],
@@ -67,11 +63,11 @@ class _Page:
                 "matrix": [1 if one.right else -1 for one in every.values()],
             }
         answer = JME.text(part.answer, self.letters)
-        moves = bool(self.groups) and part.equation is not None
+        moves = self.variant.diagnosis.motions is not None and part.equation is not None
         beside = JME.text(part.front, self.letters) if moves else answer
         return {
             "answer": answer, "beside": beside, "equation": moves, "broken": part.equation if moves else -1,
-            "near": [SAME] * (groups - 1) + [ENOUGH if part.is_rounded else SAME], "free": part.is_free,
+            "near": [NEAR] * (groups - 1) + [ENOUGH if part.is_rounded else NEAR], "free": part.is_free,
             "marks": self.points(self.variant.marks(part)), "wrong": [[one.text, *one.marks] for one in part.wrong],
         }  # fmt: skip
 

@@ -19,7 +19,7 @@ def prairielearn(quiz: Quiz) -> dict[str, str]:
     made = json.dumps([scene, seeds, quiz.keys, dict(quiz.settings)])
     info = {
         "uuid": str(uuid5(NAMESPACE_URL, made)),
-        "title": quiz.title,
+        "title": quiz.variants[0].document.title,
         "topic": "Mechanics",
         "tags": ["symdyn"],
         "type": "v3",

@@ -173,11 +173,6 @@ class Quiz:
         """Prose in the language of the lessons."""
         return language_of(self.variants[0].document.language).lesson
 
-    @property
-    def title(self) -> str:
-        """The title of the first lesson."""
-        return self.variants[0].document.title
-
     @cached_property
     def keys(self) -> tuple[str, ...]:
         """The questions that every variant has.

@@ -19,7 +19,6 @@ from symdyn.scene.values import acceleration_name
 from symdyn.teach.document import Choice
 from symdyn.teach.practice.quiz import Part, Variant
 from symdyn.teach.render.quiz_text import Dialect, Html, Quiz, points_by
-from symdyn.teach.student.motions import PLACES, Point
 
 RESERVED = (
     "e i j pi inf minf ind und infinity true false and or not if then else do for while in lambda gamma beta zeta delta"
@@ -37,7 +36,7 @@ def stack(quiz: Quiz) -> dict[str, str]:
     words, body = quiz.words, _chosen([page.task for page in pages])
     asked = "\n".join(one.text for one in parts)
     values = {
-        "title": _safe(quiz.title),
+        "title": _safe(quiz.variants[0].document.title),
         "words": words,
         "text": f"{body}\n<p>{words['quiz.how']}</p>\n{_chosen([page.how for page in pages])}\n<ol>\n{asked}\n</ol>",
         "solution": "\n".join(one.solution for one in parts),
@@ -65,7 +64,7 @@ class _Page:
         """Return equations for `subst`."""
         return _list(f"{self.letters[name]} = {value}" for name, value in pairs.items())
 
-    def points(self, points: Sequence[Point]) -> str:
+    def points(self, points: Sequence[Mapping[str, float]]) -> str:
         return _list(_list(f"{x} = {v!r}" for x, v in p.items()) for p in points_by(self.letters, points))
 
     @property
@@ -112,9 +111,8 @@ class _Page:
 
     def off(self, equation: int | None) -> list[str]:
         """Return points on the motions, and where an equation is broken, by letters and by the scene's numbers."""
-        motions = self.variant.diagnosis.motions
-        groups = motions.groups if motions else ()
-        return [self.points(one.on[:PLACES] if equation is None else one.off[equation]) for one in groups]
+        every = self.variant.groups
+        return [self.points(on[: len(on) // 2] if equation is None else off[equation]) for on, off in every]
 
 
 def _common(pages: Sequence[_Page]) -> Iterator[str]:
