@@ -17,10 +17,13 @@ from quiz_jme import JmeError, Numbas, Script, parsed
 from quiz_platforms import Stack
 
 from symdyn.cli import main
+from symdyn.emit.print import text_of
 from symdyn.errors import TeachError
+from symdyn.resources import folder
 from symdyn.scene import read, read_text
 from symdyn.teach import Handout
 from symdyn.teach.document import Blank, Choice
+from symdyn.teach.practice.questions import questions
 from symdyn.teach.render import PLATFORMS, asked
 from symdyn.teach.render.numbas import JME
 from symdyn.teach.render.quiz_text import Dialect, Quiz
@@ -312,3 +315,24 @@ def test_a_question_that_is_none_is_refused():
         quiz("pendulum").marked("square:9", "1")
     with pytest.raises(TeachError, match="nothing in this walkthrough can be left out; give a later part"):
         Handout(read(EXAMPLES / "four_bar.toml"), formulation="dalembert", until="count").quiz()
+
+
+@pytest.mark.runs("node")
+@pytest.mark.parametrize("name", ["cart_with_wheel", pytest.param("four_bar", marks=pytest.mark.slow)])
+def test_a_page_finds_every_answer_of_its_own_lesson_right(name):
+    """Equations with multipliers were judged wrong: what stands in front of their box was taken without these."""
+    document = quiz(name).variants[0].document
+    own = [(one.key, text_of(one.answer)) for _, one in document.blocks() if isinstance(one, Blank)]
+    scripts = (folder("templates") / "teach" / one for one in ("formulas.js", "terms.js", "answers.js"))
+    program = [
+        f"const QUESTIONS = {json.dumps(questions(document))};",
+        *(one.read_text(encoding="utf-8") for one in scripts),
+    ]
+    program.append(
+        f"console.log(JSON.stringify({json.dumps(own)}.map(([key, text]) => Answers.judge(key, text).right)))"
+    )
+
+    done = subprocess.run(["node", "-"], input="\n".join(program), capture_output=True, text=True, check=True)
+
+    assert any(key.startswith("equation") for key, _ in own)
+    assert json.loads(done.stdout) == [True] * len(own)

@@ -31,11 +31,8 @@ from symdyn.unlocked import cached_property
 MARKS: Mapping[str, int] = {"equation": 3, "solved": 3, "result": 3, "rate": 2, "lagrangian": 2}
 """Marks of a part by the kind of its step; of all others one."""
 
-NEAR = SAME
-"""Of the largest value: what counts as nothing."""
-
-RULES = 40
-"""Wrong answers of one part that a platform knows, the likely ones first."""
+NEAR = SAME  # of the largest value: what counts as nothing
+RULES = 40  # wrong answers of one part that a platform knows, the likely ones first
 
 
 @dataclass(frozen=True)
@@ -214,8 +211,7 @@ def marked(document: Document, key: str, text: str) -> Told:
             answers = []
         except TeachError as fault:
             return Told(False, False, str(fault))
-        if answers:
-            told = [in_words(one, document.language)[0] for one in answers]  # without the terms that it should have
+        if told := [in_words(one, document.language)[0] for one in answers]:  # without the terms that it should have
             return Told(True, all(one.right for one in answers), "\n".join(told))
     if isinstance(block, Blank):
         try:

@@ -106,8 +106,7 @@ class _Page:
 
     @property
     def moving(self) -> str:
-        scene = self.variant.scene
-        return _list(self.letters[name] for name in (*scene.coordinates, *scene.velocities))
+        return _list(self.letters[x] for x in (*self.variant.scene.coordinates, *self.variant.scene.velocities))
 
     def off(self, equation: int | None) -> list[str]:
         """Return points on the motions, and where an equation is broken, by letters and by the scene's numbers."""
