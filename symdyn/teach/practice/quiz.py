@@ -201,9 +201,9 @@ def marked(document: Document, key: str, text: str) -> Told:
     targets = {goal.course_key: goal for goal in Names(scene, tuple(others)).targets.values()}
     requested = block.left if isinstance(block, Blank) else ""
     left = requested.replace("solved:", "tau:")
-    if left and left in targets:
-        diagnosis = Diagnosis(scene, others)
-        known = requested.startswith(BALANCED) and diagnosis.course is not None
+    diagnosis = Diagnosis(scene, others)
+    known = requested.startswith(BALANCED) and diagnosis.course is not None
+    if left in targets and (known or not requested.startswith(BALANCED)) and left:
         stated = f"{text_of(front(diagnosis, requested))} = {text}" if known and "=" not in text else text
         try:
             answers = check_derivation(stated, scene, key, targets[left])

@@ -16,9 +16,8 @@ def prairielearn(quiz: Quiz) -> dict[str, str]:
     """Return the files of the folder by name: info.json, question.html, server.py, scene.toml."""
     folder, scene = f"{page_stem(quiz.scene.name)}-prairielearn", write_text(quiz.scene, "toml").text
     seeds = [one.seed for one in quiz.variants]
-    made = json.dumps([scene, seeds, quiz.keys, dict(quiz.settings)])
     info = {
-        "uuid": str(uuid5(NAMESPACE_URL, made)),
+        "uuid": str(uuid5(NAMESPACE_URL, json.dumps([scene, seeds, quiz.keys, dict(quiz.settings)]))),
         "title": quiz.variants[0].document.title,
         "topic": "Mechanics",
         "tags": ["symdyn"],
