@@ -91,6 +91,7 @@ MOVED: dict[str, Verb] = {
             "--formulation": "dalembert",
             "--exercises": "",
             "--grade": "1 | --exercises",
+            "--variants": "2 | --exercises --format stack -o q.xml",
             "--ask": "velocity | --exercises",
             "--sheet": "questions | --exercises",
             "--seed": "7 | --exercises",

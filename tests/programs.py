@@ -31,6 +31,7 @@ PROGRAMS: Mapping[str, tuple[str, ...]] = {
     "fish": ("fish",),
     "cmake": ("cmake",),
     "octave-cli": ("octave-cli",),
+    "maxima": ("maxima",),
     "aarch64-gcc": ("aarch64-linux-gnu-gcc",),
     "qemu-aarch64": ("qemu-aarch64", "qemu-aarch64-static"),
 }

@@ -244,3 +244,10 @@ def test_a_hint_names_what_is_wrong_and_never_what_cannot_be(
     assert not answer.right
     assert all(rules[rule] in told for rule in named)
     assert not any(rules[rule] in told for rule in never)
+
+
+def test_a_wrong_drive_of_a_body_that_turns_by_quaternions_is_told_as_wrong():
+    """It ended in an assertion: mistakes are those of a course, which quaternions have none of."""
+    (answer,) = check_derivation("tau1 = 0", read(ROOT / "examples" / "free_body.toml"))
+
+    assert not answer.right

@@ -311,9 +311,9 @@ def _blank(
     document: Document, step: Step, result: tuple[str, Form], one: bool, solution: Sequence[Block], alone: bool
 ) -> Blank:
     texts, (key, answer) = language_of(document.language).lesson, result
-    shown = next((b.left for b in solution if isinstance(b, Braced) and b.value == key), Symbol(key))
-    if key.startswith("tau:") and (beside := acting(document.scene, int(key[4:]) - 1)):
-        shown = beside
+    shown = next((b.left for b in solution if isinstance(b, Braced) and b.value == key), None)
+    if shown is None:
+        shown = (acting(document.scene, int(key[4:]) - 1) if key.startswith("tau:") else None) or Symbol(key)
     hints = ("exercise.hint.alone",) if alone else (f"exercise.hint.{_kind(step.key)}", "exercise.hint.other")
     hint = next(texts[name] for name in hints if name in texts)
     name = step.key if one else f"{step.key}:{key}"

@@ -213,12 +213,13 @@ def _apart(diagnosis: Diagnosis) -> dict[str, Any] | None:
 
 
 def front(diagnosis: Diagnosis, left: str) -> Form:
-    """Return what stands in front of the answer to an equation: the drive with loads, or the acceleration."""
+    """Return what stands in front of the answer to an equation: drive, loads, multipliers; or the acceleration."""
     i = int(left.partition(":")[2]) - 1
     if left.startswith("solved"):
         return Symbol(acceleration_name(diagnosis.scene.velocities[i]))
     assert diagnosis.course is not None, "an equation of a lesson has a course"
-    return Form.of(diagnosis.drive(i) + diagnosis.course.right.Q[i])
+    held = (Form.product((Symbol(name), G[i])) for name, (_, G) in rows_of(diagnosis.scene).items())
+    return Form.sum((Form.of(diagnosis.drive(i) + diagnosis.course.right.Q[i]), *held))
 
 
 def _named(diagnosis: Diagnosis, left: str) -> set[str]:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from importlib import import_module
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from symdyn.errors import EmitError, choice
 
 if TYPE_CHECKING:
     from symdyn.teach.document import Document
+    from symdyn.teach.render.quiz_text import Quiz
 
 FORMATS: Mapping[str, tuple[str, str]] = {  # name: module and function, imported when asked for
     "md": ("markdown", "markdown"),
@@ -17,6 +18,12 @@ FORMATS: Mapping[str, tuple[str, str]] = {  # name: module and function, importe
     "pdf": ("latex", "pdf"),
     "html": ("html", "html"),
     "notebook": ("notebook", "notebook"),
+}
+
+PLATFORMS: Mapping[str, tuple[str, str]] = {  # the same of exercises for learning platforms
+    "stack": ("stack", "stack"),
+    "prairielearn": ("prairielearn", "prairielearn"),
+    "numbas": ("numbas", "numbas"),
 }
 
 
@@ -28,6 +35,15 @@ def rendered(document: Document, format: str) -> dict[str, str | bytes]:
     """
     if format not in FORMATS:
         raise EmitError(f"format {format!r} is not known; {choice(format, FORMATS)}")
-    module, function = FORMATS[format]
-    render: Callable[[Document], dict[str, str | bytes]] = getattr(import_module(f"{__name__}.{module}"), function)
+    render: Callable[[Document], dict[str, str | bytes]] = _writer(*FORMATS[format])
     return render(document)
+
+
+def asked(quiz: Quiz, platform: str) -> dict[str, str | bytes]:
+    """Return the files of exercises for a learning platform, a key of `PLATFORMS`, by name."""
+    render: Callable[[Quiz], dict[str, str | bytes]] = _writer(*PLATFORMS[platform])
+    return render(quiz)
+
+
+def _writer(module: str, function: str) -> Any:
+    return getattr(import_module(f"{__name__}.{module}"), function)

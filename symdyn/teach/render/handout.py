@@ -13,7 +13,7 @@ from typing import ClassVar
 from symdyn.algebra import Form, Symbol
 from symdyn.arguments import argument
 from symdyn.emit.print import latex_symbols, refuse_too_long
-from symdyn.errors import EmitError, NoValueError, choice
+from symdyn.errors import EmitError, NoValueError, TeachError, choice
 from symdyn.scene import Quantity, Scene, SceneLike, SceneUnits, scene_of, with_symbols
 from symdyn.scene.forces import FORCES
 from symdyn.spatial import zero_vector
@@ -29,9 +29,11 @@ from symdyn.teach.languages import language_of, languages
 from symdyn.teach.lesson import SMALL_SCENE, Prose, apart, is_tied
 from symdyn.teach.practice.exercises import GRADES, with_exercises
 from symdyn.teach.practice.questions import sheet
+from symdyn.teach.practice.quiz import Variant as Asked
 from symdyn.teach.practice.variants import Variant, variant, with_changes
-from symdyn.teach.render import rendered
+from symdyn.teach.render import PLATFORMS, asked, rendered
 from symdyn.teach.render.page import interactive_page
+from symdyn.teach.render.quiz_text import Quiz
 from symdyn.unlocked import cached_property
 
 
@@ -117,6 +119,7 @@ FORMULATIONS: Mapping[str, LessonFormulation] = {
 """The first whose lesson is the usual one of a scene is taken where nobody says which."""
 
 DETAILS = ("brief", "full")
+MOST_VARIANTS = 20
 
 
 def _shorter() -> str:
@@ -232,11 +235,13 @@ class Handout:
         seed: of a variant of the scene: other masses, lengths, axes, springs, another way down; None for the scene.
         exercises: leave results out, with hints and solutions; the HTML page checks answers.
         grade, ask: which, as of `with_exercises`.
-        grades: those that there are.
+        grades: those that there are; platforms: formats of `files` that are questions for learning platforms.
         sheet: the exercises to print, "questions" with room to write, or "solutions"; "" for the whole lesson.
+        variants: how many a question for a learning platform draws from: the one of `seed` and those that follow it.
     """
 
     grades: ClassVar[tuple[int, ...]] = tuple(GRADES)
+    platforms: ClassVar[tuple[str, ...]] = tuple(PLATFORMS)
 
     scene: Scene
     language: str = "en"
@@ -248,6 +253,7 @@ class Handout:
     grade: int = 2
     ask: tuple[str, ...] = ()
     sheet: str = ""
+    variants: int = 1
 
     @cached_property
     def variant(self) -> Variant | None:
@@ -270,8 +276,30 @@ class Handout:
         found = with_exercises(found, self.grade, self.ask) if self.exercises else found
         return sheet(found, self.sheet == "solutions") if self.sheet else found
 
+    def quiz(self) -> Quiz:
+        """Return the exercises for learning platforms.
+
+        Raises:
+            TeachError: there is nothing to ask, or no question that every variant has; else errors as of `document`.
+        """
+        if not 1 <= self.variants <= MOST_VARIANTS:
+            raise TeachError(f"variants = {self.variants}; give 1 to {MOST_VARIANTS}")
+        first = 0 if self.seed is None else self.seed
+        seeds = [self.seed, *range(first + 1, first + self.variants)]
+        lessons = [replace(self, seed=seed, exercises=True, sheet="") for seed in seeds]
+        settings = {name: getattr(self, name) for name in ("language", "until", "formulation", "grade", "ask")}
+        drawn = (Asked(one.document(), one.seed) for one in lessons)
+        return Quiz(self.scene, tuple(drawn), settings)
+
     def files(self, formats: Iterable[str], progress: Callable[[str], None]) -> dict[str, str | bytes]:
-        """Return the files of the lesson in formats, by name; errors as of `document` and `rendered`."""
-        document = self.document()
-        progress("writing")
-        return {name: text for one in formats for name, text in rendered(document, one).items()}
+        """Return the files of the lesson in formats, by name; errors as of `document`, `rendered` and `quiz`."""
+        found, document, quiz = dict[str, str | bytes](), None, None
+        for one in formats:
+            if one in PLATFORMS:
+                quiz = quiz or self.quiz()
+                found |= asked(quiz, one)
+            else:
+                document = document or self.document()
+                progress("writing")
+                found |= rendered(document, one)
+        return found

@@ -224,7 +224,7 @@ def _names_only(statement: Statement, names: Names, count: int) -> bool:
 
 def _diagnosed(answer: Answer, form: Form, right: Form, key: str, diagnosis: Diagnosis) -> Answer:
     """Return the answer with the rule that was forgotten, if a wrong one is a mistake that is known."""
-    if answer.verdict != Verdict.DIFFERENT or answer.mistake or not key:
+    if answer.verdict != Verdict.DIFFERENT or answer.mistake or not key or diagnosis.course is None:
         return answer
     scene = diagnosis.scene
 
