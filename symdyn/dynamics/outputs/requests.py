@@ -413,7 +413,7 @@ def too_large(workspace: Workspace, request: str) -> str:
     ask = f"ask for {' or '.join(ways)}" if ways else "ask for fewer functions"
     ask += ", or take arrays of symdyn.runtime.second_derivatives" * (request == f"forward_dynamics{PACKED_TENSOR}")
     return (
-        f"{workspace.scene.name}: {request} would take some {_rounded(size):,} operations, and {PLENTY:,} are "
+        f"{workspace.scene.name}: {request} would take some {float(f'{size:.1e}'):,.0f} operations, and {PLENTY:,} are "
         f"the most that are written as lines; {ask}; inverse_dynamics and forward_dynamics are loops at any length"
     )
 
@@ -445,7 +445,3 @@ def _instead(workspace: Workspace, request: str) -> list[str]:
     words = [*(f"{BY}{one}" for one in differentiable(row)), "_jvp", "_vjp"] if suffix else []
     return [f"{base}{word}{colon}{place}" for word in words if word != suffix]
 
-
-def _rounded(size: float) -> int:
-    """Return a size to two digits."""
-    return int(float(f"{size:.1e}"))
