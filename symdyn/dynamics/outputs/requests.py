@@ -444,4 +444,3 @@ def _instead(workspace: Workspace, request: str) -> list[str]:
     row = row_of(f"{base}{colon}{place}", workspace.scene)[0]
     words = [*(f"{BY}{one}" for one in differentiable(row)), "_jvp", "_vjp"] if suffix else []
     return [f"{base}{word}{colon}{place}" for word in words if word != suffix]
-
