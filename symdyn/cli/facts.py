@@ -13,7 +13,7 @@ from typing import Any, TypedDict
 
 from symdyn.dynamics import Equations, LoopChoices, Requested, Workspace, derive_one
 from symdyn.dynamics.outputs import Counts
-from symdyn.errors import DerivationError
+from symdyn.errors import DerivationError, SymdynError
 from symdyn.graph import Expr, Graph, growing
 from symdyn.program import choose, count_derived, formulate, lower, prepare, skipped
 from symdyn.rounding import digits_or
@@ -170,6 +170,7 @@ def gather(scene: Scene, formulation: str | None, closing: LoopChoices) -> tuple
         ],
         "leaves": list(scene.leaves),
         "points": [{"name": point.name, "body": point.body} for point in scene.points],
+        **_arms(scene),
         "on_request": wanted.on_request,
         "parameters": [
             {
@@ -188,6 +189,22 @@ def gather(scene: Scene, formulation: str | None, closing: LoopChoices) -> tuple
         **counted,
     }
     return facts, left_out
+
+
+def _arms(scene: Scene) -> dict[str, list[dict[str, Any]]]:
+    """Return the arms that carry points, or what ends them: what of their axes is parallel or meets; nothing if none.
+
+    An arm has three joints at least that turn, and its parameters have values.
+    """
+    from symdyn.simulation import arm_of
+
+    found = []
+    for name in [one.name for one in scene.points] or scene.leaves:
+        with suppress(SymdynError):
+            arm = arm_of(scene, name)
+            if len(arm.names) >= 3:
+                found.append({"point": name, "joints": list(arm.names), "axes": list(arm.words)})
+    return {"arms": found} if found else {}
 
 
 def _put_in(scene: Scene) -> dict[str, list[dict[str, str]]]:

@@ -12,6 +12,7 @@ from .forward import simulate as simulate
 from .gait import Gait as Gait, gait as gait
 from .initial import Start as Start
 from .integrate import METHODS as METHODS
+from .arm_branches import Branches as Branches, inverse_kinematics as inverse_kinematics
 from .inverse_run import inverse as inverse
 from .measures import Measure as Measure, measure_slopes as measure_slopes
 from .panels import CHECKS as CHECKS, write_picture as write_picture
@@ -19,6 +20,7 @@ from .prescribed.forces import Forces as Forces, read_forces as read_forces, rea
 from .prescribed.point_path import read_path as read_path
 from .problem import Problem as Problem, Run as Run
 from .read_ensemble import read_task as read_task
+from .serial_arm import arm_of as arm_of
 from .timed_runs import TimedRuns as TimedRuns
 from .trajectory import Trajectory as Trajectory
 from .variations import Sensitivity as Sensitivity, sensitivity as sensitivity
