@@ -192,19 +192,15 @@ def gather(scene: Scene, formulation: str | None, closing: LoopChoices) -> tuple
 
 
 def _arms(scene: Scene) -> dict[str, list[dict[str, Any]]]:
-    """Return the arms that carry points, or what ends them: what of their axes is parallel or meets; nothing if none.
-
-    An arm has three joints at least that turn, and its parameters have values.
-    """
+    """Return what is parallel or meets in arms of three joints at least, of points, else of leaves; nothing if none."""
     from symdyn.simulation import arm_of
 
-    found = []
-    for name in [one.name for one in scene.points] or scene.leaves:
-        with suppress(SymdynError):
-            arm = arm_of(scene, name)
-            if len(arm.names) >= 3:
-                found.append({"point": name, "joints": list(arm.names), "axes": list(arm.words)})
-    return {"arms": found} if found else {}
+    arms = []
+    for name in ([one.name for one in scene.points] or scene.leaves) if len(scene.velocities) <= MEASURED else ():
+        with suppress(SymdynError):  # no parameter may be free
+            arms.append(arm_of(scene, name))
+    told = [{"point": arm.point, "axes": list(arm.words)} for arm in arms if len(arm.names) > 2]
+    return {"arms": told} if told else {}
 
 
 def _put_in(scene: Scene) -> dict[str, list[dict[str, str]]]:

@@ -11,17 +11,12 @@ from symdyn.cli.trajectory_options import check_outputs, collected, deliver, fla
 from symdyn.errors import SimulateError
 from symdyn.simulation import Problem, inverse, inverse_kinematics
 
-ALL = 0
-"""The branch that stands for a list of them."""
-
 
 def branch(text: str) -> int:
-    """Return the number of a branch, or ALL."""
-    if text == "all":
-        return ALL
-    if not text.isdecimal() or not int(text):
+    """Return the number of a branch; 0 for a list of all."""
+    if text != "all" and not (text.isdecimal() and int(text)):
         raise argparse.ArgumentTypeError(f"{text} is no branch; give 1 for the one next to the start, 2, ..., or all")
-    return int(text)
+    return 0 if text == "all" else int(text)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -33,10 +28,10 @@ def run(options: argparse.Namespace) -> int:
     problem = Problem(scene, reported_forces(scene, options))
     start, _ = collected(lambda: pairs(options.start, "--start"), lambda: check_outputs(scene, options))
     problem = replace(problem, start=start)  # type: ignore[arg-type]
-    if options.branch == ALL:
+    if options.branch == 0:
         found = inverse_kinematics(problem, paths, laws)
         for line in found.notes:
-            say(f"symdyn: {line}")
+            say(line)
         answer(found.as_json(), lambda: print_table(found.table))
         return 0
     span = {"until": options.until, "every": options.every}

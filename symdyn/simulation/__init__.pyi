@@ -1,5 +1,6 @@
 """Names that `symdyn.simulation` offers; each is imported when it is first used."""
 
+from .arm_branches import Branches as Branches, inverse_kinematics as inverse_kinematics
 from .columns import axes_of as axes_of, read_output as read_output
 from .ensemble_task import RunBlock as RunBlock
 from .equations.compiled_routines import compiled_entries as compiled_entries, opened as opened, points as points
@@ -12,7 +13,6 @@ from .forward import simulate as simulate
 from .gait import Gait as Gait, gait as gait
 from .initial import Start as Start
 from .integrate import METHODS as METHODS
-from .arm_branches import Branches as Branches, inverse_kinematics as inverse_kinematics
 from .inverse_run import inverse as inverse
 from .measures import Measure as Measure, measure_slopes as measure_slopes
 from .panels import CHECKS as CHECKS, write_picture as write_picture

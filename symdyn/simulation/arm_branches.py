@@ -1,17 +1,16 @@
 """Closed forms of inverse kinematics: all branches of an arm at a pose, the function `inverse_kinematics`.
 
-EAIK takes an arm's axes apart (serial_arm.py) and solves it by canonical subproblems. What it returns is held against
-the pose and the Jacobian that are derived here:
+EAIK solves an arm by subproblems, from its axes (serial_arm.py). What it returns is held against the pose and the
+Jacobian that are derived from the scene:
 
-    T        pose that is asked for           r(q)     [p - p*; rotation vector of R R*ᵀ], m and rad
-    J        [v; ω] = J q̇ of the frame        σ        smallest singular value of J over the largest, lengths over the arm's
+    r(q)     [p - p*; rotation vector of R R*ᵀ], m and rad, of the pose that is asked for, R* and p*
+    J        [v; ω] = J q̇ of the frame, lengths over the arm's size; σ its smallest singular value over the largest
 
 Where no exact solution of a subproblem exists it has a least-squares one, and says so. That is no branch; but where a
 posture is singular a branch is behind it: Newton's method goes there, q - J⁺ r, and a posture that can move without the
 frame is then moved next to the start.
 
-Reference: Ostermeier, Kuelz and Althoff, Automatic geometric decomposition for analytical inverse kinematics, IEEE
-Robotics and Automation Letters 10 (2025) 9964; Elias and Wen, IK-Geo, Mechanism and Machine Theory 209 (2025) 105971.
+Reference: Elias and Wen, IK-Geo, Mechanism and Machine Theory 209 (2025) 105971; EAIK's in serial_arm.py.
 """
 
 from __future__ import annotations
@@ -28,6 +27,7 @@ from symdyn.arguments import argument, suggesting
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.errors import SimulateError
 from symdyn.extras import install
+from symdyn.program import identifier
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene, SceneLike
 from symdyn.scene.values import Faults, velocity_name
@@ -36,27 +36,21 @@ from symdyn.simulation.equations.compiled_routines import compiled, compiled_onc
 from symdyn.simulation.following import shortest
 from symdyn.simulation.initial import Start, Values
 from symdyn.simulation.prescribed.entries import Entries
-from symdyn.simulation.prescribed.formulas_in_time import number_of, parameter_values
 from symdyn.simulation.prescribed.forces import SceneMotion, read_motion
-from symdyn.simulation.prescribed.point_path import PathRequest, ScenePath, read_path, rotation_vector
+from symdyn.simulation.prescribed.formulas_in_time import number_of, parameter_values
+from symdyn.simulation.prescribed.point_path import ScenePath, read_path, rotation_vector
 from symdyn.simulation.problem import Problem
-from symdyn.simulation.serial_arm import Arm, arm_of
+from symdyn.simulation.serial_arm import SAME, Arm, arm_of
 from symdyn.table import Table
 
-EXACT = 1e-10
-"""Pose error of a branch at most, rad, and m over the arm's size."""
+EXACT, ALIKE = 1e-10, 1e-6
+"""Pose error of a branch at most, rad, and m over the arm's size; rad, within which two branches are one."""
 
-SINGULAR = 1e-6
-"""σ below it."""
-
-ALIKE = 1e-6
-"""rad, within which two branches are one."""
+SINGULAR, MOVES = 1e-6, 1e-3
+"""σ below it; parts of the motion without the frame, below which they are not told."""
 
 STEPS, WIDEST = 40, 0.5
 """Of Newton's method: how many, and how far one goes, rad."""
-
-MOVES = 1e-3
-"""Parts of a motion that are not told."""
 
 Bools = npt.NDArray[np.bool_]
 
@@ -72,7 +66,7 @@ class Branches(Shown):
         error: by how much each misses the pose, m and rad, shape (k, 2), from the scene's own forward kinematics.
         within: whether each is within the limits of the joints, shape (k,).
         singular: whether its Jacobian has lost rank, shape (k,).
-        notes: what is to be said: which joints move without the frame, and of solutions that are none.
+        notes: which joints can move without the frame, and what was left out.
     """
 
     scene: Scene
@@ -85,55 +79,42 @@ class Branches(Shown):
     _solver: Solver = field(repr=False)
     _start: Array = field(repr=False)
 
-    def __len__(self) -> int:
-        return len(self.q)
-
     def __repr__(self) -> str:
         return f"<Branches of {self.scene.name}: {len(self.q)} postures of {self.arm.point}>"
 
     def chosen(self, branch: int) -> Array:
-        """Return the coordinates of a branch, the first is 1, shape (nq,).
-
-        Raises:
-            SimulateError: there is none of this number.
-        """
+        """Return the coordinates of a branch, from 1 on, shape (nq,); SimulateError where there is none so called."""
         if not 1 <= branch <= len(self.q):
             many = f"branches 1 to {len(self.q)}" if len(self.q) > 1 else "branch 1 alone"
             raise SimulateError(f"branch {branch}: {self.arm.point} has {many} there; 1 is next to the start")
         return np.asarray(self.q[branch - 1])
 
     def at(self, pose: Array, start: Array | None = None) -> Branches:
-        """Return those of another pose, of the same arm.
+        """Return those of another pose [R p], shape (3, 4) or (4, 4); SimulateError where it is out of reach, or none.
 
-        Args:
-            pose: [R p] in ground axes, shape (3, 4) or (4, 4).
-            start: coordinates, shape (nq,), next to which a branch is first; None for the start of these.
-
-        Raises:
-            SimulateError: it is out of reach, or no pose.
+        The branch next to `start`, coordinates of shape (nq,), is the first; None takes the start of these.
         """
         T = np.asarray(pose, dtype=np.float64)
-        if T.shape not in ((3, 4), (4, 4)) or not np.allclose(T[:3, :3] @ T[:3, :3].T, np.eye(3), atol=1e-9):
+        if T.shape not in ((3, 4), (4, 4)) or not np.abs(T[:3, :3] @ T[:3, :3].T - np.eye(3)).max() < SAME:
             raise SimulateError(f"pose: an array of shape {T.shape} is none; give [R p], R a rotation, shape (4, 4)")
         return self._solver.branches(T[:3, :3], T[:3, 3], self._start if start is None else np.asarray(start))
 
     @property
-    def table(self) -> Table[object]:
-        """A row a branch: its number, the angles, what is left, and what is to be known of it."""
-        places = [self.scene.coordinates.index(name) for name in self.arm.names]
-        rows: list[tuple[object, ...]] = []
+    def table(self) -> Table[str]:
+        """A row a branch: its number, the angles, the largest error, and what is to be known of it."""
+        places, rows = [self.scene.coordinates.index(name) for name in self.arm.names], []
         for k, (q, error) in enumerate(zip(self.q, self.error, strict=True)):
             said = ["singular"] * bool(self.singular[k]) + ["beyond limits"] * (not self.within[k])
-            left = in_digits(float(error.max()), 2)
-            rows.append((str(k + 1), *(in_digits(float(x), 9) for x in q[places].round(12) + 0.0), left, ", ".join(said)))
-        title = f"{self.arm.point}: {self.arm.verdict}"
-        return Table(("branch", *self.arm.names, "pose error", ""), rows, range(2 + len(places)), title)
+            angles = [in_digits(float(x), 9) for x in q[places].round(12) + 0.0]
+            rows.append((str(k + 1), *angles, in_digits(float(error.max()), 2), ", ".join(said)))
+        heads = ("branch", *self.arm.names, "pose error", "")
+        return Table(heads, rows, range(2 + len(places)), f"{self.arm.point}: {self.arm.verdict}")
 
     def as_json(self) -> dict[str, Any]:
         """Return it as numbers and text."""
-        told = {"q": self.q.tolist(), "error": self.error.tolist(), "within": self.within.tolist()}
-        told |= {"singular": self.singular.tolist(), "notes": list(self.notes)}
-        return {"point": self.arm.point, "names": list(self.arm.names), "family": self.arm.verdict, **told}
+        told = {name: getattr(self, name).tolist() for name in ("q", "error", "within", "singular")}
+        said = {"point": self.arm.point, "names": list(self.arm.names), "family": self.arm.verdict}
+        return {**said, **told, "notes": list(self.notes)}
 
 
 class Solver:
@@ -141,94 +122,94 @@ class Solver:
 
     def __init__(self, scene: Scene, point: str, held: Mapping[str, float]) -> None:
         """Take an arm; errors as of `arm_of`, and where it has no closed form or EAIK is not there."""
-        arm = arm_of(scene, point, held)
+        self._made_of, arm = (scene, point, held), arm_of(scene, point, held)
         n = len(arm.names)
         if n > 6 or (n == 6 and not arm.family):
             law = argument("motion", {(arm.holding or arm.names)[0]: 0.3})
             more = f"; give laws of {n - 6} of them, such as {law}" if n > 6 else ""
             raise SimulateError(f"{scene.name}: {point}: {arm.verdict}{more}")
-        self.scene, self.arm, self._raw = scene, arm, _eaik(arm.placed())
+        self.scene, self.arm, self.size, self._solved = scene, arm, max(arm.size, SINGULAR), _eaik(arm.placed())
         self.places = [scene.coordinates.index(name) for name in arm.names]
         self.held = {scene.coordinates.index(name): x for name, x in held.items()}
         self._rates = [scene.velocities.index(velocity_name(name)) for name in arm.names]
+        joints, values = {joint.coordinate: joint.limits for joint in scene.joints}, parameter_values(scene)
+        ends = [((joints[x].lower, -np.inf), (joints[x].upper, np.inf)) for x in arm.names]
+        self.low, self.high = np.array(
+            [[end if x is None else number_of(x, values, "limits", Faults("")) for x, end in two] for two in ends],
+            dtype=np.float64,
+        ).T
         found = opened(scene)
-        made = compiled_once(("pose", found.scene, point), lambda: _compiled(found.scene, point))
-        self._calls = made.at(found.values)
-        self._pose, self._jacobian = (next(one for one in self._calls if one.startswith(x)) for x in ("pose", "jac"))
-        self.limits = _limits(scene, arm)
-        self.size = max(arm.size, SINGULAR)
+        w, names = Workspace(found.scene), (f"pose:{point}", f"jacobian:{point}")
+        made = compiled_once(
+            ("pose", found.scene, point),
+            lambda: compiled(w.scene, w.graph, [derive_one(w, name) for name in names]),
+        )
+        calls = made.at(found.values)
+        self._pose, self._jacobian = (calls[identifier(name)] for name in names)
 
-    def pose(self, q: Array) -> Array:
-        """Return [R p], shape (..., 3, 4)."""
-        return np.asarray(self._calls[self._pose](q)).reshape(*q.shape[:-1], 3, 4)
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Make it anew in another process."""
+        return Solver, self._made_of
 
     def jacobian(self, q: Array) -> Array:
-        """Return J of the arm's angles, lengths over its size, shape (..., 6, n)."""
-        J = np.asarray(self._calls[self._jacobian](q))
-        J = np.broadcast_to(J, (*q.shape[:-1], 6, len(self.scene.velocities)))[..., self._rates].copy()
+        """Return J of the arm's angles, shape (..., 6, n)."""
+        J = np.broadcast_to(self._jacobian(q), (*q.shape[:-1], 6, len(self.scene.velocities)))[..., self._rates].copy()
         J[..., :3, :] /= self.size
         return J
 
     def missed(self, q: Array, R: Array, p: Array) -> Array:
         """Return r, shape (..., 6)."""
-        T = self.pose(q)
+        T = np.broadcast_to(self._pose(q), (*q.shape[:-1], 3, 4))
         return np.concatenate([T[..., 3] - p, rotation_vector(T[..., :3] @ R.T)], axis=-1)
 
     def branches(self, R: Array, p: Array, start: Array) -> Branches:
         """Return all of them; SimulateError where there is none, with how far away the pose is."""
-        start = start.copy()
-        for k, x in self.held.items():
-            start[k] = x
-        solved, least = self._raw(R, p)
-        q = np.repeat(start[None], max(1, len(solved)), axis=0)
-        q[: len(solved), self.places] = solved.reshape(len(solved), -1)
-        missed, sigma = self.missed(q, R, p), self._sigma(q)
-        if (self._exact(missed) & (sigma > SINGULAR)).all():
-            return self._told(q, missed, sigma, start, ())
-        mended = [self._mended(one, R, p, start, float(s)) for one, s in zip(q, sigma, strict=True)]
-        good = [one for one in mended if one is not None]
-        if not good:
-            raise SimulateError(self._out_of_reach(q, R, p, start))
-        left, notes = int(least.sum()) - int((least & [one is not None for one in mended]).sum()), list[str]()
-        if left:
-            notes.append(f"{left} least-squares solution{'s' * (left > 1)} of EAIK are no branches and left out")
+        start = np.array(start, dtype=np.float64)
+        start[[*self.held]] = [*self.held.values()]
+        solved, least = self._solved(R, p)
+        q = np.repeat(start[None], len(solved), axis=0)
+        q[:, self.places] = solved
+        if len(q) and (self._exact(self.missed(q, R, p)) & (self._sigma(q) > SINGULAR)).all():
+            return self._told(q, R, p, start, 0)
+        mended = [self._mended(one, R, p, start) for one in q]
         kept: list[Array] = []
-        for one in good:
-            if all(np.abs(_turned(one - other)[self.places]).max() > ALIKE for other in kept):
+        for one in mended:
+            if one is not None and all(np.abs(_turned(one - x)[self.places]).max() > ALIKE for x in kept):
                 kept.append(one)
-        q = np.array(kept)
-        return self._told(q, self.missed(q, R, p), self._sigma(q), start, tuple(notes))
+        if not kept:
+            raise SimulateError(self._out_of_reach(np.vstack([q, start]), R, p))
+        left = sum(bool(flag) and one is None for flag, one in zip(least, mended, strict=True))
+        return self._told(np.array(kept), R, p, start, left)
 
-    def _told(self, q: Array, missed: Array, sigma: Array, start: Array, notes: tuple[str, ...]) -> Branches:
+    def _told(self, q: Array, R: Array, p: Array, start: Array, left: int) -> Branches:
         """Return branches in order, each angle next to the start, or at least within limits."""
-        x, near = q[:, self.places], start[self.places]
-        low, high = self.limits
-        x = near + _turned(x - near)
-        x = x + 2 * np.pi * np.maximum(0.0, np.ceil((low - x) / (2 * np.pi) - EXACT))
-        x = x - 2 * np.pi * np.maximum(0.0, np.ceil((x - high) / (2 * np.pi) - EXACT))
-        within = ((x >= low - EXACT) & (x <= high + EXACT)).all(axis=1)
-        x = np.where(within[:, None], x, near + _turned(x - near))
-        far = np.linalg.norm(x - near, axis=1)
-        order = sorted(range(len(x)), key=lambda k: (not within[k], round(float(far[k]), 9), *x[k].round(9).tolist()))
-        q = q.copy()
-        q[:, self.places] = x
-        q, within, bad = q[order], within[order], sigma[order] < SINGULAR
-        error = np.linalg.norm(missed[order].reshape(-1, 2, 3), axis=2)
-        said = [f"branch {k + 1} is singular: {self._free(q[k])}" for k in np.flatnonzero(bad)]
-        return Branches(self.scene, self.arm, q, error, within, bad, (*said, *notes), self, start)
+        turn, near = 2 * np.pi, start[self.places]
+        x = nearest = near + _turned(q[:, self.places] - near)
+        x = x + turn * np.maximum(0.0, np.ceil((self.low - x) / turn - EXACT))
+        x = x - turn * np.maximum(0.0, np.ceil((x - self.high) / turn - EXACT))
+        within = np.asarray(((x >= self.low - EXACT) & (x <= self.high + EXACT)).all(axis=1))
+        q[:, self.places] = x = np.where(within[:, None], x, nearest)
+        far = np.linalg.norm(x - near, axis=1).round(9)
+        order = sorted(range(len(q)), key=lambda k: (not within[k], far[k], *x[k].round(9).tolist()))
+        q, within = q[order], within[order]
+        error, bad, said = np.linalg.norm(self.missed(q, R, p).reshape(-1, 2, 3), axis=2), self._sigma(q) < SINGULAR, []
+        for k in np.flatnonzero(bad):
+            free = np.abs(self._free(q[k]))
+            names = [name for name, part in zip(self.arm.names, free, strict=True) if part > MOVES * free.max()]
+            said.append(f"branch {k + 1} is singular: {', '.join(names)} can move without {self.arm.point}")
+        said += [f"least-squares solutions of EAIK that miss the pose are left out: {left}"] * bool(left)
+        said += ["no branch is within the limits of the joints"] * (not within.any())
+        return Branches(self.scene, self.arm, q, error, within, bad, tuple(said), self, start)
 
-    def _mended(self, q: Array, R: Array, p: Array, start: Array, sigma: float) -> Array | None:
-        """Return the branch behind a solution; of a family that moves without the frame, next to the start."""
+    def _mended(self, q: Array, R: Array, p: Array, start: Array) -> Array | None:
+        """Return the branch behind a solution; of a family that moves without the frame, the one next to the start."""
         found = self._settled(q, R, p)
-        if found is None or float(self._sigma(found[None])[0]) > SINGULAR:
-            return found
         for _ in range(STEPS):
-            free = np.linalg.svd(self.jacobian(found))[2][-1]
-            way = np.zeros(len(q))
-            way[self.places] = free * (free @ _turned(start - found)[self.places])
-            if np.abs(way).max() < ALIKE:
+            if found is None or self._sigma(found) > SINGULAR:
                 break
-            moved = self._settled(found + way * min(1.0, WIDEST / np.abs(way).max()), R, p)
+            free, way = self._free(found), np.zeros(len(q))
+            way[self.places] = free * (free @ _turned(start - found)[self.places])
+            moved = self._settled(found + way * min(1.0, WIDEST / max(WIDEST, np.abs(way).max())), R, p)
             if moved is None or np.abs(moved - found).max() < ALIKE:
                 break
             found = moved
@@ -236,54 +217,48 @@ class Solver:
 
     def _settled(self, q: Array, R: Array, p: Array) -> Array | None:
         """Return where Newton's method ends from q, None where that is not the pose."""
-        q, r = q.copy(), self.missed(q, R, p)
+        r = self.missed(q, R, p)
         for _ in range(STEPS):
-            if np.abs(r).max() < EXACT * 1e-4:
-                break
-            scaled = np.concatenate([r[:3] / self.size, r[3:]])
-            step = -shortest(self.jacobian(q), scaled)
+            step = -shortest(self.jacobian(q), self._scaled(r))
             tried = q.copy()
-            tried[self.places] += step * min(1.0, WIDEST / float(np.abs(step).max(initial=WIDEST)))
+            tried[self.places] += step * min(1.0, WIDEST / max(WIDEST, np.abs(step).max()))
             left = self.missed(tried, R, p)
-            if not np.abs(left).max() < np.abs(r).max():
+            if np.abs(r).max() < EXACT**1.5 or not np.abs(left).max() < np.abs(r).max():
                 break
             q, r = tried, left
-        return q if self._exact(r[None])[0] else None
+        return q if self._exact(r) else None
 
-    def _out_of_reach(self, q: Array, R: Array, p: Array, start: Array) -> str:
-        """Return by how much the nearest posture misses a pose: least squares from every solution and the start."""
+    def _out_of_reach(self, guesses: Array, R: Array, p: Array) -> str:
+        """Return by how much the posture misses a pose that is nearest in least squares, from every guess."""
         from scipy.optimize import least_squares
 
-        def off(x: Array) -> Array:
-            at = start.copy()
-            at[self.places] = x
-            r = self.missed(at, R, p)
-            return np.concatenate([r[:3] / self.size, r[3:]])
+        def off(x: Array, q: Array) -> Array:
+            q[self.places] = x
+            return self._scaled(self.missed(q, R, p))
 
-        ends = [least_squares(off, one[self.places]) for one in (*q, start)]
+        ends = [least_squares(off, one[self.places], args=(one,)) for one in guesses]
         best = min(ends, key=lambda end: float(end.cost))
-        gap, turn = (float(np.linalg.norm(x)) for x in np.split(best.fun, 2))
-        gap = self.scene.in_shown_unit(f"{gap * self.size:.6g}", "m")
+        far, turn = (float(np.linalg.norm(x)) for x in np.split(best.fun, 2))
         angles = ", ".join(f"{name} = {x:.6g}" for name, x in zip(self.arm.names, best.x, strict=True))
-        place = ", ".join(f"{x:.6g}" for x in p)
+        gap, place = self.scene.in_shown_unit(f"{far * self.size:.6g}", "m"), ", ".join(f"{x:.6g}" for x in p)
         return (
-            f"{self.arm.point}: the pose is out of reach: at {angles}, where it is nearest in least squares, it misses "
-            f"({place}) by {gap} and its turning by {turn:.6g} rad; give a pose nearer to where it can be"
+            f"{self.arm.point}: the pose is out of reach: at {angles}, where it is nearest in least squares, it "
+            f"misses ({place}) by {gap} and its turning by {turn:.6g} rad; give a pose nearer to where it can be"
         )
 
-    def _free(self, q: Array) -> str:
-        """Return what can move without the frame."""
-        free = np.abs(np.linalg.svd(self.jacobian(q))[2][-1])
-        names = [name for name, x in zip(self.arm.names, free, strict=True) if x > MOVES * free.max()]
-        return f"{', '.join(names)} can move without {self.arm.point}"
+    def _scaled(self, r: Array) -> Array:
+        return np.concatenate([r[:3] / self.size, r[3:]])
 
     def _exact(self, r: Array) -> Bools:
-        sizes = np.abs(r).reshape(-1, 2, 3).max(axis=2)
-        return (sizes[:, 0] <= EXACT * max(1.0, self.size)) & (sizes[:, 1] <= EXACT)
+        return np.asarray((np.abs(r) <= EXACT * np.repeat([max(1.0, self.size), 1.0], 3)).all(axis=-1))
+
+    def _free(self, q: Array) -> Array:
+        """Return the motion that moves the frame least."""
+        return np.asarray(np.linalg.svd(self.jacobian(q))[2][-1])
 
     def _sigma(self, q: Array) -> Array:
         values = np.linalg.svd(self.jacobian(q), compute_uv=False)
-        return np.asarray(values[:, -1] / np.maximum(values[:, 0], SINGULAR))
+        return np.asarray(values[..., -1] / np.maximum(values[..., 0], SINGULAR))
 
 
 def _turned(x: Array) -> Array:
@@ -304,53 +279,22 @@ def _eaik(arm: Arm) -> Callable[[Array, Array], tuple[Array, Bools]]:
     def solved(R: Array, p: Array) -> tuple[Array, Bools]:
         T = np.eye(4)
         T[:3, :3], T[:3, 3] = R @ arm.R.T, p
-        try:
-            found = robot.IK(T)
-        except RuntimeError as error:
-            raise SimulateError(f"{arm.point}: EAIK: {error}") from None
-        n = len(arm.names)
-        return np.asarray(found.Q, dtype=np.float64).reshape(-1, n), np.asarray(found.is_LS, dtype=bool).reshape(-1)
+        found = robot.IK(T)
+        return np.reshape(found.Q, (-1, len(arm.names))), np.asarray(found.is_LS, dtype=bool).reshape(-1)
 
     return solved
 
 
-def _compiled(scene: Scene, point: str) -> Any:
-    w = Workspace(scene)
-    return compiled(w.scene, w.graph, [derive_one(w, f"{name}:{point}") for name in ("pose", "jacobian")])
-
-
-def _limits(scene: Scene, arm: Arm) -> tuple[Array, Array]:
-    """Return the lowest and highest angles, rad, shape (n,) each; infinite where there is no limit."""
-    values, faults = parameter_values(scene), Faults("")
-    joints = {joint.coordinate: joint for joint in scene.joints}
-    found = [(joints[name].limits.lower, joints[name].limits.upper) for name in arm.names]
-    low, high = (
-        np.array([end if x is None else number_of(x, values, "limits", faults) for x in some], dtype=np.float64)
-        for some, end in zip(zip(*found, strict=True), (-np.inf, np.inf), strict=True)
-    )
-    faults.close(SimulateError)
-    return low, high
-
-
-def wanted(path: ScenePath, t: float) -> tuple[str, PathRequest]:
-    """Return the frame whose whole pose a path asks for, and what that is at a time; SimulateError where it does not."""
+def branches_of(scene: Scene, path: ScenePath, held: Mapping[str, float], start: Array, t: float) -> Branches:
+    """Return the branches at a time of a path; errors as of `inverse_kinematics`."""
     if len(path.points) != 1:
         raise SimulateError(f"path: a branch is one of a frame with a path; {len(path.points)} have one")
     (one,) = path.points
     asked = one.at(t)
     if not np.isfinite(asked.origin).all() or asked.axes is None or asked.axis is not None:
-        raise SimulateError(
-            f"path: {one.name}: a closed form takes a whole pose; give x, y, z and rpy(roll, pitch, yaw) or "
-            "quaternion(w, x, y, z)"
-        )
-    return one.name, asked
-
-
-def branches_of(scene: Scene, path: ScenePath, held: Mapping[str, float], start: Array, t: float) -> Branches:
-    """Return the branches at a time of a path; errors as of `inverse_kinematics`."""
-    point, asked = wanted(path, t)
-    assert asked.axes is not None, "it is a whole pose"
-    return Solver(scene, point, held).branches(asked.axes, asked.origin, start)
+        whole = "x, y, z and rpy(roll, pitch, yaw) or quaternion(w, x, y, z)"
+        raise SimulateError(f"path: {one.name}: a closed form takes a whole pose; give {whole}")
+    return Solver(scene, one.name, held).branches(asked.axes, asked.origin, start)
 
 
 @suggesting
@@ -366,10 +310,10 @@ def inverse_kinematics(
 
     >>> import symdyn
     >>> arm = symdyn.example("scara")
-    >>> symdyn.inverse_kinematics(arm, "tool=0.4, 0.2, 0.1, rpy(0, 0, 0)")
+    >>> symdyn.inverse_kinematics(arm, "tool=0.4, 0.2, 0.1, rpy(0, 0, 0)")  # doctest: +ELLIPSIS
     Traceback (most recent call last):
     ...
-    symdyn.errors.SimulateError: scara: stroke is prismatic, which has no closed form here; hold it, as in motion={"q3": 0.3}
+    symdyn.errors.SimulateError: scara: stroke is prismatic, which has no closed form here; hold it, as in ...
 
     Args:
         scene: an arm, a chain of joints that turn; its parameters bound; or a `Problem`, without start rates.
@@ -380,7 +324,7 @@ def inverse_kinematics(
         time: at which path and motion are looked at, s.
 
     Raises:
-        SimulateError: the arm has no closed form, which says why; the pose is out of reach, by how much; EAIK is missing.
+        SimulateError: the arm has no closed form, and why; the pose is out of reach, and how far; EAIK is missing.
         SceneError: a value that the scene cannot have, or of no parameter.
     """
     problem, _ = Problem.requested(inverse_kinematics, locals())

@@ -29,6 +29,7 @@ from symdyn.errors import SimulateError, quoted
 from symdyn.scene import Scene, SceneLike
 from symdyn.scene.values import Faults, spell, velocity_name
 from symdyn.simulation.along_path import along
+from symdyn.simulation.arm_branches import branches_of
 from symdyn.simulation.columns import apart, axes_of
 from symdyn.simulation.equations.compiled_routines import opened
 from symdyn.simulation.equations.monitors import SLACK
@@ -39,7 +40,6 @@ from symdyn.simulation.initial import Start, Values, no_equations
 from symdyn.simulation.integrate.integration import END
 from symdyn.simulation.integrate.valueless import valueless
 from symdyn.simulation.inverse_functions import InverseFunctions
-from symdyn.simulation.arm_branches import branches_of
 from symdyn.simulation.prescribed.courses import ForceTable
 from symdyn.simulation.prescribed.entries import Entries
 from symdyn.simulation.prescribed.forces import Forces, SceneMotion, drive_names, motion_times, places_of, read_motion
@@ -97,8 +97,7 @@ def inverse(
         forces: of inputs what is given, as "u=12*sin(t)", or a .toml or .csv file; nothing takes the motion's table.
         until: time of the end, s, in place of times.
         every: seconds between samples then; None for 200 of them.
-        branch: number of the closed form of inverse kinematics that a path of a pose begins on, as
-            `inverse_kinematics` has them: 1 is next to the start.
+        branch: number of the posture, of those in closed form, that the path of a pose begins with; 1 is next to start.
 
     Raises:
         SimulateError: with every fault, one line each; and where there is not even a first row.
@@ -118,11 +117,11 @@ def inverse(
         t = np.interp(np.arange(finer * (len(t) - 1) + 1) / finer, np.arange(len(t)), t)
     guess = Start.guess(scene, problem.start)
     laws = _laws(scene, motion, guess, forces)
-    given = [name for name in laws if name in motion.laws or name in _own(scene, forces)]
+    lawful = [name for name in laws if name in motion.laws or name in _own(scene, forces)]
     if branch is not None:
-        held = {name: float(laws[name](t[:1])[0][0]) for name in given}
+        held = {name: float(laws[name](t[:1])[0][0]) for name in lawful}
         guess = branches_of(scene, path, held, guess, float(t[0])).chosen(branch)
-    found = _moved(scene, functions, motion, laws, given, t, path, guess)
+    found = _moved(scene, functions, motion, laws, lawful, t, path, guess)
     q, u, a, stopped, notes = found.q, found.u, found.a, found.stopped, [*found.notes]
     columns = {"path_error" if path.points else "loop_error": found.off} if functions.holds else {}
     over_time, words = _over_time(problem, functions, laws, forces, t[: len(q)], q, u, a)

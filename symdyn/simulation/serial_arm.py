@@ -1,13 +1,11 @@
 """Arms: the axes of the joints between the ground and a frame, and what is parallel or meets among them.
 
-    h[i], c[i]   direction of axis i in ground axes, and a point on it, m, where all angles are zero; ground's side first
+    h[i], c[i]   direction of axis i, ground's side first, and a point on it, m, in ground axes where angles are zero
     R, p         the frame there
     T(q)         = exp(h[1], c[1]; q1) ... exp(h[n], c[n]; qn) (R, p): a product of turns about these axes
 
-An axis is a column [v; ω] of the frame's Jacobian there: h = ω, and v = h × (p - c), so that c = p - v × h is the point of
-it next to p. Neighbours that are parallel, or meet, do so at every position; so do three in a row that share a point.
-
-A closed form of six joints is known where a class of `CLASSES` fits. Points are then put where axes meet.
+An axis is a column [v; ω] of the frame's Jacobian there: h = ω, v = h × (p - c), and c = p - v × h is the point of it
+next to p. Neighbours that are parallel, or meet, do so at every position; so do three in a row that share a point.
 
 Reference: Lynch and Park, Modern Robotics (2017), section 4.1; Pieper, The kinematics of manipulators under computer
 control (1968); Ostermeier, Kuelz and Althoff, Automatic geometric decomposition for analytical inverse kinematics,
@@ -17,7 +15,8 @@ IEEE Robotics and Automation Letters 10 (2025) 9964.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -33,42 +32,24 @@ from symdyn.simulation.equations.compiled_routines import opened
 SAME = 1e-9
 """Below it directions are parallel (sine of the angle), and axes meet (gap over the arm's size)."""
 
-GENERIC = 0.7
-"""rad, at which a joint is held to see what the others are."""
-
-
-@dataclass(frozen=True)
-class Kind:
-    """A class of arms of six joints that has a closed form; places count from the ground, or all from the frame.
-
-    Attributes:
-        name: in words.
-        meeting, parallel: places of axes that share a point, and of parallel ones, in groups.
-    """
-
-    name: str
-    meeting: tuple[tuple[int, ...], ...] = ()
-    parallel: tuple[tuple[int, ...], ...] = ()
-
-
-CLASSES = (
-    Kind("spherical wrist", meeting=((3, 4, 5),)),
-    Kind("spherical shoulder", meeting=((0, 1, 2),)),
-    Kind("three parallel axes", parallel=((1, 2, 3),)),
-    Kind("three parallel axes", parallel=((2, 3, 4),)),
-    Kind("three parallel axes, and two that meet", ((4, 5),), ((0, 1, 2),)),
-    Kind("three parallel axes, and two that meet", ((0, 1),), ((3, 4, 5),)),
+CLASSES: tuple[tuple[str, tuple[int, ...], tuple[int, ...]], ...] = (
+    ("spherical wrist", (3, 4, 5), ()),
+    ("spherical shoulder", (0, 1, 2), ()),
+    ("three parallel axes", (), (1, 2, 3)),
+    ("three parallel axes", (), (2, 3, 4)),
+    ("three parallel axes, and two that meet", (4, 5), (0, 1, 2)),
+    ("three parallel axes, and two that meet", (0, 1), (3, 4, 5)),
 )
-"""The first that fits is told."""
+"""Of six joints that have a closed form: name, places of axes that share a point, of parallel ones; the first tells."""
 
 
 @dataclass(frozen=True, eq=False)
 class Arm:
-    """The joints that turn between the ground and a frame; the module's legend.
+    """The joints that turn between the ground and a frame, a point or a body; the module's legend.
 
     Attributes:
-        point: the frame, a point or a body.
-        names: of the angles, shape (n,).
+        point: the frame.
+        names: of the angles, n of them.
         h, c: shapes (n, 3).
         R, p: shapes (3, 3) and (3,).
     """
@@ -80,57 +61,27 @@ class Arm:
     R: Array
     p: Array
 
-    def groups(self, least: int, meet: bool) -> list[tuple[int, ...]]:
-        """Return the longest rows of neighbours that are parallel, or share a point; so many at least, by place."""
-        found: list[tuple[int, ...]] = []
-        for first in range(len(self.names)):
-            last = first + 1
-            while last < len(self.names) and self._together(range(first, last + 1), meet):
-                last += 1
-            row = tuple(range(first, last))
-            if len(row) >= least and not any(set(row) <= set(other) for other in found):
-                found.append(row)
-        return found
-
-    def meeting(self, places: Sequence[int]) -> Array | None:
-        """Return the point that axes share; None where there is none, or they are parallel."""
-        h, c = self.h[list(places)], self.c[list(places)]
-        across = np.eye(3) - h[:, :, None] * h[:, None, :]  # |across (x - c)| is how far x is from an axis
-        if any(np.linalg.norm(np.cross(one, other)) < SAME for one, other in zip(h, h[1:], strict=False)):
-            return None
-        x = np.linalg.solve(across.sum(axis=0), np.einsum("nij,nj->i", across, c))
-        gap = float(np.abs(np.einsum("nij,nj->ni", across, x - c)).max())
-        return x if gap <= SAME * max(1.0, self.size) else None
-
-    def _together(self, places: Sequence[int], meet: bool) -> bool:
-        if meet:
-            return self.meeting(places) is not None
-        return all(np.linalg.norm(np.cross(self.h[places[0]], self.h[k])) < SAME for k in places)
-
     @property
     def size(self) -> float:
-        """How far the frame and the axes are apart, m, at most where all angles are zero."""
+        """How far axes are from the frame, m, a component at most."""
         return float(np.abs(self.c - self.p).max(initial=0.0))
 
     @property
     def family(self) -> str:
-        """The class of `CLASSES`, or "" where it has none, or fewer or more joints than six."""
-        if len(self.names) != 6:
-            return ""
-        fits = (
-            kind.name
-            for kind in CLASSES
-            if all(self._together(one, True) for one in kind.meeting)
-            and all(self._together(one, False) for one in kind.parallel)
-        )
-        return next(fits, "")
+        """The class of `CLASSES`, "" where it has none, or fewer or more joints than six."""
+        fits = (name for name, meet, row in CLASSES if self._meet(meet) and self._parallel(row))
+        return next(fits, "") if len(self.names) == 6 else ""
+
+    @property
+    def holding(self) -> tuple[str, ...]:
+        """Of seven joints those that leave six with a closed form when one is held."""
+        return tuple(name for k, name in enumerate(self.names) if len(self.names) == 7 and self.held(k, 0.7).family)
 
     @property
     def words(self) -> tuple[str, ...]:
-        """What is parallel or meets, and which class that is, a line each."""
-        parts = [f"{self._called(row)} are parallel" for row in self.groups(2, False)]
-        parts += [f"{self._called(row)} meet in a point" for row in self.groups(2, True)]
-        return (*parts, self.verdict)
+        """What is parallel, what meets, and which class that is, a line each."""
+        parts = [f"{self._called(row)} are parallel" for row in self._rows(False)]
+        return (*parts, *(f"{self._called(row)} meet in a point" for row in self._rows(True)), self.verdict)
 
     @property
     def verdict(self) -> str:
@@ -144,91 +95,97 @@ class Arm:
         lacking = "6 joints: no closed form is known; three axes in a row would have to meet at an end, or be parallel"
         return f"{self.family}: a closed form" if self.family else lacking
 
-    @property
-    def holding(self) -> tuple[str, ...]:
-        """Of seven joints those that leave six with a closed form when one is held."""
-        n = len(self.names)
-        return tuple(self.names[k] for k in range(n) if n == 7 and self.held(k).family)
-
-    def held(self, place: int, angle: float = GENERIC) -> Arm:
+    def held(self, place: int, angle: float) -> Arm:
         """Return it with a joint held: what it carries is turned."""
-        h, c = self.h[place], self.c[place]
-        W = np.cross(np.eye(3), -h)
+        h, c, moved = self.h[place], self.c[place], np.arange(len(self.names)) > place
+        W = np.cross(np.eye(3), h)  # the matrix of h ×
         turn = np.eye(3) + np.sin(angle) * W + (1 - np.cos(angle)) * W @ W
-        moved, kept = slice(place + 1, None), [k for k in range(len(self.names)) if k != place]
-        axes, points = self.h.copy(), self.c.copy()
-        axes[moved], points[moved] = self.h[moved] @ turn.T, (self.c[moved] - c) @ turn.T + c
-        names = tuple(self.names[k] for k in kept)
-        return Arm(self.point, names, axes[kept], points[kept], turn @ self.R, turn @ (self.p - c) + c)
+        axes = np.where(moved[:, None], self.h @ turn.T, self.h)
+        points = np.where(moved[:, None], (self.c - c) @ turn.T + c, self.c)
+        names = (*self.names[:place], *self.names[place + 1 :])
+        axes, points = np.delete(axes, place, axis=0), np.delete(points, place, axis=0)
+        return Arm(self.point, names, axes, points, turn @ self.R, turn @ (self.p - c) + c)
 
     def placed(self) -> Arm:
         """Return it with points where axes meet, and parallel axes alike to the last digit."""
         h, c = self.h.copy(), self.c.copy()
-        for row in self.groups(2, False):
-            for k in row[1:]:
-                h[k] = np.copysign(1.0, h[row[0]] @ h[k]) * h[row[0]]
-        for row in sorted(self.groups(2, True), key=len):
-            c[list(row)] = self.meeting(row)
-        return Arm(self.point, self.names, h, c, self.R, self.p)
+        for row in self._rows(False):
+            h[list(row)] = np.sign(h[list(row)] @ h[row[0]])[:, None] * h[row[0]]
+        for row in sorted(self._rows(True), key=len):
+            c[list(row)] = self._crossing(row)[0]
+        return replace(self, h=h, c=c)
+
+    def _rows(self, meet: bool) -> list[tuple[int, ...]]:
+        """Return the longest rows of neighbours that are parallel, or share a point, by place."""
+        found, n, holds = list[tuple[int, ...]](), len(self.names), self._meet if meet else self._parallel
+        for first in range(n):
+            row = max(
+                (tuple(range(first, end)) for end in range(first + 2, n + 1) if holds(range(first, end))), default=()
+            )
+            found += [row] if row and not any({*row} <= {*other} for other in found) else []
+        return found
+
+    def _parallel(self, row: Sequence[int]) -> bool:
+        return all(np.linalg.norm(np.cross(self.h[row[0]], self.h[k])) < SAME for k in row)
+
+    def _meet(self, row: Sequence[int]) -> bool:
+        parallel = any(self._parallel(pair) for pair in pairwise(row))
+        return not row or (not parallel and self._crossing(row)[1] <= SAME * max(1.0, self.size))
+
+    def _crossing(self, row: Sequence[int]) -> tuple[Array, float]:
+        """Return the point that is next to axes, no neighbours of them parallel, and how far it is from them."""
+        h, c = self.h[list(row)], self.c[list(row)]
+        across = np.eye(3) - h[:, :, None] * h[:, None, :]
+        x = np.linalg.solve(across.sum(axis=0), np.einsum("nij,nj->i", across, c))
+        return x, float(np.abs(np.einsum("nij,nj->ni", across, x - c)).max())
 
     def _called(self, row: Sequence[int]) -> str:
-        *most, last = (self.names[k] for k in row)
-        return f"{', '.join(most)} and {last}"
-
-
-def chain(scene: Scene, point: str) -> tuple[Joint, ...]:
-    """Return the joints from the ground to a point or a body."""
-    found, carrying = list[Joint](), {joint.child: joint for joint in scene.joints}
-    body = next((one.body for one in scene.points if one.name == point), point)
-    while body in carrying:
-        found.append(carrying[body])
-        body = found[-1].parent
-    return tuple(reversed(found))
+        return f"{', '.join(self.names[k] for k in row[:-1])} and {self.names[row[-1]]}"
 
 
 def arm_of(scene: Scene, point: str, held: Mapping[str, float] | None = None) -> Arm:
     """Return the arm that moves a point or a body, of coordinates that are not held.
 
     Raises:
-        SimulateError: it has none: with every reason, a line each.
+        SimulateError: there is none, with every reason.
     """
-    held, known = held or {}, opened(scene).values
+    held, known, w = held or {}, opened(scene).values, Workspace(scene)
     if scene.is_constrained:
         raise SimulateError(
             f"{scene.name}: its loops and rows have no closed form of inverse kinematics; without a branch, a path is "
             f"followed from a start ({argument('start')})"
         )
-    w = Workspace(scene)
-    loose = [joint for joint in chain(scene, point) if any(name not in held for name in joint.coordinates)]
     q = {symbol: float(held.get(name, 0.0)) for name, symbol in zip(scene.coordinates, w.state.q, strict=True)}
     at = q | {w.graph.symbol(name): x for name, x in known.items()}
-    pose, J = (derive_one(w, f"{name}:{point}") for name in ("pose", "jacobian"))
-    values = np.array(evaluate([*pose.entries, *J.entries], Floats(), at), dtype=np.float64)
-    T, columns = values[:12].reshape(3, 4), values[12:].reshape(6, -1)
-    names, faults, rates = [name for joint in loose for name in joint.coordinates], list[str](), list(scene.velocities)
-    turning = [_why_not(joint, columns, rates) for joint in loose]
-    for joint, why in zip(loose, turning, strict=True):
-        if why:
-            hold = argument("motion", dict.fromkeys(joint.coordinates, 0.3))
-            way = f"; hold it, as in {hold}" if joint.coordinates else ""
-            faults.append(f"{scene.name}: {joint.name} {why}, which has no closed form here{way}")
-    if not loose:
-        faults.append(f"{scene.name}: nothing that is not held moves {point}")
-    if faults:
-        raise SimulateError(faults)
-    v, h = np.split(columns[:, [rates.index(velocity_name(name)) for name in names]].T, 2, axis=1)
-    h = h / np.linalg.norm(h, axis=1)[:, None]
-    return Arm(point, tuple(names), h, T[:, 3] - np.cross(v, h), T[:, :3], T[:, 3])
+    T, J = (np.array(evaluate(derive_one(w, f"{what}:{point}").entries, Floats(), at)) for what in ("pose", "jacobian"))
+    T, columns = T.reshape(3, 4), dict(zip(scene.velocities, J.reshape(6, -1).T, strict=True))
+    joints, carrying = list[Joint](), {joint.child: joint for joint in scene.joints}
+    body = next((one.body for one in scene.points if one.name == point), point)
+    while body in carrying:
+        joints.insert(0, carrying[body])
+        body = joints[0].parent
+    moved = {joint: joint.coupling.coordinates if joint.coupling else joint.coordinates for joint in joints}
+    loose = [joint for joint, names in moved.items() if any(name not in held for name in names)]
+    faults = [
+        f"{scene.name}: {joint.name} {why}, which has no closed form here; hold it, as in "
+        f"{argument('motion', dict.fromkeys(moved[joint], 0.3))}"
+        for joint in loose
+        if (why := _why_not(joint, columns))
+    ]
+    if faults or not loose:
+        raise SimulateError(faults or f"{scene.name}: nothing that is not held moves {point}")
+    names = tuple(joint.coordinates[0] for joint in loose)
+    v, h = np.split(np.array([columns[velocity_name(name)] for name in names]), 2, axis=1)
+    return Arm(point, names, h, T[:, 3] - np.cross(v, h), T[:, :3], T[:, 3])
 
 
-def _why_not(joint: Joint, columns: Array, rates: Sequence[str]) -> str:
+def _why_not(joint: Joint, columns: Mapping[str, Array]) -> str:
     """Return why a joint is none of an arm, "" where it turns about an axis."""
     if joint.coupling is not None:
-        return f"follows {', '.join(name for name, _ in joint.coupling.ratios)}"
+        return f"follows {', '.join(joint.coupling.coordinates)}"
     if joint.motion is not None:
         return "moves by a law of the scene"
-    if len(joint.coordinates) != 1 or velocity_name(joint.coordinates[0]) not in rates:
+    if len(joint.coordinates) != 1 or velocity_name(joint.coordinates[0]) not in columns:
         return f"is {joint.type}, of {len(joint.coordinates)} coordinates"
-    v, w = np.split(columns[:, rates.index(velocity_name(joint.coordinates[0]))], 2)
-    turns = abs(float(w @ w) - 1.0) < SAME and abs(float(v @ w)) < SAME
-    return "" if turns else f"is {joint.type}"
+    v, w = np.split(columns[velocity_name(joint.coordinates[0])], 2)
+    return "" if abs(float(w @ w) - 1.0) < SAME and abs(float(v @ w)) < SAME else f"is {joint.type}"
