@@ -96,6 +96,7 @@ bars: $(READY)  ## the rest of what was set out to be reached: cold starts, cert
 	-$(BIN)/python benchmarks/accuracy_levels.py
 	-$(BIN)/python benchmarks/double_double.py
 	-$(BIN)/python benchmarks/contacts.py
+	-$(BIN)/python benchmarks/inverse_kinematics.py
 	-$(BIN)/python benchmarks/gpu.py --compile
 
 $(READY): pyproject.toml

@@ -84,18 +84,18 @@ def test_a_joint_that_is_held_is_one_that_is_not_there() -> None:
 @pytest.mark.parametrize(
     ("scene", "axes"),
     [
-        (PUMA, ["q2 and q3 are parallel", "q1 and q2 meet in a point", "q4, q5 and q6 meet in a point",
+        (PUMA, ["q2, q3 are parallel", "q1, q2 meet in a point", "q4, q5, q6 meet in a point",
                 "spherical wrist: a closed form"]),
-        (by_dh("ur", *UR), ["q2, q3 and q4 are parallel", "q1 and q2 meet in a point", "q4 and q5 meet in a point",
-                            "q5 and q6 meet in a point", "three parallel axes: a closed form"]),
-        (by_dh("shoulder", *SHOULDER), ["q1, q2 and q3 meet in a point", "q3 and q4 meet in a point",
+        (by_dh("ur", *UR), ["q2, q3, q4 are parallel", "q1, q2 meet in a point", "q4, q5 meet in a point",
+                            "q5, q6 meet in a point", "three parallel axes: a closed form"]),
+        (by_dh("shoulder", *SHOULDER), ["q1, q2, q3 meet in a point", "q3, q4 meet in a point",
                                         "spherical shoulder: a closed form"]),
-        (SEVEN, ["q1, q2 and q3 meet in a point", "q3, q4 and q5 meet in a point", "q5, q6 and q7 meet in a point",
+        (SEVEN, ["q1, q2, q3 meet in a point", "q3, q4, q5 meet in a point", "q5, q6, q7 meet in a point",
                  "7 joints: a closed form where one of q1, q2, q3, q4, q5, q6, q7 is held"]),
         (by_dh("odd", *ODD), ["6 joints: no closed form is known; three axes in a row would have to meet at an end, or "
                               "be parallel"]),
-        (by_dh("five", *UR[:5]), ["q2, q3 and q4 are parallel", "q1 and q2 meet in a point",
-                                  "q4 and q5 meet in a point", "5 joints: a closed form of the poses that they reach"]),
+        (by_dh("five", *UR[:5]), ["q2, q3, q4 are parallel", "q1, q2 meet in a point",
+                                  "q4, q5 meet in a point", "5 joints: a closed form of the poses that they reach"]),
     ],
     ids=lambda one: one.name if isinstance(one, Scene) else "",
 )  # fmt: skip

@@ -3,8 +3,8 @@
 EAIK solves an arm by subproblems, from its axes (serial_arm.py). What it returns is held against the pose and the
 Jacobian that are derived from the scene:
 
-    r(q)     [p - p*; rotation vector of R R*ᵀ], m and rad, of the pose that is asked for, R* and p*
-    J        [v; ω] = J q̇ of the frame, lengths over the arm's size; σ its smallest singular value over the largest
+    r(q)     [p - p*; rotation vector of R R*ᵀ], of the pose that is asked for, R* and p*; lengths over the arm's size
+    J        [v; ω] = J q̇ of the frame, likewise; σ its smallest singular value over the largest
 
 Where no exact solution of a subproblem exists it has a least-squares one, and says so. That is no branch; but where a
 posture is singular a branch is behind it: Newton's method goes there, q - J⁺ r, and a posture that can move without the
@@ -38,13 +38,13 @@ from symdyn.simulation.initial import Start, Values
 from symdyn.simulation.prescribed.entries import Entries
 from symdyn.simulation.prescribed.forces import SceneMotion, read_motion
 from symdyn.simulation.prescribed.formulas_in_time import number_of, parameter_values
-from symdyn.simulation.prescribed.point_path import ScenePath, read_path, rotation_vector
+from symdyn.simulation.prescribed.point_path import ScenePath, read_path
 from symdyn.simulation.problem import Problem
 from symdyn.simulation.serial_arm import SAME, Arm, arm_of
 from symdyn.table import Table
 
 EXACT, ALIKE = 1e-10, 1e-6
-"""Pose error of a branch at most, rad, and m over the arm's size; rad, within which two branches are one."""
+"""Entries of r at a branch, at most; rad, within which two branches are one."""
 
 SINGULAR, MOVES = 1e-6, 1e-3
 """σ below it; parts of the motion without the frame, below which they are not told."""
@@ -132,19 +132,14 @@ class Solver:
         self.places = [scene.coordinates.index(name) for name in arm.names]
         self.held = {scene.coordinates.index(name): x for name, x in held.items()}
         self._rates = [scene.velocities.index(velocity_name(name)) for name in arm.names]
-        joints, values = {joint.coordinate: joint.limits for joint in scene.joints}, parameter_values(scene)
-        ends = [((joints[x].lower, -np.inf), (joints[x].upper, np.inf)) for x in arm.names]
-        self.low, self.high = np.array(
-            [[end if x is None else number_of(x, values, "limits", Faults("")) for x, end in two] for two in ends],
-            dtype=np.float64,
-        ).T
-        found = opened(scene)
-        w, names = Workspace(found.scene), (f"pose:{point}", f"jacobian:{point}")
-        made = compiled_once(
-            ("pose", found.scene, point),
-            lambda: compiled(w.scene, w.graph, [derive_one(w, name) for name in names]),
-        )
-        calls = made.at(found.values)
+        limits, values = {joint.coordinate: joint.limits for joint in scene.joints}, parameter_values(scene)
+        ends = [((limits[x].lower, -np.inf), (limits[x].upper, np.inf)) for x in arm.names]
+        found = [[end if x is None else number_of(x, values, "limits", Faults("")) for x, end in one] for one in ends]
+        self.low, self.high = np.array(found, dtype=np.float64).T
+        free = opened(scene)
+        w, names = Workspace(free.scene), (f"pose:{point}", f"jacobian:{point}")
+        make = lambda: compiled(w.scene, w.graph, [derive_one(w, name) for name in names])  # noqa: E731
+        calls = compiled_once(("pose", free.scene, point), make).at(free.values)
         self._pose, self._jacobian = (calls[identifier(name)] for name in names)
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -160,7 +155,7 @@ class Solver:
     def missed(self, q: Array, R: Array, p: Array) -> Array:
         """Return r, shape (..., 6)."""
         T = np.broadcast_to(self._pose(q), (*q.shape[:-1], 3, 4))
-        return np.concatenate([T[..., 3] - p, rotation_vector(T[..., :3] @ R.T)], axis=-1)
+        return np.concatenate([(T[..., 3] - p) / self.size, _rotation_vectors(T[..., :3] @ R.T)], axis=-1)
 
     def branches(self, R: Array, p: Array, start: Array) -> Branches:
         """Return all of them; SimulateError where there is none, with how far away the pose is."""
@@ -169,19 +164,20 @@ class Solver:
         solved, least = self._solved(R, p)
         q = np.repeat(start[None], len(solved), axis=0)
         q[:, self.places] = solved
-        if len(q) and (self._exact(self.missed(q, R, p)) & (self._sigma(q) > SINGULAR)).all():
-            return self._told(q, R, p, start, 0)
-        mended = [self._mended(one, R, p, start) for one in q]
-        kept: list[Array] = []
+        missed, sigma = self.missed(q, R, p), self._sigma(q)
+        if len(q) and np.abs(missed).max() <= EXACT and sigma.min() > SINGULAR:
+            return self._told(q, missed, sigma, start, 0)
+        mended, kept = [self._mended(one, R, p, start) for one in q], list[Array]()
         for one in mended:
             if one is not None and all(np.abs(_turned(one - x)[self.places]).max() > ALIKE for x in kept):
                 kept.append(one)
         if not kept:
             raise SimulateError(self._out_of_reach(np.vstack([q, start]), R, p))
         left = sum(bool(flag) and one is None for flag, one in zip(least, mended, strict=True))
-        return self._told(np.array(kept), R, p, start, left)
+        q = np.array(kept)
+        return self._told(q, self.missed(q, R, p), self._sigma(q), start, left)
 
-    def _told(self, q: Array, R: Array, p: Array, start: Array, left: int) -> Branches:
+    def _told(self, q: Array, missed: Array, sigma: Array, start: Array, left: int) -> Branches:
         """Return branches in order, each angle next to the start, or at least within limits."""
         turn, near = 2 * np.pi, start[self.places]
         x = nearest = near + _turned(q[:, self.places] - near)
@@ -189,10 +185,10 @@ class Solver:
         x = x - turn * np.maximum(0.0, np.ceil((x - self.high) / turn - EXACT))
         within = np.asarray(((x >= self.low - EXACT) & (x <= self.high + EXACT)).all(axis=1))
         q[:, self.places] = x = np.where(within[:, None], x, nearest)
-        far = np.linalg.norm(x - near, axis=1).round(9)
-        order = sorted(range(len(q)), key=lambda k: (not within[k], far[k], *x[k].round(9).tolist()))
-        q, within = q[order], within[order]
-        error, bad, said = np.linalg.norm(self.missed(q, R, p).reshape(-1, 2, 3), axis=2), self._sigma(q) < SINGULAR, []
+        keys = np.column_stack([~within, np.linalg.norm(x - near, axis=1), x]).round(9).tolist()
+        order = sorted(range(len(q)), key=keys.__getitem__)
+        q, within, bad, said = q[order], within[order], sigma[order] < SINGULAR, list[str]()
+        error = np.linalg.norm(missed[order].reshape(-1, 2, 3), axis=2) * [self.size, 1.0]
         for k in np.flatnonzero(bad):
             free = np.abs(self._free(q[k]))
             names = [name for name, part in zip(self.arm.names, free, strict=True) if part > MOVES * free.max()]
@@ -219,14 +215,14 @@ class Solver:
         """Return where Newton's method ends from q, None where that is not the pose."""
         r = self.missed(q, R, p)
         for _ in range(STEPS):
-            step = -shortest(self.jacobian(q), self._scaled(r))
+            step = -shortest(self.jacobian(q), r)
             tried = q.copy()
             tried[self.places] += step * min(1.0, WIDEST / max(WIDEST, np.abs(step).max()))
             left = self.missed(tried, R, p)
             if np.abs(r).max() < EXACT**1.5 or not np.abs(left).max() < np.abs(r).max():
                 break
             q, r = tried, left
-        return q if self._exact(r) else None
+        return q if np.abs(r).max() <= EXACT else None
 
     def _out_of_reach(self, guesses: Array, R: Array, p: Array) -> str:
         """Return by how much the posture misses a pose that is nearest in least squares, from every guess."""
@@ -234,7 +230,7 @@ class Solver:
 
         def off(x: Array, q: Array) -> Array:
             q[self.places] = x
-            return self._scaled(self.missed(q, R, p))
+            return self.missed(q, R, p)
 
         ends = [least_squares(off, one[self.places], args=(one,)) for one in guesses]
         best = min(ends, key=lambda end: float(end.cost))
@@ -245,12 +241,6 @@ class Solver:
             f"{self.arm.point}: the pose is out of reach: at {angles}, where it is nearest in least squares, it "
             f"misses ({place}) by {gap} and its turning by {turn:.6g} rad; give a pose nearer to where it can be"
         )
-
-    def _scaled(self, r: Array) -> Array:
-        return np.concatenate([r[:3] / self.size, r[3:]])
-
-    def _exact(self, r: Array) -> Bools:
-        return np.asarray((np.abs(r) <= EXACT * np.repeat([max(1.0, self.size), 1.0], 3)).all(axis=-1))
 
     def _free(self, q: Array) -> Array:
         """Return the motion that moves the frame least."""
@@ -264,6 +254,15 @@ class Solver:
 def _turned(x: Array) -> Array:
     """Return angles within half a turn."""
     return x - 2 * np.pi * np.round(x / (2 * np.pi))
+
+
+def _rotation_vectors(R: Array) -> Array:
+    """Return those of rotations, shape (..., 3), about any axis at a half turn; SciPy's takes ten times as long."""
+    s = (R[..., [2, 0, 1], [1, 2, 0]] - R[..., [1, 2, 0], [2, 0, 1]]) / 2
+    sine = np.sqrt((s * s).sum(axis=-1, keepdims=True))
+    angle = np.arctan2(sine, (np.trace(R, axis1=-2, axis2=-1)[..., None] - 1) / 2)
+    some = s * angle / np.maximum(sine, 1e-300)
+    return np.asarray(np.where((sine > ALIKE) | (angle < 1), some, angle * np.eye(3)[0]))
 
 
 def _eaik(arm: Arm) -> Callable[[Array, Array], tuple[Array, Bools]]:

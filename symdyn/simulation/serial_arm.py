@@ -7,9 +7,8 @@
 An axis is a column [v; ω] of the frame's Jacobian there: h = ω, v = h × (p - c), and c = p - v × h is the point of it
 next to p. Neighbours that are parallel, or meet, do so at every position; so do three in a row that share a point.
 
-Reference: Lynch and Park, Modern Robotics (2017), section 4.1; Pieper, The kinematics of manipulators under computer
-control (1968); Ostermeier, Kuelz and Althoff, Automatic geometric decomposition for analytical inverse kinematics,
-IEEE Robotics and Automation Letters 10 (2025) 9964.
+Reference: Lynch and Park, Modern Robotics (2017), section 4.1; Ostermeier, Kuelz and Althoff, Automatic geometric
+decomposition for analytical inverse kinematics, IEEE Robotics and Automation Letters 10 (2025) 9964.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ import numpy as np
 from symdyn.algebra import Array, Floats
 from symdyn.arguments import argument
 from symdyn.dynamics import Workspace, derive_one
-from symdyn.errors import SimulateError
+from symdyn.errors import SimulateError, listed
 from symdyn.graph import evaluate
 from symdyn.scene import Scene
 from symdyn.scene.values import Joint, velocity_name
@@ -48,10 +47,8 @@ class Arm:
     """The joints that turn between the ground and a frame, a point or a body; the module's legend.
 
     Attributes:
-        point: the frame.
-        names: of the angles, n of them.
-        h, c: shapes (n, 3).
-        R, p: shapes (3, 3) and (3,).
+        point, names: the frame; the angles, n of them.
+        h, c, R, p: shapes (n, 3), (n, 3), (3, 3) and (3,).
     """
 
     point: str
@@ -80,8 +77,9 @@ class Arm:
     @property
     def words(self) -> tuple[str, ...]:
         """What is parallel, what meets, and which class that is, a line each."""
-        parts = [f"{self._called(row)} are parallel" for row in self._rows(False)]
-        return (*parts, *(f"{self._called(row)} meet in a point" for row in self._rows(True)), self.verdict)
+        kinds = ((False, "are parallel"), (True, "meet in a point"))
+        parts = [f"{listed([self.names[k] for k in row])} {said}" for meet, said in kinds for row in self._rows(meet)]
+        return (*parts, self.verdict)
 
     @property
     def verdict(self) -> str:
@@ -119,10 +117,9 @@ class Arm:
         """Return the longest rows of neighbours that are parallel, or share a point, by place."""
         found, n, holds = list[tuple[int, ...]](), len(self.names), self._meet if meet else self._parallel
         for first in range(n):
-            row = max(
-                (tuple(range(first, end)) for end in range(first + 2, n + 1) if holds(range(first, end))), default=()
-            )
-            found += [row] if row and not any({*row} <= {*other} for other in found) else []
+            ends = [end for end in range(first + 2, n + 1) if holds(range(first, end))]
+            row = tuple(range(first, max(ends, default=first)))
+            found += [] if any({*row} <= {*other} for other in [*found, ()]) else [row]
         return found
 
     def _parallel(self, row: Sequence[int]) -> bool:
@@ -138,9 +135,6 @@ class Arm:
         across = np.eye(3) - h[:, :, None] * h[:, None, :]
         x = np.linalg.solve(across.sum(axis=0), np.einsum("nij,nj->i", across, c))
         return x, float(np.abs(np.einsum("nij,nj->ni", across, x - c)).max())
-
-    def _called(self, row: Sequence[int]) -> str:
-        return f"{', '.join(self.names[k] for k in row[:-1])} and {self.names[row[-1]]}"
 
 
 def arm_of(scene: Scene, point: str, held: Mapping[str, float] | None = None) -> Arm:

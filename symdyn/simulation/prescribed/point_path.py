@@ -70,7 +70,7 @@ class PathRequest:
         if self.axes is None:
             return np.zeros(0)
         if self.axis is None:
-            return rotation_vector(R @ self.axes.T)
+            return _rotation_vector(R @ self.axes.T)
         d, wanted = R[:, self.axis], self.axes[:, self.axis]
         normal = np.cross(wanted, d)
         sine, cosine = float(np.linalg.norm(normal)), float(d @ wanted)
@@ -250,8 +250,8 @@ def _matrix(e: Array) -> Array:
     return np.asarray((w * w - v @ v) * np.eye(3) + 2 * np.outer(v, v) + 2 * w * across)
 
 
-def rotation_vector(R: Array) -> Array:
-    """Return the rotation vectors of rotations, shape (..., 3, 3), at most π long, shape (..., 3)."""
+def _rotation_vector(R: Array) -> Array:
+    """Return the rotation vector of a rotation, at most π long."""
     from scipy.spatial.transform import Rotation
 
     return np.asarray(Rotation.from_matrix(R).as_rotvec(), dtype=np.float64)
