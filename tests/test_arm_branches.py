@@ -234,7 +234,7 @@ def test_a_solution_of_least_squares_is_mended_or_left_out_and_said(monkeypatch:
         SimulateError, match=r"tool: the pose is out of reach: at q1 = .* misses \(2, 0, 0\) by 1.12299 m"
     ):
         found.at(np.column_stack([np.eye(3), [2.0, 0, 0]]))
-    with pytest.raises(SimulateError, match=r"pose: an array of shape \(3, 4\) is none; give \[R p\], R a rotation"):
+    with pytest.raises(SimulateError, match=r"shapes \(3, 4\), \(6,\) are none; give \[R p\], R a rotation"):
         found.at(np.column_stack([2 * np.eye(3), [2.0, 0, 0]]))
 
 

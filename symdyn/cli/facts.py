@@ -193,10 +193,12 @@ def gather(scene: Scene, formulation: str | None, closing: LoopChoices) -> tuple
 
 def _arms(scene: Scene) -> dict[str, list[dict[str, Any]]]:
     """Return what is parallel or meets in arms of three joints at least, of points, else of leaves; nothing if none."""
-    from symdyn.simulation import arm_of
+    if not 3 <= len(scene.velocities) <= MEASURED or scene.is_constrained:
+        return {}
+    from symdyn.simulation import arm_of  # which takes NumPy
 
     arms = []
-    for name in ([one.name for one in scene.points] or scene.leaves) if len(scene.velocities) <= MEASURED else ():
+    for name in [one.name for one in scene.points] or scene.leaves:
         with suppress(SymdynError):  # no parameter may be free
             arms.append(arm_of(scene, name))
     told = [{"point": arm.point, "axes": list(arm.words)} for arm in arms if len(arm.names) > 2]

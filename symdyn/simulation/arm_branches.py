@@ -23,7 +23,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra import Array
-from symdyn.arguments import argument, suggesting
+from symdyn.arguments import argument, check_arguments, suggesting
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.errors import SimulateError
 from symdyn.extras import install
@@ -84,20 +84,28 @@ class Branches(Shown):
 
     def chosen(self, branch: int) -> Array:
         """Return the coordinates of a branch, from 1 on, shape (nq,); SimulateError where there is none so called."""
+        check_arguments(Branches.chosen, locals(), SimulateError)
         if not 1 <= branch <= len(self.q):
             many = f"branches 1 to {len(self.q)}" if len(self.q) > 1 else "branch 1 alone"
             raise SimulateError(f"branch {branch}: {self.arm.point} has {many} there; 1 is next to the start")
         return np.asarray(self.q[branch - 1])
 
-    def at(self, pose: Array, start: Array | None = None) -> Branches:
+    def at(self, pose: npt.ArrayLike, start: npt.ArrayLike | None = None) -> Branches:
         """Return those of another pose [R p], shape (3, 4) or (4, 4); SimulateError where it is out of reach, or none.
 
         The branch next to `start`, coordinates of shape (nq,), is the first; None takes the start of these.
         """
-        T = np.asarray(pose, dtype=np.float64)
-        if T.shape not in ((3, 4), (4, 4)) or not np.abs(T[:3, :3] @ T[:3, :3].T - np.eye(3)).max() < SAME:
-            raise SimulateError(f"pose: an array of shape {T.shape} is none; give [R p], R a rotation, shape (4, 4)")
-        return self._solver.branches(T[:3, :3], T[:3, 3], self._start if start is None else np.asarray(start))
+        try:
+            T, near = (np.array(one, dtype=np.float64) for one in (pose, self._start if start is None else start))
+        except (TypeError, ValueError, OverflowError):  # no numbers
+            T = near = np.zeros(0)
+        turns = T.shape in ((3, 4), (4, 4)) and np.abs(T[:3, :3] @ T[:3, :3].T - np.eye(3)).max() < SAME
+        if not (turns and near.shape == self._start.shape and np.isfinite([*T.flat, *near]).all()):
+            raise SimulateError(
+                f"pose, start: arrays of shapes {T.shape}, {near.shape} are none; give [R p], R a rotation, shape "
+                f"(4, 4), and coordinates, shape {self._start.shape}"
+            )
+        return self._solver.branches(T[:3, :3], T[:3, 3], near)
 
     @property
     def table(self) -> Table[str]:
