@@ -223,7 +223,7 @@ class Uncertainty(Shown):
         Raises:
             UnknownNameError: there is no such column; it says what it may have been.
         """
-        if name in self.names:
+        if isinstance(name, str) and name in self.names:
             return np.asarray(self.values[:, self.names.index(name)])
         return np.asarray(self.sd[:, self._place(name.removeprefix(SD) if isinstance(name, str) else name)])
 
