@@ -298,7 +298,7 @@ def test_info_names_the_class_of_an_arm(
 @pytest.mark.parametrize(
     ("scene", "most", "held"),
     [(PUMA, 8, ""), (by_dh("ur", *UR), 8, ""), (by_dh("shoulder", *SHOULDER), 8, ""), (SEVEN, 8, "q3=0.3"),
-     (by_dh("five", *UR[:5]), 2, "")],
+     (by_dh("five", *UR[:5]), 2, ""), (symdyn.example("scara"), 2, "q3=0.3")],
     ids=lambda one: getattr(one, "name", ""),
 )  # fmt: skip
 def test_every_branch_of_eaik_has_the_pose(scene: Scene, most: int, held: str) -> None:
