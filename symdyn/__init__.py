@@ -8,6 +8,7 @@
     symdyn.closed_form(scene).sympy("k_z", 0, 1)            one coefficient for SymPy
     symdyn.certify(scene).passed                            derivations proved equal, code measured
     symdyn.simulate(scene, until=10)                        a trajectory; symdyn.inverse: the forces of a motion
+    symdyn.inverse_kinematics(scene, "tool=x, y, z, rpy(a, b, c)")   all postures in which an arm has a pose
     symdyn.ensemble(scene, start={"q1": array})             many runs at once, and measures of each
     symdyn.sensitivity(scene, until=10)                     d(end of a run)/d(start, parameters)
     symdyn.sweep(scene, "m1=linspace(1,2,5)", "max(abs(q1))")   runs at many values, and measures of them

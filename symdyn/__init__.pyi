@@ -31,6 +31,7 @@ from .simulation import (
     Problem as Problem,
     gait as gait,
     inverse as inverse,
+    inverse_kinematics as inverse_kinematics,
     pid as pid,
     sensitivity as sensitivity,
     simulate as simulate,

@@ -41,6 +41,7 @@ EXTRAS = {
     "control": Extra(("control",), "no hand-over to python-control"),
     "optimal": Extra(("casadi",), "collocation is not solved here, only handed to a solver"),
     "identify": Extra(("clarabel",), "identified inertias may be physically inconsistent"),
+    "ik": Extra(("eaik",), "paths begin next to the start: no closed forms of inverse kinematics, no --branch"),
     "sweep": Extra(("dask", "distributed", "zarr"), "sweeps run on this machine alone, and are not kept on disk"),
     "shell": Extra(("shtab",), "no completion of verbs and options in a shell"),
     "prove": Extra(

@@ -126,6 +126,7 @@ ELSEWHERE: dict[tuple[str, str], str] = {
     ("sweep", "--workers"): "likewise: tests/test_sweep.py",
     **{("sweep", option): "of places: tests/test_sweep_places.py" for option in ("--function", "--at")},
     ("inverse", "--path"): "of an arm: tests/test_inverse_paths.py",
+    ("inverse", "--branch"): "of an arm: tests/test_arm_branches.py",
     **{("gait", option): "of what returns: tests/test_gait.py" for option in ("--allow-invalid-inertia", "--no-units")},
     ("linearize", "--speed"): "of what rolls: tests/test_linear_control.py",
 }

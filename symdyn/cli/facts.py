@@ -13,7 +13,7 @@ from typing import Any, TypedDict
 
 from symdyn.dynamics import Equations, LoopChoices, Requested, Workspace, derive_one
 from symdyn.dynamics.outputs import Counts
-from symdyn.errors import DerivationError
+from symdyn.errors import DerivationError, SymdynError
 from symdyn.graph import Expr, Graph, growing
 from symdyn.program import choose, count_derived, formulate, lower, prepare, skipped
 from symdyn.rounding import digits_or
@@ -170,6 +170,7 @@ def gather(scene: Scene, formulation: str | None, closing: LoopChoices) -> tuple
         ],
         "leaves": list(scene.leaves),
         "points": [{"name": point.name, "body": point.body} for point in scene.points],
+        **_arms(scene),
         "on_request": wanted.on_request,
         "parameters": [
             {
@@ -188,6 +189,20 @@ def gather(scene: Scene, formulation: str | None, closing: LoopChoices) -> tuple
         **counted,
     }
     return facts, left_out
+
+
+def _arms(scene: Scene) -> dict[str, list[dict[str, Any]]]:
+    """Return what is parallel or meets in arms of three joints at least, of points, else of leaves; nothing if none."""
+    if not 3 <= len(scene.velocities) <= MEASURED or scene.is_constrained:
+        return {}
+    from symdyn.simulation import arm_of  # which takes NumPy
+
+    arms = []
+    for name in [one.name for one in scene.points] or scene.leaves:
+        with suppress(SymdynError):  # no parameter may be free
+            arms.append(arm_of(scene, name))
+    told = [{"point": arm.point, "axes": list(arm.words)} for arm in arms if len(arm.names) > 2]
+    return {"arms": told} if told else {}
 
 
 def _put_in(scene: Scene) -> dict[str, list[dict[str, str]]]:

@@ -81,6 +81,8 @@ def show(facts: dict[str, Any]) -> None:
     print()
     if not facts["points"]:
         print(f"{asking(facts['leaves'])}\n")
+    for arm in facts.get("arms", ()):
+        print(f"arm of {arm['point']}: {'; '.join(arm['axes'])}\n")
     if facts["acting"]:
         rows = [tuple(one.values()) for one in facts["acting"]]
         print_table(Table(("", "name", "where", "law"), rows, title="What acts beside gravity and drives"))

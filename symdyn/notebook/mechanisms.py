@@ -24,7 +24,7 @@ if TYPE_CHECKING:  # one of these is shown, and its package is there then
     from symdyn.linear import Formulas, Linearization
     from symdyn.program import Program
     from symdyn.runtime import Loaded, NumericFunction
-    from symdyn.simulation import Gait, Sensitivity
+    from symdyn.simulation import Branches, Gait, Sensitivity
 
 
 def scene(result: Scene) -> list[Markup]:
@@ -251,6 +251,11 @@ def sensitivity(result: Sensitivity) -> list[Markup]:
         _matrix("d end / d start", result.matrix, result.rows, result.columns),
         *notes(result.notes),
     ]
+
+
+def branches(result: Branches) -> list[Markup]:
+    """Return the postures in which an arm has a pose."""
+    return [head(result.scene.name, "postures at a pose"), shown(result.table), *notes(result.notes)]
 
 
 def gait(result: Gait) -> list[Markup]:

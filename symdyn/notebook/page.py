@@ -168,6 +168,7 @@ NOUNS = {
     "symdyn.linear.plots:Answer": "mechanisms:linear_answer",
     "symdyn.program.routine:Program": "mechanisms:program",
     "symdyn.scene.values.model:Scene": "mechanisms:scene",
+    "symdyn.simulation.arm_branches:Branches": "mechanisms:branches",
     "symdyn.simulation.variations:Sensitivity": "mechanisms:sensitivity",
     "symdyn.simulation.gait:Gait": "mechanisms:gait",
     "symdyn.simulation.equations.controller:Feedback": "runs:feedback",

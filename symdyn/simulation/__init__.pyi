@@ -1,5 +1,6 @@
 """Names that `symdyn.simulation` offers; each is imported when it is first used."""
 
+from .arm_branches import Branches as Branches, inverse_kinematics as inverse_kinematics
 from .columns import axes_of as axes_of, read_output as read_output
 from .ensemble_task import RunBlock as RunBlock
 from .equations.compiled_routines import compiled_entries as compiled_entries, opened as opened, points as points
@@ -20,6 +21,7 @@ from .prescribed.forces import Forces as Forces, read_forces as read_forces, rea
 from .prescribed.point_path import read_path as read_path
 from .problem import Problem as Problem, Run as Run
 from .read_ensemble import read_task as read_task
+from .serial_arm import arm_of as arm_of
 from .timed_runs import TimedRuns as TimedRuns
 from .trajectory import Trajectory as Trajectory
 from .variations import Sensitivity as Sensitivity, sensitivity as sensitivity

@@ -29,6 +29,7 @@ from symdyn.errors import SimulateError, quoted
 from symdyn.scene import Scene, SceneLike
 from symdyn.scene.values import Faults, spell, velocity_name
 from symdyn.simulation.along_path import along
+from symdyn.simulation.arm_branches import branches_of
 from symdyn.simulation.columns import apart, axes_of
 from symdyn.simulation.equations.compiled_routines import opened
 from symdyn.simulation.equations.monitors import SLACK
@@ -69,6 +70,7 @@ def inverse(
     forces: Forces | Entries = (),
     until: float | None = None,
     every: float | None = None,
+    branch: int | None = None,
 ) -> Trajectory:
     """Return the driving forces, and on request all joint reactions, of a prescribed motion.
 
@@ -95,6 +97,7 @@ def inverse(
         forces: of inputs what is given, as "u=12*sin(t)", or a .toml or .csv file; nothing takes the motion's table.
         until: time of the end, s, in place of times.
         every: seconds between samples then; None for 200 of them.
+        branch: number of the posture, of those in closed form, that the path of a pose begins with; 1 is next to start.
 
     Raises:
         SimulateError: with every fault, one line each; and where there is not even a first row.
@@ -112,8 +115,13 @@ def inverse(
     finer = FINER if scene.states and functions.follows else 1
     if finer > 1:
         t = np.interp(np.arange(finer * (len(t) - 1) + 1) / finer, np.arange(len(t)), t)
-    laws = _laws(scene, motion, Start.guess(scene, problem.start), forces)
-    found = _moved(problem, functions, motion, laws, forces, t, path)
+    guess = Start.guess(scene, problem.start)
+    laws = _laws(scene, motion, guess, forces)
+    lawful = [name for name in laws if name in motion.laws or name in _own(scene, forces)]
+    if branch is not None:
+        held = {name: float(laws[name](t[:1])[0][0]) for name in lawful}
+        guess = branches_of(scene, path, held, guess, float(t[0])).chosen(branch)
+    found = _moved(scene, functions, motion, laws, lawful, t, path, guess)
     q, u, a, stopped, notes = found.q, found.u, found.a, found.stopped, [*found.notes]
     columns = {"path_error" if path.points else "loop_error": found.off} if functions.holds else {}
     over_time, words = _over_time(problem, functions, laws, forces, t[: len(q)], q, u, a)
@@ -203,26 +211,25 @@ def _texts(entries: object) -> list[str]:
 
 
 def _moved(
-    problem: Problem,
+    scene: Scene,
     functions: InverseFunctions,
     motion: SceneMotion,
     laws: Mapping[str, Law],
-    forces: Forces,
+    given: list[str],
     t: Array,
     path: ScenePath,
+    guess: Array,
 ) -> Followed:
     """Return the motion that laws give, and what follows from them; SimulateError where there is not even a start."""
-    scene = problem.scene
     q, rate, second = (np.stack(parts, axis=-1) for parts in zip(*(law(t) for law in laws.values()), strict=True))
     finite = np.isfinite(q) & np.isfinite(rate) & np.isfinite(second)
     if not finite.all():
         row, column = (int(one) for one in np.argwhere(~finite)[0])
         name = scene.coordinates[column]
         raise SimulateError(f"motion: {name}: {laws[name].text} has no finite value or derivative at t = {t[row]:g} s")
-    free = [name for name in scene.coordinates if name not in motion.laws and name not in _own(scene, forces)]
+    free = [name for name in scene.coordinates if name not in given]
     if functions.follows:
-        given = [name for name in laws if name not in free]
-        return _followed(scene, functions, motion, laws, given, t, path, Start.guess(scene, problem.start))
+        return _followed(scene, functions, motion, laws, given, t, path, guess)
     no_equations(opened(scene).numbers(), q[0])
     notes = (f"no law is given for {', '.join(free)}: at rest",) if free else ()
     return Followed(q, *_velocities(scene, functions, motion, t, q, rate, second), np.zeros(0), notes, END)
