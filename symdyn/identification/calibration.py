@@ -337,7 +337,7 @@ def _searched(model: GeometricModel, poses: Poses, free: Sequence[int], outliers
         scatter = float(np.linalg.norm(left)) / np.sqrt(max(1, count - len(kept)))
         weighted = J[used][:, seen].reshape(count, -1) / max(scatter, 1e-15)
         more = _more(model, weighted, free, kept)
-        kept += more
+        kept = sorted([*kept, *more])
         if not kept:
             raise IdentifyError(
                 f"{model.scene.name}: these poses of {name} tell none of {listed(model.names[k] for k in free[:9])}; "
@@ -348,8 +348,7 @@ def _searched(model: GeometricModel, poses: Poses, free: Sequence[int], outliers
                 f"{model.scene.name}: {int(used.sum())} poses give {count} numbers, too few for {len(free)} parameters; "
                 f"measure at least {len(free) // int(seen.sum()) + 2}, some fifty are better, or name fewer parameters"
             )
-        values, regression = _fitted(model, poses, values, kept, used)
-        missed, J = poses.rows(model, values)
+        values, regression, (missed, J) = _fitted(model, poses, values, kept, used, (missed, J))
         size = np.hstack([poses.p, np.ones_like(poses.p)])
         out = far(missed[:, seen], np.repeat(used[:, None], seen.sum(), axis=1), size[:, seen]).any(axis=1) & outliers
         used = used & ~out
@@ -365,14 +364,14 @@ def _searched(model: GeometricModel, poses: Poses, free: Sequence[int], outliers
 
 
 def _fitted(
-    model: GeometricModel, poses: Poses, values: Array, kept: list[int], used: Flags
-) -> tuple[Array, Regression]:
-    """Return the values that fit best, by Gauss and Newton's search, and its last regression.
+    model: GeometricModel, poses: Poses, values: Array, kept: list[int], used: Flags, there: tuple[Array, Array]
+) -> tuple[Array, Regression, tuple[Array, Array]]:
+    """Return the values that fit best, by Gauss and Newton's search, its last regression, and the rows there.
 
     Raises:
         IdentifyError: it does not end.
     """
-    missed, J = poses.rows(model, values)
+    missed, J = there
     kind = np.tile(np.repeat([0, 1], 3)[poses.seen], int(used.sum()))
     for _ in range(STEPS):
         Y, left = J[used][:, poses.seen][:, :, kept].reshape(-1, len(kept)), missed[used][:, poses.seen].ravel()
@@ -390,7 +389,7 @@ def _fitted(
             step = step / 2
         values = trial
         if small or np.abs(step).max() < 1e-14:
-            return values, found
+            return values, found, (missed, J)
     raise _astray(model)
 
 

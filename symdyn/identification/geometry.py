@@ -12,7 +12,7 @@ Reference: Hollerbach, Khalil and Gautier, Model Identification, Springer Handbo
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
@@ -118,7 +118,7 @@ class GeometricModel:
         values: where they stand in the scene, shape (p,).
         coordinates: those that move the point.
         symbols: of the parameters.
-        entries: the pose, p and R, and its derivatives by them.
+        entries, order: the pose, p and R, and its derivatives by them, and all nodes of these.
         rest: values of other parameters.
     """
 
@@ -131,6 +131,7 @@ class GeometricModel:
     coordinates: tuple[str, ...]
     symbols: tuple[Expr, ...]
     entries: tuple[Expr, ...]
+    order: Sequence[Expr]
     rest: Mapping[Expr, float]
 
     @classmethod
@@ -165,7 +166,7 @@ class GeometricModel:
         values = np.array([free.values.get(one, 0.0) for one in own] + [0.0] * len(steps))
         entries = (*pose, *(slope for entry in pose for slope in gradient(entry, symbols)))
         rest = {graph.symbol(one): value for one, value in free.values.items() if one not in names}
-        return cls(scene, point, steps, names, units, values, coordinates, symbols, entries, rest)
+        return cls(scene, point, steps, names, units, values, coordinates, symbols, entries, reachable(entries), rest)
 
     def at(self, values: Array, q: Array) -> tuple[Array, Array, Array]:
         """Return where the point is, and how that changes with parameters.
@@ -181,7 +182,7 @@ class GeometricModel:
         graph, count = self.symbols[0].graph, len(self.names)
         state = {graph.symbol(name): q[:, k] for k, name in enumerate(self.coordinates)}
         known = {**self.rest, **dict(zip(self.symbols, map(float, values), strict=True)), **state}
-        found = evaluate(self.entries, Batches(), known)
+        found = evaluate(self.entries, Batches(), known, order=self.order)
         every = np.stack([np.broadcast_to(np.asarray(one, dtype=np.float64), len(q)) for one in found], axis=-1)
         R, slopes = every[:, 3:12].reshape(-1, 3, 3), every[:, 12:].reshape(len(q), 12, count)
         turn = np.einsum("nijp,nkj->nikp", slopes[:, 3:].reshape(-1, 3, 3, count), R)

@@ -98,13 +98,13 @@ def not_identifiable(
         names = tuple(regression.names[k] for k in part)
         along = np.zeros(len(row))
         along[part] = row[part] / regression.scale[part]
-        formula = formula(along[part], names)
+        written = formula(along[part], names)
         if np.linalg.norm(generic @ along) < STRUCTURE * np.linalg.norm(size * along):
             why, helps = NEVER, "leave a term out, or know one of them"
             if part[0] >= first_gain:
                 drive = model.drives[list(shown)[part[0] - first_gain]]
                 why, helps = UNFELT, f"{WEIGH}, as in {argument('units', {drive: '0.12*A'})}"
-            found.append(NotIdentifiable(formula, why, helps, names))
+            found.append(NotIdentifiable(written, why, helps, names))
             continue
         joints = [j for j in range(generic.shape[1]) if np.abs(generic[:, j] @ along).max() > 1e-9]
         reasons = [lacking[j] for j in joints if j in lacking]
@@ -113,7 +113,7 @@ def not_identifiable(
         if not why and regression.felt(row):
             why = f"noise of the positions hides it in a band of {fitted.motions[0].band:.3g} Hz"
             helps = f"a narrower band, less noise or {richer(model.scene)}"
-        found.append(NotIdentifiable(formula, why, helps or richer(model.scene), names))
+        found.append(NotIdentifiable(written, why, helps or richer(model.scene), names))
     return tuple(found)
 
 
