@@ -6,7 +6,7 @@ Poses have noise of 0.1 mm, and turns of 0.2 mrad where they are measured; what 
 the scene, the rest is off by some 2 mm and 2 mrad. Seeds are 0, 1, 2, ... and none is picked. Counted is for how many
 parameters of all seeds the 95 % interval holds the true value, the least and the most of one parameter; without noise
 how far estimates are off; and how long one takes. `--figaroh` names the Python of an environment with
-`pip install figaroh==1.0.2`, which is given the file of the PUMA and positions of one seed.
+`pip install figaroh==1.0.2`, which is given the file of arm7 and positions of one seed.
 """
 
 from __future__ import annotations
@@ -64,17 +64,17 @@ def one(scene: Scene, point: str, asked: Any, seed: int, count: int, turned: boo
 
 
 def figaroh(python: str, count: int) -> None:
-    """Calibrate the zeros of the PUMA by FIGAROH and here, from the same positions."""
-    scene = symdyn.example("puma560")
-    model, rng = GeometricModel.of(scene, "link6"), np.random.default_rng(0)
-    q, truth = rng.uniform(-1.5, 1.5, (count, 6)), model.values.copy()
-    offsets = [f"q{k}_offset" for k in range(2, 6)]
+    """Calibrate the zeros of arm7 by FIGAROH and here, from the same positions."""
+    scene = symdyn.example("arm7")
+    model, rng = GeometricModel.of(scene, "link7"), np.random.default_rng(0)
+    q, truth = rng.uniform(-1.5, 1.5, (count, 7)), model.values.copy()
+    offsets = [f"q{k}_offset" for k in range(1, 7)]
     truth[[model.names.index(name) for name in offsets]] = SIZE * rng.standard_normal(len(offsets))
     log = poses(model, truth, q, 1.0, rng, False)
-    found = symdyn.calibrate(scene, log, "link6", offsets)
+    found = symdyn.calibrate(scene, log, "link7", offsets)
     with TemporaryDirectory() as folder:
         at = Path(folder)
-        (at / "puma.urdf").write_text(write_text(scene, "urdf", lossy=True).text)
+        (at / "arm.urdf").write_text(write_text(scene, "urdf", lossy=True).text)
         (at / "poses.json").write_text(json.dumps({"q": q.tolist(), "p": np.stack([log[k] for k in "xyz"]).T.tolist()}))
         told = subprocess.run(
             [python, str(Path(__file__).with_name("figaroh_calibration.py")), folder],
@@ -85,7 +85,7 @@ def figaroh(python: str, count: int) -> None:
     if told.returncode:
         sys.exit(told.stderr[-2000:])
     other = json.loads(told.stdout.splitlines()[-1])
-    print("zeros of the PUMA, rad:  truth, here ± standard error, FIGAROH ± its standard deviation")
+    print("zeros of the joints of arm7, rad:  truth, here ± standard error, FIGAROH ± its standard deviation")
     for name, error in zip(found.names, found.errors, strict=True):
         there = other[f"offsetRZ_joint{name[1]}"]
         print(f"  {name} {truth[model.names.index(name)]:.7f}  {found[name]:.7f} ± {error:.1e}  {there[0]:.7f} ± {there[1]:.1e}")
