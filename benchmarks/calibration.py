@@ -88,7 +88,10 @@ def figaroh(python: str, count: int) -> None:
     print("zeros of the joints of arm7, rad:  truth, here ± standard error, FIGAROH ± its standard deviation")
     for name, error in zip(found.names, found.errors, strict=True):
         there = other[f"offsetRZ_joint{name[1]}"]
-        print(f"  {name} {truth[model.names.index(name)]:.7f}  {found[name]:.7f} ± {error:.1e}  {there[0]:.7f} ± {there[1]:.1e}")
+        print(
+            f"  {name} {truth[model.names.index(name)]:.7f}  {found[name]:.7f} ± {error:.1e}  "
+            f"{there[0]:.7f} ± {there[1]:.1e}"
+        )
 
 
 def main() -> None:

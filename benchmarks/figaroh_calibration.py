@@ -40,7 +40,7 @@ def main(folder: Path) -> None:
     with data.open("w", newline="") as file:
         rows = csv.writer(file)
         rows.writerow(["x1", "y1", "z1", *joints])
-        rows.writerows([*p, *q] for p, q in zip(said["p"], said["q"]))
+        rows.writerows([*p, *q] for p, q in zip(said["p"], said["q"], strict=True))
     config = folder / "config.yaml"
     config.write_text(CONFIG.format(joints=", ".join(joints), data=data, count=len(said["q"])))
 
@@ -60,11 +60,10 @@ def main(folder: Path) -> None:
     made = Arm(Robot(), str(config))
     made.calib_config |= {"known_baseframe": True, "known_tipframe": True}
     made.initialize()
-    found = made.solve(plotting=False, enable_logging=False)
+    made.solve(plotting=False, enable_logging=False)
     made.calc_stddev(made.LM_result)
     names = made.calib_config["param_name"]
-    print(json.dumps({n: (float(x), float(s)) for n, x, s in zip(names, made.LM_result.x, made.std_dev)}))
-    del found
+    print(json.dumps({n: (float(x), float(s)) for n, x, s in zip(names, made.LM_result.x, made.std_dev, strict=True)}))
 
 
 if __name__ == "__main__":

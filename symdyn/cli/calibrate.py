@@ -11,8 +11,7 @@ from symdyn.cli.talk import Waiting, answer, print_table, print_text, say, wrote
 from symdyn.cli.trajectory_options import pairs
 from symdyn.emit import write
 from symdyn.errors import IdentifyError, SimulateError
-from symdyn.identification import Calibration, Identified, calibrate
-from symdyn.identification.report import written
+from symdyn.identification import Calibration, calibrate
 from symdyn.rounding import finite, in_digits
 from symdyn.simulation import CHECKS
 
@@ -42,7 +41,7 @@ def run(options: argparse.Namespace) -> int:
 def _text(found: Calibration, format: str, command: str) -> str:
     if format == "csv":
         return found.tables[0].csv()
-    made = written(Identified(found.calibrated, {}, None, None, ()), format, [f"calibrated by: {command}"])
+    made = found.text(format, [f"calibrated by: {command}"])
     for line in made.lost:
         say(f"symdyn: left out: {line}")
     return made.text

@@ -27,9 +27,11 @@ from symdyn.errors import IdentifyError, UnknownNameError, choice, listed
 from symdyn.identification.filtered import Flags
 from symdyn.identification.geometry import GeometricModel, read_poses
 from symdyn.identification.identification import NEVER, STRUCTURE, NotIdentifiable, formula
+from symdyn.identification.identified_scene import Identified
 from symdyn.identification.regression import Regression, Rows, far, solve
+from symdyn.identification.report import written
 from symdyn.identification.report_sections import SURE, figure, sure
-from symdyn.scene import Scene, SceneLike, scene_of
+from symdyn.scene import Scene, SceneLike, Written, scene_of
 from symdyn.shown import Shown
 from symdyn.simulation import write_picture
 from symdyn.table import Table
@@ -102,6 +104,11 @@ class Calibration(Shown):
     def calibrated(self) -> Scene:
         """The scene with them: its own parameters have other values, joints and the point other placements."""
         return self.model.written(dict(zip(self.names, self.after.tolist(), strict=True)))
+
+    def text(self, format: str, about: Sequence[str] = ()) -> Written:
+        """Return the calibrated scene as a key of the table of formats, "toml" or "urdf", with comments on top."""
+        check_arguments(Calibration.text, locals(), IdentifyError)
+        return written(Identified(self.calibrated, {}, None, None, ()), format, about)
 
     @property
     def outliers(self) -> tuple[int, ...]:
@@ -294,7 +301,9 @@ def _asked(model: GeometricModel, poses: Poses, parameters: str | Sequence[str] 
         hits = [names.index(name) for name in moving if fnmatchcase(name, pattern)]
         there = pattern in (*names, *(one.name for one in model.scene.parameters))
         if not hits:
-            why = f"{pattern} does not move {model.point.name} as it was measured" if there else f"there is no {pattern}"
+            why = (
+                f"{pattern} does not move {model.point.name} as it was measured" if there else f"there is no {pattern}"
+            )
             faults.append(f"parameters: {why}; {choice(pattern, moving)}")
         found |= dict.fromkeys(hits)
     if faults:
@@ -345,8 +354,8 @@ def _searched(model: GeometricModel, poses: Poses, free: Sequence[int], outliers
             )
         if count <= len(kept):
             raise IdentifyError(
-                f"{model.scene.name}: {int(used.sum())} poses give {count} numbers, too few for {len(free)} parameters; "
-                f"measure at least {len(free) // int(seen.sum()) + 2}, some fifty are better, or name fewer parameters"
+                f"{model.scene.name}: {int(used.sum())} poses give {count} numbers, too few for {len(free)} "
+                f"parameters; measure at least {len(free) // int(seen.sum()) + 2}, some fifty are better, or name fewer"
             )
         values, regression, (missed, J) = _fitted(model, poses, values, kept, used, (missed, J))
         size = np.hstack([poses.p, np.ones_like(poses.p)])
@@ -396,14 +405,12 @@ def _fitted(
 def _astray(model: GeometricModel) -> IdentifyError:
     units = argument("units", {"q*": "deg", "x": "mm"})
     return IdentifyError(
-        f"{model.scene.name}: no parameters near the scene's fit these poses; are columns in SI with radians ({units} gives "
-        f"others), and is it {model.point.name} that was measured, in the ground frame?"
+        f"{model.scene.name}: no parameters near the scene's fit these poses; are columns in SI with radians ({units} "
+        f"gives others), and is it {model.point.name} that was measured, in the ground frame?"
     )
 
 
-def _tied(
-    model: GeometricModel, weighted: Array, generic: Sequence[Array], k: int, kept: list[int]
-) -> NotIdentifiable:
+def _tied(model: GeometricModel, weighted: Array, generic: Sequence[Array], k: int, kept: list[int]) -> NotIdentifiable:
     """Return what a parameter that keeps its value cannot be told from; generic derivatives: measured ones, and all."""
     shared = np.linalg.lstsq(weighted[:, kept], weighted[:, k], rcond=None)[0]
     same = [np.linalg.norm(G[..., k] - G[..., kept] @ shared) < SAME * np.linalg.norm(G[..., k]) for G in generic]

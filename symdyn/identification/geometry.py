@@ -1,4 +1,4 @@
-"""Where a point of a scene is, over what its geometry is made of: the model of `calibrate`, and the poses it is held to.
+"""Where a point of a scene is, over what its geometry is made of: the model of `calibrate`, and poses as measured.
 
     pose of the point = origin_1 · D_1 · motion(q_1) · tip_1 · origin_2 · D_2 · ... · at · D
     D = Tx Ty Tz Rx Ry Rz       small corrections of the frame before a joint, and of the point, zero in the scene
@@ -21,19 +21,20 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from symdyn.algebra import Array, Batches
-from symdyn.dynamics.mechanism.state import body_placements
+from symdyn.dynamics.mechanism import body_placements
 from symdyn.errors import IdentifyError, SimulateError, choice, listed, nearest
 from symdyn.graph import Expr, Graph, Op, evaluate, gradient, reachable
 from symdyn.identification.identified_scene import DIGITS, with_parameters
 from symdyn.identification.log import in_si
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.values import Faults, Joint, Point, Pose
-from symdyn.scene.values.body import ELEMENTARY
 from symdyn.simulation import opened
-from symdyn.simulation.prescribed import Columns
-from symdyn.simulation.prescribed.formulas_in_time import columns_of
+from symdyn.simulation.prescribed import Columns, read_entries
 
 AXES = ("x", "y", "z")
+
+ELEMENTARY = ("Tx", "Ty", "Tz", "Rx", "Ry", "Rz")
+"""Steps of a placement that a correction may be."""
 
 OFFSETS = {"revolute": "R", "prismatic": "T"}
 """Types of joints whose coordinate has a zero along one axis, and the step that it is."""
@@ -176,8 +177,8 @@ class GeometricModel:
             q: of `coordinates`, shape (N, n); rad or m.
 
         Returns:
-            Positions, shape (N, 3), m, and orientations, shape (N, 3, 3), of the point in the ground frame; derivatives,
-            shape (N, 6, p), of the position, and of small turns about the axes of the ground, rad.
+            Positions, shape (N, 3), m, and orientations, shape (N, 3, 3), of the point in the ground frame; and their
+            derivatives, shape (N, 6, p): of the position, and of small turns about the axes of the ground, rad.
         """
         graph, count = self.symbols[0].graph, len(self.names)
         state = {graph.symbol(name): q[:, k] for k, name in enumerate(self.coordinates)}
@@ -221,7 +222,10 @@ def read_poses(model: GeometricModel, data: Any, units: Mapping[str, str]) -> tu
             table = Columns.read(Path(data), (*model.coordinates, *plain), timed=False)
         elif hasattr(data, "keys"):
             arrays = {name: data[name] for name in data.keys() if name in (*model.coordinates, *plain)}  # noqa: SIM118
-            table = columns_of("data", np.arange(len(next(iter(arrays.values()), ()))), arrays)
+            times = np.arange(len(next(iter(arrays.values()), ())))
+            found = read_entries({"t": times, **arrays}, "data", faults).tables
+            faults.close(IdentifyError)
+            table = found[0] if found else Columns("data", times.astype(np.float64), {})
         else:
             raise IdentifyError(f"data: {type(data).__name__} holds no poses; give a CSV file or arrays by name")
     except SimulateError as error:

@@ -181,11 +181,7 @@ class Regression:
         return max(1.0, float(left.min())) if len(left) else 1.0
 
     def interval(self, level: float = 0.95) -> Array:
-        """Return the interval of each parameter that holds its value with this probability, shape (p, 2).
-
-        Raises:
-            IdentifyError: a level that is not between 0 and 1.
-        """
+        """Return the interval of each parameter that holds its value with this probability, shape (p, 2)."""
         from scipy.stats import t
 
         if not 0 < level < 1:
