@@ -22,7 +22,7 @@ from .draw import animation as animation, film as film, picture as picture
 from .dynamics import closed_form as closed_form
 from .emit.print import equations as equations
 from .errors import SymdynError as SymdynError
-from .identification import identify as identify
+from .identification import calibrate as calibrate, identify as identify
 from .linear import linearize as linearize
 from .runtime import lambdify as lambdify, load as load
 from .scene import Scene as Scene, example as example, read as read

@@ -60,6 +60,7 @@ DOORS: dict[str, list[dict[str, Any]]] = {
     "SymdynError": [{}],
     "Problem": [{}],
     "animation": [{"times": T, "positions": [[0, 0], [0, 0.1]]}],
+    "calibrate": [{"data": {"x": [0.0, 0.1, 0.2], "theta": [0.0, 0.1, 0.3], "tip.y": [0.0, 0.1, 0.2]}, "point": "tip"}],
     "certify": [{"outputs": ["mass_matrix"], "targets": ["numpy"]}],
     "closed_form": [{}],
     "collocation": [{"until": 1, "intervals": 2}],

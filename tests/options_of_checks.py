@@ -7,6 +7,7 @@ from options_tried import BAR, CART, OPTIONS, ROD, TWO, Verb, read
 TALK = ("--json", "--quiet", "--digits")
 
 LOG = f"{OPTIONS}/log.csv"
+POSES = f"{OPTIONS}/poses.csv"
 FILES = f"generate {CART} -o out --functions mass_matrix"
 
 CHECKED: dict[str, Verb] = {
@@ -77,6 +78,23 @@ CHECKED: dict[str, Verb] = {
             "--seed": f"5 | {ROD} --excite --terms 2",
             "--every": f"0.1 | {ROD} --excite --terms 2",
             "--plot": f"run.svg | {ROD} --excite --terms 2",
+            "--json": "",
+            "--digits": "2",
+        },
+        (f"convert {CART} there.toml",),
+    ),
+    "calibrate": Verb(
+        f"{CART} {POSES}",
+        {
+            **read("--point rod -o found.toml", files=POSES),
+            "--bind": "l=0.7",
+            "--point": "pole",
+            "--parameters": "l,tip.x",
+            "--units": "x=mm",
+            "--keep-outliers": "",
+            "--output": "found.csv",
+            "--force": "| -o there.toml",
+            "--plot": "run.svg",
             "--json": "",
             "--digits": "2",
         },

@@ -22,7 +22,7 @@ MEANT = {
     "kinematic loop": "scenes", "variable mass": "scenes", "URDF": "robots", "LaTeX": "equations",
     "SymPy": "equations", "C code": "c",
     "MATLAB": "matlab", "Simulink": "from-simulink", "FMU": "fmu", "CasADi": "notebooks/casadi", "JAX": "jax-torch",
-    "identification": "identify", "Monte Carlo": "sweeps", "sensitivity": "simulate",
+    "identification": "identify", "calibration": "identify", "Monte Carlo": "sweeps", "sensitivity": "simulate",
     "limit cycle": "simulate", "gait": "simulate", "Poincaré map": "simulate", "Floquet": "simulate",
     "animation": "pictures",
     "friction": "scenes", "spring": "scenes", "quaternion": "scenes", "LQR": "control", "Kalman": "control",

@@ -37,6 +37,7 @@ CALLS: dict[str, dict[str, Any]] = {
     "uncertainty": {"scene": CART, "over": {"mc": 0.01}, "motion": "x=t,theta=0", "times": T},
     "linearize": {"scene": CART},
     "identify": {"scene": CART, "data": {}},
+    "calibrate": {"scene": CART, "data": {"x": T, "theta": T, "tip.y": T}, "point": "tip"},
     "output_error": {"scene": CART, "data": {"t": [0, 0.1, 0.2], "x": [0, 0, 0]}, "parameters": "mc"},
     "excite": {"scene": CART, "box": {"x": (-1, 1)}, "terms": 1, "starts": 1},
     "collocation": {"scene": CART, "until": 1, "intervals": 2},

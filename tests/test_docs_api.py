@@ -17,8 +17,8 @@ from symdyn import identification, linear, simulation, study, transcription
 LISTED = {name: one for names in catalogue().values() for name in names if (one := object_of(name))}
 
 IDENTIFICATION = {
-    "Excitation", "Gain", "Identification", "Identified", "OutputFit", "Payload", "Regression",
-    "excite", "identified", "identify", "output_error", "with_parameters",
+    "Calibration", "Excitation", "Gain", "Identification", "Identified", "OutputFit", "Payload", "Regression",
+    "calibrate", "excite", "identified", "identify", "output_error", "with_parameters",
 }  # fmt: skip
 NAMES: dict[ModuleType, set[str]] = {
     symdyn: {name for name in offered("symdyn") if not name.endswith("Error")},

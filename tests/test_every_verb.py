@@ -27,6 +27,7 @@ WORDS = {  # verb: command lines behind the scene, each with its exit status
         ("--until 0.1 --bind F=1 --motion run.csv", 0),
     ],
     "identify": [("run.csv --bind F=1 -o page.html -o found.toml", 0), ("--bind F=1", 1)],
+    "calibrate": [("run.csv --bind F=1", 1)],  # a run has no poses
     "sweep": [("--bind F=1 --until 0.02 --over swing_dot=[0,1] --measure max(abs(swing))", 0)],
     "gait": [("--bind F=1 --section swing --until 1", 1)],  # it starts beyond, or does not return
     "linearize": [("--bind F=1", 1), ("--bind F=1 --anywhere", 0), ("--bind F=1 --anywhere --json", 0)],  # it moves

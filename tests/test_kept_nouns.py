@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import symdyn
@@ -33,6 +34,8 @@ def kept() -> dict[str, Any]:
     found["closed"] = symdyn.closed_form(scene)
     found["sensitivity"] = symdyn.sensitivity(scene, until=0.1)
     found["gait"] = symdyn.gait(symdyn.example("pendulum"), section="q1", start="q1=0.3")
+    q = np.linspace(0, 1, 9)
+    found["calibration"] = symdyn.calibrate(scene, {"x": q, "theta": q * q, "tip.y": np.cos(q * q)}, "tip")
     found["linear"] = symdyn.linearize(scene)
     found["certificate"] = Certificate("cart_pole", Fields(1, (7,), 1), (), (), ())
     found["collocation"] = symdyn.collocation(scene, until=1, cost="F**2", intervals=4)

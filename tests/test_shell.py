@@ -48,6 +48,11 @@ LINES = {  # what a verb is asked, its exit status, what its result must hold
         0,
         lambda told: 1 <= told["condition"] < 10,
     ),
+    "calibrate": (
+        ["calibrate", PENDULUM, str(EXAMPLES.parent / "tests" / "data" / "poses.csv")],
+        0,
+        lambda told: abs(told["parameters"][0]["after"] - 0.51) < 1e-6,
+    ),
     "gait": (["gait", PENDULUM, "--period", "1"], 0, lambda told: told["period"] == 1.0 and told["stable"]),
     "linearize": (["linearize", PENDULUM], 0, lambda told: told["kind"] == "rest"),
     "bench": (

@@ -27,7 +27,7 @@ SCENE_WORDS = (
 
 IDENTIFICATION = (
     "Regression", "Payload", "Gain", "identified", "Identified", "with_parameters", "report.report", "output_error",
-    "OutputFit", "excite", "Excitation",
+    "OutputFit", "excite", "Excitation", "Calibration",
 )  # fmt: skip
 
 

@@ -32,6 +32,7 @@ VERBS = {
     "gait": "a periodic motion, its period and Floquet multipliers",
     "linearize": "A, B, C, D, modes and stability about an operating point",
     "identify": "tell parameters from measured motion",
+    "calibrate": "tell lengths, angles and zeros of joints from measured poses",
     "bench": "measure run time against error",
     "stress": "hard cases for the numerics",
     "info": "show the mechanism and what its functions cost",

@@ -80,7 +80,7 @@ MADE = frozenset((".html", ".toml", ".urdf"))
 """Endings of files that tell of the identified scene."""
 
 
-def check_files(options: argparse.Namespace) -> None:
+def check_files(options: argparse.Namespace, endings: Sequence[str] = ()) -> None:
     """Raise before the work begins what could not be written after it.
 
     Raises:
@@ -90,13 +90,14 @@ def check_files(options: argparse.Namespace) -> None:
     for name in options.output:
         path = Path(name)
         kind = FILES.get(path.suffix.lower())
-        if kind is None:
-            faults.append(f"{path}: -o writes {', '.join(FILES)} files")
+        if kind is None or path.suffix.lower() not in (endings or FILES):
+            faults.append(f"{path}: -o writes {', '.join(endings or FILES)} files")
         elif kind.scene and path.exists() and not options.force:
             faults.append(f"{path} exists; give another name, or --force to overwrite it")
-    if options.total_mass is not None and not 0 < options.total_mass < float("inf"):
-        faults.append(f"--total-mass: {options.total_mass:g} is no mass; give one above zero, kg")
-    if options.total_mass is not None and not {Path(name).suffix.lower() for name in options.output} & MADE:
+    total = getattr(options, "total_mass", None)
+    if total is not None and not 0 < options.total_mass < float("inf"):
+        faults.append(f"--total-mass: {total:g} is no mass; give one above zero, kg")
+    if total is not None and not {Path(name).suffix.lower() for name in options.output} & MADE:
         faults.append("--total-mass: is of the identified scene; give a file for it, such as -o identified.toml")
     if faults:
         raise IdentifyError(faults)

@@ -1,5 +1,6 @@
 """Names that `symdyn.identification` offers; each is imported when it is first used."""
 
+from .calibration import Calibration as Calibration, calibrate as calibrate
 from .excitation import Excitation as Excitation
 from .exciting_motion import excite as excite
 from .gains import Gain as Gain

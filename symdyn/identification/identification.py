@@ -98,13 +98,13 @@ def not_identifiable(
         names = tuple(regression.names[k] for k in part)
         along = np.zeros(len(row))
         along[part] = row[part] / regression.scale[part]
-        formula = _formula(along[part], names)
+        written = formula(along[part], names)
         if np.linalg.norm(generic @ along) < STRUCTURE * np.linalg.norm(size * along):
             why, helps = NEVER, "leave a term out, or know one of them"
             if part[0] >= first_gain:
                 drive = model.drives[list(shown)[part[0] - first_gain]]
                 why, helps = UNFELT, f"{WEIGH}, as in {argument('units', {drive: '0.12*A'})}"
-            found.append(NotIdentifiable(formula, why, helps, names))
+            found.append(NotIdentifiable(written, why, helps, names))
             continue
         joints = [j for j in range(generic.shape[1]) if np.abs(generic[:, j] @ along).max() > 1e-9]
         reasons = [lacking[j] for j in joints if j in lacking]
@@ -113,7 +113,7 @@ def not_identifiable(
         if not why and regression.felt(row):
             why = f"noise of the positions hides it in a band of {fitted.motions[0].band:.3g} Hz"
             helps = f"a narrower band, less noise or {richer(model.scene)}"
-        found.append(NotIdentifiable(formula, why, helps or richer(model.scene), names))
+        found.append(NotIdentifiable(written, why, helps or richer(model.scene), names))
     return tuple(found)
 
 
@@ -122,7 +122,8 @@ def richer(scene: Scene) -> str:
     return RICHER if fits(scene) else f"{RICHER}, as {argument('excite', True, 'symdyn.identification.excite')} finds"
 
 
-def _formula(coefficients: Array, names: Sequence[str]) -> str:
+def formula(coefficients: Array, names: Sequence[str]) -> str:
+    """Return a combination in words, its largest coefficient one."""
     parts: list[str] = []
     for c, name in list(zip(coefficients / coefficients[np.abs(coefficients).argmax()], names, strict=True))[:MOST]:
         size = f"{abs(c):.3g}"
@@ -270,12 +271,7 @@ class Identification(Shown):
         """
         check_arguments(Identification.interval, locals(), IdentifyError)
         (level,) = native(float, level)
-        if not 0 < level < 1:
-            raise IdentifyError(f"level = {level:g} is no probability; give one between 0 and 1, such as 0.95")
-        from scipy.stats import t
-
-        wide = float(t.ppf(0.5 + level / 2, self.regression.error_dof)) * self.errors
-        return np.stack([self.after - wide, self.after + wide], axis=1)
+        return self.regression.interval(level)
 
     @property
     def tables(self) -> tuple[Table[str], ...]:

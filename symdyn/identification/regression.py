@@ -33,6 +33,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.errors import IdentifyError
 from symdyn.identification.filtered import Flags, Indices
 
 BURIED = 0.25
@@ -178,6 +179,15 @@ class Regression:
         """Degrees of freedom of a standard error: the fewest from which the noise of one velocity was estimated."""
         left = self.shares[self.shares[:, 0] > 0, 1]
         return max(1.0, float(left.min())) if len(left) else 1.0
+
+    def interval(self, level: float = 0.95) -> Array:
+        """Return the interval of each parameter that holds its value with this probability, shape (p, 2)."""
+        from scipy.stats import t
+
+        if not 0 < level < 1:
+            raise IdentifyError(f"level = {level:g} is no probability; give one between 0 and 1, such as 0.95")
+        wide = float(t.ppf(0.5 + level / 2, self.error_dof)) * self.errors
+        return np.stack([self.estimate - wide, self.estimate + wide], axis=1)
 
     def felt(self, direction: Array) -> bool:
         """Whether rows determine a lost direction, in units of `scale`: then noise of the motion hides it."""

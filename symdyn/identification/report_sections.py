@@ -67,7 +67,7 @@ def parameter_table(identification: Identification) -> Table[str]:
     for name, before, after, error, interval, identifiable in list(zip(*columns, strict=True))[:count]:
         more = ("not identifiable", "", "", "", "")
         if identifiable:
-            more = (*_sure(error, interval, after), figure((after - before) / error if error else nan, 2))
+            more = (*sure(error, interval, after), figure((after - before) / error if error else nan, 2))
         rows.append((name, figure(before), figure(after), *more))
     heads = ("parameter", "before", "after", *SURE, "moved, in standard errors")
     return Table(heads, rows, range(1, 8), f"Base parameters of {identification.scene.name}")
@@ -77,7 +77,7 @@ def gain_table(identification: Identification) -> Table[str]:
     """Return the gains of drives; without rows where there are none."""
     intervals = dict(zip(identification.names, identification.interval(), strict=True))
     rows = [
-        (one.drive, one.unit, figure(one.value), *_sure(one.error, intervals[f"gain {one.drive}"], one.value))
+        (one.drive, one.unit, figure(one.value), *sure(one.error, intervals[f"gain {one.drive}"], one.value))
         if isfinite(one.error)
         else (one.drive, one.unit, figure(nan), "not identifiable", "", "", "")
         for one in identification.gains
@@ -89,7 +89,8 @@ SURE = ("standard error", "95 % from", "to", "% of it")
 """How sure an estimate is."""
 
 
-def _sure(error: float, interval: Array, value: float) -> tuple[str, str, str, str]:
+def sure(error: float, interval: Array, value: float) -> tuple[str, str, str, str]:
+    """Return the cells of `SURE`."""
     low, high = interval
     return figure(error, 2), figure(low), figure(high), figure(100 * error / abs(value), 2) if value else ""
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:  # one of these is shown, and its package is there then
     from symdyn.algebra import Array
     from symdyn.dynamics import ClosedForm, Equations, Function
     from symdyn.emit.print import EquationsOfMotion, SympyEquations
-    from symdyn.identification import Identification, Identified, OutputFit
+    from symdyn.identification import Calibration, Identification, Identified, OutputFit
     from symdyn.linear import Formulas, Linearization
     from symdyn.program import Program
     from symdyn.runtime import Loaded, NumericFunction
@@ -149,6 +149,15 @@ def output_fit(result: OutputFit) -> list[Markup]:
         head(result.scene.name, f"parameters by output error, {result.runs} runs"),
         shown(result.table()),
         note(f"residuals: {scatter}; condition number {result.condition:.3g}; {result.dof} degrees of freedom"),
+        *notes(result.notes),
+    ]
+
+
+def calibration(result: Calibration) -> list[Markup]:
+    """Return parameters before and after, how far the point was off, and what is not identifiable."""
+    return [
+        head(result.scene.name, f"calibrated by poses of {result.model.point.name}"),
+        *map(shown, result.tables),
         *notes(result.notes),
     ]
 

@@ -159,6 +159,7 @@ NOUNS = {
     "symdyn.dynamics.outputs.named_functions:Equations": "mechanisms:derived",
     "symdyn.emit.print.equations_text:EquationsOfMotion": "mechanisms:equations_of_motion",
     "symdyn.emit.print.sympy_equations:SympyEquations": "mechanisms:sympy_equations",
+    "symdyn.identification.calibration:Calibration": "mechanisms:calibration",
     "symdyn.identification.identification:Identification": "mechanisms:identification",
     "symdyn.identification.identified_scene:Identified": "mechanisms:identified",
     "symdyn.identification.output_error:OutputFit": "mechanisms:output_fit",

@@ -205,12 +205,13 @@ class Columns:
     curves: Mapping[str, Any] = field(default_factory=dict)
 
     @classmethod
-    def read(cls, path: Path, needed: Collection[str] | None = None) -> Columns:
+    def read(cls, path: Path, needed: Collection[str] | None = None, timed: bool = True) -> Columns:
         """Return the columns of a CSV file.
 
         Args:
             path: of the file.
             needed: columns that have to be numbers; others that are not are left out. None: all have to be.
+            timed: whether rows are of rising times, in the column t; else t numbers them.
 
         Raises:
             SimulateError: with every fault of the file, one line each.
@@ -224,7 +225,7 @@ class Columns:
         except csv.Error as error:
             raise SimulateError(f"{path}: is no CSV: {error}") from None
         names = [cell.strip() for cell in rows[0]] if rows else []
-        if TIME not in names:
+        if timed and TIME not in names:
             faults.add("", f"has no column t; {_first_row(names)}")
         for name in [name for name, count in Counter(names).items() if count > 1][:MOST]:
             faults.add("", f"has the column {name} twice")
@@ -232,9 +233,9 @@ class Columns:
             faults.add("", f"has {counted(max(0, len(rows) - 1), 'row')} of numbers; at least two are needed")
         faults.close(SimulateError)
         try:
-            must = set(names if needed is None else {TIME, *needed})
+            must = set(names if needed is None else {TIME, *needed} if timed else needed)
             table = np.array([_numbers(row, names, k, must, faults) for k, row in enumerate(rows[1:], start=2)])
-            t = table[:, names.index(TIME)]
+            t = table[:, names.index(TIME)] if timed else np.arange(len(table), dtype=np.float64)
             for k in np.nonzero(np.diff(t) <= 0)[0]:
                 faults.add(f"row {k + 3}", f"t = {t[k + 1]:g} does not come after t = {t[k]:g}; sort the rows by time")
         except SceneError as error:  # so many that reading ended
