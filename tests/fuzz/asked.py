@@ -62,7 +62,8 @@ def run(argv: Sequence[str]) -> int:
     assert len(written) < LARGEST, len(written)
     lines = text.split("\n")
     for fault in found.get("faults", ()):
-        assert 1 <= fault["line"] <= len(lines) + 1 and fault["column"] >= 1 and fault["length"] >= 0, fault
+        assert 1 <= fault["line"] <= len(lines) + 1, fault
+        assert min(fault["column"], fault["length"] + 1) >= 1, fault
     for one in texts(found):
         print(one.encode(errors="backslashreplace").decode())
     return int("faults" in found or "refused" in found)
