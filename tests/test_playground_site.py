@@ -211,10 +211,10 @@ def test_a_link_opens_with_its_scene_before_anything_else(address: str) -> None:
         assert page.locator("#equations math").count() > 3
 
 
-@pytest.mark.runs("firefox-esr", "node", "npm")
+@pytest.mark.runs("firefox", "node", "npm")
 def test_firefox_shows_edits_mistakes_and_equations_in_their_column(address: str) -> None:
     script = Path(__file__).parent / "playground_in_firefox.mjs"
-    command = ["node", str(script), str(packages() / "puppeteer-core"), str(path_of("firefox-esr")), address]
+    command = ["node", str(script), str(packages() / "puppeteer-core"), str(path_of("firefox")), address]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=HANG)
 
     assert done.returncode == 0, done.stderr[-2000:]
