@@ -22,6 +22,7 @@ PROGRAMS: Mapping[str, tuple[str, ...]] = {
     "rustc": ("rustc",),
     "node": ("node", "nodejs"),
     "chromium": ("chromium", "chromium-browser", "google-chrome", "chrome"),
+    "firefox": ("firefox-esr", "firefox"),
     "pdflatex": ("pdflatex",),
     "rsvg-convert": ("rsvg-convert",),
     "pdftoppm": ("pdftoppm",),

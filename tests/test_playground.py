@@ -429,7 +429,7 @@ def link(text: bytes) -> str:
 
 BAD_LINKS = {
     "a bomb": (link(b"#" * 10**7), "200 kB"),
-    "too long": ("A" * 20001, "20 kB"),
+    "too long": ("A" * 20001, "20,000 letters"),
     "no UTF-8": (link(b"name = '\xff'"), ""),
     "no letters": ("<script>", ""),
     "not packed": ("AAAA", ""),

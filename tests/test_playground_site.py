@@ -8,6 +8,8 @@ import subprocess
 import sys
 import threading
 import time
+import zlib
+from base64 import urlsafe_b64encode
 from collections.abc import Iterator
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
@@ -16,7 +18,9 @@ from typing import Any
 
 import pytest
 from browser import chromium, window
+from npm_packages import packages
 from patience import HANG
+from programs import path_of
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "docs" / "site" / "playground"))
 
@@ -170,3 +174,48 @@ def test_the_page_shows_an_example_at_once_then_whatever_is_written_and_needs_no
         edited(page, text.replace('"-h2"', '"-3*h2"'))
         assert page.locator("#equations math").count() > 3
     assert not said
+
+
+AXE = """async () => (await axe.run(document)).violations.map(one => [one.id, one.nodes.map(node => node.html)])"""
+
+
+@pytest.mark.runs("chromium", "npm")
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("width", [1280, 390])
+def test_axe_finds_nothing(address: str, width: int, scheme: str) -> None:
+    axe = (packages() / "axe-core" / "axe.min.js").read_text(encoding="utf-8")
+    with chromium() as browser:
+        page = window(browser, viewport={"width": width, "height": 844}, color_scheme=scheme)
+        page.goto(address)
+        until(page, "document.documentElement.dataset.python")
+        page.evaluate("document.querySelectorAll('details').forEach(one => one.open = true)")
+        until(page, "document.querySelector('#motion iframe') && document.querySelector('#lesson iframe')")
+        edited(page, page.input_value("#text").replace("axis =", "axi =", 1))
+        page.focus("#text")
+        page.keyboard.press("Control+Space")
+        for frame in page.frames:
+            frame.evaluate(axe)
+            assert frame.evaluate(AXE) == []
+
+
+@pytest.mark.runs("chromium")
+def test_a_link_opens_with_its_scene_before_anything_else(address: str) -> None:
+    """What is asked while the worker of Python begins was lost, and the page waited for a minute."""
+    text = (ROOT / "examples" / "cart_pole.toml").read_text(encoding="utf-8").replace('"cart_pole"', '"mine"')
+    packed = zlib.compress(text.encode(), wbits=-15)
+    with chromium() as browser:
+        page = window(browser)
+        page.goto(f"{address}#s={urlsafe_b64encode(packed).decode().rstrip('=')}")
+        until(page, "document.body.dataset.shown", 50)
+        assert page.title() == "mine · symdyn"
+        assert page.locator("#equations math").count() > 3
+
+
+@pytest.mark.runs("firefox", "node", "npm")
+def test_firefox_shows_edits_mistakes_and_equations_in_their_column(address: str) -> None:
+    script = Path(__file__).parent / "playground_in_firefox.mjs"
+    command = ["node", str(script), str(packages() / "puppeteer-core"), str(path_of("firefox")), address]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=HANG)
+
+    assert done.returncode == 0, done.stderr[-2000:]
+    assert json.loads(done.stdout) == {"equations": True, "faults": True, "pulled": True, "wide": 0, "said": []}

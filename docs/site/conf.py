@@ -25,6 +25,7 @@ extensions = [
     "mathml_formulas",
     "shown_docstrings",
     "opened_files",
+    "try_it",
     "api_pages",
     "search_words",
 ]

@@ -383,8 +383,7 @@ def put(labels: Sequence[Label], segments: Array, most: float = DEAREST) -> tupl
     done: list[Put] = []
     for label in labels:
         boxes = np.stack([one.box for one in done], axis=1) if done else np.zeros((len(segments), 0, 2, 2))
-        offset = _best(label, segments, boxes, most)
-        if offset is None:
+        if (offset := _best(label, segments, boxes, most)) is None:
             continue
         done.append(Put(label, offset))
         if done[-1].leader is not None:
@@ -402,7 +401,7 @@ def _best(label: Label, segments: Array, boxes: Array, most: float) -> Array | N
     costs = OUTWARDS * DISTANCE
     if label.away is not None:
         costs = costs + TURNED * (1 - DIRECTIONS @ label.away)
-    best, least = -1, most
+    (begin, end), (best, least) = (np.min(segments, axis=2), np.max(segments, axis=2)), (-1, most)
     order, several = np.argsort(costs, kind="stable"), max(1, min(AT_ONCE, MOMENTS // len(segments)))
     for block in np.split(order, range(several, len(order), several)):
         if costs[block[0]] > least:
@@ -410,7 +409,9 @@ def _best(label: Label, segments: Array, boxes: Array, most: float) -> Array | N
         middles = label.at[:, None] + offsets[block]
         low, high = middles - label.half - ROUGH, middles + label.half + ROUGH
         free = np.logical_not(_overlaps(low, high, boxes))
-        crossed = np.mean(np.sum(crosses(low, high, segments[:, None]), axis=2), axis=0)
+        far = (begin > np.max(high, axis=1, keepdims=True) + 1) | (end < np.min(low, axis=1, keepdims=True) - 1)
+        near = segments[:, np.logical_not(np.all(np.any(far, axis=2), axis=0))]  # most of the work is to cross others
+        crossed = np.mean(np.sum(crosses(low, high, near[:, None]), axis=2), axis=0)
         for k, crossings in zip(block[free].tolist(), crossed[free].tolist(), strict=True):
             cost, led = float(costs[k]) + CROSSING * crossings, Put(label, offsets[k])
             if led.leader is not None and cost <= least:

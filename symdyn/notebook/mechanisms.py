@@ -5,7 +5,7 @@ Equations are shown as they are read, where they are not too long for it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from symdyn.emit.print import BREAK, Printable, latex_symbols, printed_text, value_text
@@ -308,13 +308,13 @@ def latex_of_equations(equations: EquationsOfMotion) -> str:
         return ""
 
 
-def closed_form(result: ClosedForm) -> list[Markup]:
-    """Return the coefficients that do not vanish."""
+def closed_form(result: ClosedForm, printable: Callable[[ClosedForm], Printable] = Printable.of) -> list[Markup]:
+    """Return the coefficients that do not vanish; `printable` may know already what is said of them."""
     first = head(result.scene.name, "coefficients of the equations of motion")
     try:
         if (long := _length(result)) > MOST:
             return [first, note(_too_long(long, ".form() and .sympy() of one coefficient, such as ('k_z', 0, 0),"))]
-        page = Printable.of(result)
+        page = printable(result)
     except SymdynError as fault:
         return [first, note(str(fault))]
     return [first, formulas(_coefficients(page))]

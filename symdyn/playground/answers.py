@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-from symdyn.dynamics import closed_form, derive
+from symdyn.dynamics import derive
 from symdyn.emit import TARGETS, emit
 from symdyn.emit.print import EquationsOfMotion
 from symdyn.errors import EmitError, SceneError, SymdynError, choice, printable
@@ -79,6 +79,11 @@ class Asked:
         """The functions that code has by default."""
         return lower(derive(self.scene))
 
+    @cached_property
+    def equations(self) -> EquationsOfMotion:
+        """The equations of motion, whose coefficients are worked out once."""
+        return EquationsOfMotion(self.scene)
+
     def program_for(self, target: str) -> Program:
         """Return the functions that a target is made of."""
         row = TARGETS[target]
@@ -90,6 +95,14 @@ class Asked:
 
 How = Mapping[str, Any]
 """What else the page says: a language, a target, coordinates that were pulled."""
+
+KINDS: Mapping[str, tuple[type, str]] = {
+    "name": (str, "a text"),
+    "target": (str, "a text"),
+    "language": (str, "a text"),
+    "pulled": (dict, "a table"),
+}
+"""What each of it is, where it is said."""
 
 
 def _scene(asked: Asked, how: How) -> dict[str, Any]:
@@ -110,14 +123,14 @@ def _equations(asked: Asked, how: How) -> dict[str, Any]:
     """Return the equations of motion as HTML, in pieces between which lines may part."""
     from symdyn.notebook import equations_of_motion
 
-    return {"html": _joined(equations_of_motion(EquationsOfMotion(asked.scene))[1:])}
+    return {"html": _joined(equations_of_motion(asked.equations)[1:])}
 
 
 def _coefficients(asked: Asked, how: How) -> dict[str, Any]:
     """Return the coefficients that do not vanish, likewise."""
     from symdyn.notebook import closed_form as shown
 
-    return {"html": _joined(shown(closed_form(asked.scene))[1:])}
+    return {"html": _joined(shown(asked.equations.closed, lambda _: asked.equations.page)[1:])}
 
 
 def _joined(parts: list[Any]) -> str:
@@ -207,6 +220,9 @@ def answer(what: str, text: str, how: How, settings: Settings = Settings()) -> d
     try:
         if len(text) > LONGEST:
             raise SceneError(f"the text has more than {LONGEST} characters; use the command line for it")
+        for key, (kind, called) in KINDS.items():
+            if not isinstance(how.get(key, kind()), kind):
+                raise SymdynError(f"{key} is {called}, not {printable(repr(how[key])[:80])}")
         if what in OF_NO_TEXT:
             return OF_NO_TEXT[what](how)
         if what not in ANSWERS:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any
@@ -23,6 +24,9 @@ LEG = 0.1
 """How far a coordinate of a closed mechanism is pulled at once, rad or m, so that it stays on its branch."""
 
 LEGS = 40
+
+MOST = sys.float_info.max
+"""Of what a coordinate is pulled to; beyond it there are whole numbers in JSON."""
 
 
 @dataclass(frozen=True)
@@ -108,7 +112,7 @@ def pulled_picture(scene: Scene, settings: Settings, pulled: Mapping[str, float]
     """
     found, refused = standing(scene, dict(settings.at)), []
     for name, value in pulled.items():
-        if name in scene.coordinates and isinstance(value, (int, float)) and math.isfinite(value):
+        if name in scene.coordinates and isinstance(value, (int, float)) and abs(value) <= MOST:
             try:
                 found = found.pulled(name, float(value))
             except DrawError as fault:

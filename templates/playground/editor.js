@@ -69,6 +69,7 @@ export function editor(root, label, changed) {
   field.setAttribute("aria-controls", "choices");
   Object.assign(list, { id: "choices", hidden: true });
   list.setAttribute("role", "listbox");
+  list.setAttribute("aria-label", label);
   for (const one of [numbers, shown]) one.setAttribute("aria-hidden", "true");
   paper.append(shown, field, list);
   root.append(numbers, paper);
@@ -119,6 +120,7 @@ export function editor(root, label, changed) {
     list.style.setProperty("top", `${(line + 1) * size + 8}px`);
     list.style.setProperty("left", `${(found.from - before.lastIndexOf("\n") - 1) * wide}px`);
     list.hidden = false;
+    list.scrollIntoView({ block: "nearest", inline: "nearest" });
     mark();
   }
 
@@ -164,7 +166,7 @@ export function editor(root, label, changed) {
     get text() { return field.value; },
     set text(text) { if (text !== field.value) { field.value = text; marked = []; close(); } draw(); },
     set words(known) { words = known; },
-    set label(text) { field.setAttribute("aria-label", text); },
+    set label(text) { for (const one of [field, list]) one.setAttribute("aria-label", text); },
     /** Underline places: lines and columns from 1. */
     mark(places) { marked = places; draw(); },
     /** Put the caret to a place and show it. */

@@ -273,7 +273,7 @@ async function through(bytes, way, most = Infinity) {
   for (let size = 0; ;) {
     const { done, value } = await reader.read();
     if (done) return new Uint8Array(await new Blob(parts).arrayBuffer());
-    if ((size += value.length) > most) { await reader.cancel(); throw new Error("> 200 kB"); }
+    if ((size += value.length) > most) { await reader.cancel(); throw new RangeError(say().much); }
     parts.push(value);
   }
 }
@@ -285,7 +285,7 @@ async function packed(text) {
 }
 
 async function unpacked(link) {
-  if (link.length > LONGEST_LINK) throw new Error("> 20 kB");
+  if (link.length > LONGEST_LINK) throw new RangeError(say().long);
   const bytes = Uint8Array.from(atob(link.replace(/-/g, "+").replace(/_/g, "/")), one => one.charCodeAt(0));
   const text = await through(bytes, new DecompressionStream("deflate-raw"), LONGEST_TEXT);
   return new TextDecoder("utf-8", { fatal: true }).decode(text);
@@ -296,14 +296,16 @@ async function linked() {
   try {
     await put(await unpacked(location.hash.slice(3)), "scene.toml");
   } catch (fault) {
-    tell(say().unreadable(fault.message));
+    tell(say().unreadable(fault instanceof RangeError ? fault.message : say().broken));
     return false;
   }
   return true;
 }
 
 find("share").addEventListener("click", async () => {
-  history.replaceState(null, "", `#s=${await packed(writing.text)}`);
+  const link = await packed(writing.text);
+  if (link.length > LONGEST_LINK || new TextEncoder().encode(writing.text).length > LONGEST_TEXT) return tell(say().unlinked);
+  history.replaceState(null, "", `#s=${link}`);
   try {
     await navigator.clipboard.writeText(location.href);
     tell(`${say().copied}. ${say().local}.`);

@@ -14,6 +14,8 @@ export const WORDS = {
     saved: name => `${name} is written`, copied: "The link is copied; the scene is in it", linked: "The link stands in the address; the scene is in it",
     local: "It opens wherever this page runs",
     changed: name => `${name} was changed by another program`, unreadable: why => `The link cannot be read: ${why}`,
+    long: "it is longer than 20,000 letters", much: "it holds more than 200 kB", broken: "it is broken, or was cut off; ask for it again",
+    unlinked: "The scene is too long for a link; save it, and send the file",
     large: "The file is too large for a page", picture_of: name => `picture of ${name}`, taken: "Copied",
   },
   sk: {
@@ -29,6 +31,8 @@ export const WORDS = {
     saved: name => `${name} je zapísaný`, copied: "Odkaz je skopírovaný; scéna je v ňom", linked: "Odkaz je v adrese; scéna je v ňom",
     local: "Otvorí sa všade, kde beží táto stránka",
     changed: name => `${name} zmenil iný program`, unreadable: why => `Odkaz sa nedá prečítať: ${why}`,
+    long: "je dlhší než 20 000 znakov", much: "obsahuje viac než 200 kB", broken: "je poškodený alebo skrátený; vypýtajte si ho znova",
+    unlinked: "Scéna je pre odkaz pridlhá; uložte ju a pošlite súbor",
     large: "Súbor je pre stránku priveľký", picture_of: name => `obrázok: ${name}`, taken: "Skopírované",
   },
 };

@@ -17,7 +17,7 @@ from symdyn.errors import SymdynError
 from symdyn.scene import write_text
 from symdyn.scene.toml import read_text
 
-from . import grammar
+from . import asked, grammar
 from .grammar import NASTY, chance
 from .mutate import scribble, spoil, toml
 
@@ -35,7 +35,7 @@ class Case:
     """A command line, and what lies in the folder it runs in.
 
     Attributes:
-        argv: the words after `symdyn`.
+        argv: the words after `symdyn`; or what a page asks, see `asked`.
         files: content by name; "-" is standard input.
     """
 
@@ -162,13 +162,14 @@ VERBS: Mapping[str, Verb] = {
     "sweep": Verb(0.6, more=_sweep, fixed=("--until", "0.02")),
     "identify": Verb(0.3, more=_identify),
     "verify": Verb(0.1, fixed=("--functions", "gravity_forces")),
+    asked.NAME: Verb(3, more=asked.drawn),
 }
 """`bench` and `stress` run for minutes by their nature: their command lines are tried by `_line` alone."""
 
 LINES = 18.0
 """Weight of command lines that are wrong or for small scenes, of all verbs."""
 
-DEAR = ("simulate", "inverse", "sweep", "identify", "info", "generate", "walkthrough", "verify")
+DEAR = (asked.NAME, "simulate", "inverse", "sweep", "identify", "info", "generate", "walkthrough", "verify")
 """Verbs that are tried on scenes that are read more often than not."""
 
 
@@ -183,6 +184,8 @@ def case(seed: str, number: int) -> Case:
         return Case(("new", str(rng.choice(("arm", *NASTY)))[:300], *_options(rng, "new", 0.5)))
     file, content = _scene(rng, verb.few, 0.35 if name in DEAR else 0.65)
     words, files = verb.more(rng)
+    if name == asked.NAME:
+        return Case((name, file, *words), {file: content, **files})
     scene = [file]
     front = [*words, *scene] if name == "check-derivation" else [*scene, *words]
     fixed = verb.fixed if chance(rng, 0.95) or name in ("simulate", "inverse", "sweep") else ()

@@ -30,6 +30,7 @@ import symdyn
 import symdyn.cli
 from symdyn.extras import EXTRAS
 
+from . import asked
 from .cases import ROOT, Case
 
 SECONDS = 10.0
@@ -108,7 +109,7 @@ def _run(case: Case, work: Path) -> tuple[str, str, int]:
             (work / name).write_bytes(content)
     try:
         with _limits():
-            status = symdyn.cli.main(list(case.argv))
+            status = asked.run(case.argv) if case.argv[0] == asked.NAME else symdyn.cli.main(list(case.argv))
     except SystemExit as end:
         status = end.code if isinstance(end.code, int) else int(end.code is not None)
     except Overtime as fault:

@@ -8,7 +8,7 @@ from collections import Counter, defaultdict
 from collections.abc import Callable
 from pathlib import Path
 
-from .cases import Case, verbs
+from .cases import VERBS, Case, verbs
 from .judge import Verdict
 from .minimise import minimised
 
@@ -30,7 +30,7 @@ class Report:
 
     def add(self, number: int, verdict: Verdict) -> None:
         """Count a case."""
-        verb = verdict.verb if verdict.verb in verbs() else "(no verb)"
+        verb = verdict.verb if verdict.verb in {**verbs(), **VERBS} else "(no verb)"
         self.counts[verb] += 1
         self.read[verb] += verdict.read
         self.right[verb] += verdict.status == 0

@@ -48,6 +48,7 @@ def __getattr__(name):
     if name not in _PLACES:
         raise AttributeError(name)
     module, there = _PLACES[name]
+    import_module("flint.flint_base.flint_base")  # before fmpz, each of which takes the other
     return getattr(import_module("flint." + module), there)
 '''
 

@@ -2,10 +2,10 @@
 
 import { loadPyodide } from "./pyodide/pyodide.mjs";
 
-const manifest = await (await fetch("manifest.json")).json();
+const published = fetch("manifest.json").then(found => found.json()); // awaited nowhere here: what is asked meanwhile is lost
 
 async function part(name) {
-  const file = manifest.parts[name], bytes = await (await fetch(file)).arrayBuffer();
+  const manifest = await published, file = manifest.parts[name], bytes = await (await fetch(file)).arrayBuffer();
   const digest = new Uint8Array(await crypto.subtle.digest("SHA-256", bytes));
   const hash = Array.from(digest, one => one.toString(16).padStart(2, "0")).join("");
   if (hash !== manifest.sha256[file]) throw new Error(`${file} is not what was published`);

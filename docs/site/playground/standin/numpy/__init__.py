@@ -1,6 +1,6 @@
 """A tiny NumPy in pure Python: enough to see what symdyn's pictures ask of it. Prototype, no product."""
 
-import math, itertools, builtins
+import builtins, functools, itertools, math
 from math import pi, inf, nan
 
 newaxis = None
@@ -263,7 +263,7 @@ class ndarray:
         n = s.shape[axis]
         inner = _prod(s.shape[axis + 1 :])
         outer = _prod(s.shape[:axis])
-        f = [g([s.f[(o * n + j) * inner + i] for j in range(n)]) for o in range(outer) for i in range(inner)]
+        f = [g(s.f[o * n * inner + i : (o + 1) * n * inner : inner]) for o in range(outer) for i in range(inner)]
         sh = s.shape[:axis] + ((1,) if keepdims else ()) + s.shape[axis + 1 :]
         return ndarray(f, sh) if sh else f[0]
 
@@ -280,10 +280,10 @@ class ndarray:
         return s._red(lambda f: builtins.sum(f) / len(f), axis, **k)
 
     def any(s, axis=None, **k):
-        return s._red(lambda f: builtins.any(f), axis, **k)
+        return s._red(builtins.any, axis, **k)
 
     def all(s, axis=None, **k):
-        return s._red(lambda f: builtins.all(f), axis, **k)
+        return s._red(builtins.all, axis, **k)
 
     def argmax(s, axis=None):
         return s._red(lambda f: f.index(builtins.max(f)), axis)
@@ -351,6 +351,8 @@ class ndarray:
         return _map(builtins.abs, s)
 
     def __invert__(s):
+        if s.f and isinstance(s.f[0], bool):
+            return ndarray(list(map(_o.not_, s.f)), s.shape)
         return _map(lambda x: not x if isinstance(x, bool) else ~x, s)
 
 
@@ -373,6 +375,7 @@ def _out():
     raise IndexError
 
 
+@functools.lru_cache(maxsize=512)
 def _bshape(*shapes):
     n = builtins.max(map(len, shapes), default=0)
     o = []
@@ -389,14 +392,20 @@ def _bc(a, sh):
         return a
     if len(a.f) == 1:
         return ndarray(a.f * _prod(sh), sh)
-    s = (1,) * (len(sh) - a.ndim) + a.shape
+    return ndarray(list(map(a.f.__getitem__, _spread(a.shape, tuple(sh)))), sh)
+
+
+@functools.lru_cache(maxsize=512)
+def _spread(shape, sh):
+    """Return where each entry of a shape stands in an array of another that is broadcast to it."""
+    s = (1,) * (len(sh) - len(shape)) + shape
     st = [0 if x == 1 else y for x, y in zip(s, _strides(s))]
     if any_(x not in (1, y) for x, y in zip(s, sh)):
-        raise ValueError(f"cannot broadcast {a.shape} to {sh}")
+        raise ValueError(f"cannot broadcast {shape} to {sh}")
     out = [0]
     for d, t in zip(sh, st):
         out = [o + i * t for o in out for i in range(d)]
-    return ndarray([a.f[i] for i in out], sh)
+    return out
 
 
 def _sc(x):
@@ -408,7 +417,7 @@ def _bin(g, a, b):
         return g(a, b)
     a, b = asarray(a), asarray(b)
     sh = _bshape(a.shape, b.shape)
-    r = [g(x, y) for x, y in zip(_bc(a, sh).f, _bc(b, sh).f)]
+    r = list(map(g, _bc(a, sh).f, _bc(b, sh).f))
     return ndarray(r, sh) if sh else r[0]
 
 
@@ -416,7 +425,7 @@ def _map(g, a):
     if _sc(a):
         return g(a)
     a = asarray(a)
-    return ndarray([g(x) for x in a.f], a.shape) if a.shape else g(a.f[0])
+    return ndarray(list(map(g, a.f)), a.shape) if a.shape else g(a.f[0])
 
 
 def _div(x, y):
