@@ -354,7 +354,7 @@ def test_a_closed_mechanism_bounces_off_a_stop():
         (CART, {"phases": [{}]}, "rail_friction sticks or slips always: name it in closed"),
         (CART, {"phases": [{"closed": "rail_friction"}, {"strikes": "rail_friction"}]}, "which strikes nothing"),
         (BALL, {"phases": [{"duration": (2, 1)}]}, "is no time after the start"),
-        (BALL, {"phases": [{"duration": "x"}]}, "until = x is no time after the start"),
+        (BALL, {"phases": [{}, {"duration": "x"}]}, "phases: 2: duration = x is no time after the start"),
         (BALL, {"phases": [{"duration": 0.7}, {"duration": 0.7}]}, "durations are 1.4 s together, and until is 1 s"),
         (BALL, {"phases": [{"end": 3}]}, 'end = 3: give coordinates, such as {"z": 1}'),
         (BALL, {"phases": [{"end": {"y": 3}}]}, "end: y is not known"),

@@ -13,7 +13,7 @@ from symdyn.teach.practice.exercises import ENOUGH
 from symdyn.teach.practice.quiz import NEAR, Part, Variant
 from symdyn.teach.render.quiz_text import Dialect, Html, Quiz, points_by
 
-RESERVED = "e i j pi infinity infty nan nothing true false and or not xor in isa"
+RESERVED = "e i j pi infinity infty nan nothing true false and or not xor nand nor implies in isa divides fact"
 JME = Dialect({"log": "ln", "sign": "sgn"}, RESERVED, cased=False)
 
 
