@@ -375,6 +375,14 @@ def test_a_start_off_its_phase_is_told(start, closed, words):
         problem.solve()
 
 
+def test_an_end_off_its_phase_is_told_by_the_phase():
+    """Its time is a guess while durations are free: t = 1.001 s was told of a motion of 1 s."""
+    problem = symdyn.collocation(read_text(BALL), 1, 3, end={"z": -1}, phases=[{}, {"strikes": "floor"}])
+    with pytest.raises(SimulateError, match="what is given at 1 of phase 2 contradicts itself, by 1: a contact is bel"):
+        problem.solve()
+
+
+
 ROPE = """
 name = "rope"
 [bodies.b]

@@ -281,10 +281,22 @@ def test_numbas_itself_gives_the_same_verdict(name):
 # Letters and errors
 
 
+def test_braces_of_a_text_are_no_expressions_of_numbas():
+    """Numbas evaluates what stands between braces, in names, in prose and in what pictures say: the exam did not start."""
+    source = (EXAMPLES / "pendulum.toml").read_text(encoding="utf-8")
+    scene = read_text(source.replace("of the bob", "of {m}").replace('en = "pendulum"', 'en = "rod {@1@}"'), "x.toml")
+    exam = Numbas(asked(Handout(scene, exercises=True, until="energies").quiz(), "numbas")["pendulum-numbas.exam"], 0)
+
+    shown = exam.known()["quiz_shown"]
+    assert exam.question["name"].startswith("rod (@1@)")
+    assert "<td>mass of (m)</td>" in shown["task"]
+    assert not re.search(r"\{[@m]", re.sub(r"\\[(\[].*?\\[)\]]", "", shown["task"]))
+
+
 def test_a_letter_that_means_something_else_on_a_platform_gets_another_name():
     source = (EXAMPLES / "pendulum.toml").read_text(encoding="utf-8")
     scene = read_text(re.sub(r'^l(?= =)|(?<=-)l(?=")', "e", source, flags=re.MULTILINE), "e.toml")
-    own = Handout(scene, exercises=True).quiz()
+    own = Handout(scene, exercises=True, until="energies").quiz()
     letters = MAXIMA.letters(own.variants[0])
 
     assert letters["e"] == "e_1"

@@ -30,15 +30,22 @@ def numbas(quiz: Quiz) -> dict[str, str]:
         ("quiz_data", _json([page.data for page in pages])),
         ("quiz_shown", render("quiz/shown.jme.jinja", {"row": _json([page.shown for page in pages])})),
     ]
-    values = {"name": pages[0].variant.document.title, "words": quiz.words, "variables": variables, "parts": parts}
+    title = pages[0].variant.document.title.translate(_Html.instead)
+    values = {"name": title, "words": quiz.words, "variables": variables, "parts": parts}
     return {f"{page_stem(quiz.scene.name)}-numbas.exam": render("quiz/numbas.exam.jinja", values)}
+
+
+class _Html(Html):
+    """HTML without braces in its text, in which Numbas evaluates what stands between."""
+
+    instead = str.maketrans("{}", "()")
 
 
 class _Page:
     """One variant in JME's words."""
 
     def __init__(self, quiz: Quiz, variant: Variant) -> None:
-        self.quiz, self.variant, self.letters, self.html = quiz, variant, JME.letters(variant), Html(variant)
+        self.quiz, self.variant, self.letters, self.html = quiz, variant, JME.letters(variant), _Html(variant)
 
     def points(self, points: Sequence[Mapping[str, float]]) -> list[dict[str, float]]:
         return points_by(self.letters, points)
