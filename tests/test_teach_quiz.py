@@ -282,7 +282,7 @@ def test_numbas_itself_gives_the_same_verdict(name):
 
 
 def test_braces_of_a_text_are_no_expressions_of_numbas():
-    """Numbas evaluates what stands between braces, in names, in prose and in what pictures say: the exam did not start."""
+    """Numbas evaluates what stands between them, in names, prose and what pictures say: the exam did not start."""
     source = (EXAMPLES / "pendulum.toml").read_text(encoding="utf-8")
     scene = read_text(source.replace("of the bob", "of {m}").replace('en = "pendulum"', 'en = "rod {@1@}"'), "x.toml")
     exam = Numbas(asked(Handout(scene, exercises=True, until="energies").quiz(), "numbas")["pendulum-numbas.exam"], 0)

@@ -178,7 +178,9 @@ class _Model(RobotFile):
         place = {child: k for k, child in enumerate(self.root.children)}
         every = [(joint, self._joint(name, joint)) for name, joint in self.joints if name]
         free = self._free([entry for _, entry in every])
-        cut = [entry for joint, entry in every if any(says(self.faults, one, "must_be_loop_joint") for one in joint.walk())]
+        cut = [
+            entry for joint, entry in every if any(says(self.faults, one, "must_be_loop_joint") for one in joint.walk())
+        ]
         joints = [(place[one], entry) for one, entry in (*every, *free) if entry not in cut]
         return Declaration(
             name=self.printable([given], "robot")[given],
