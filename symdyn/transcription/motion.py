@@ -75,6 +75,7 @@ def run_of(scene: Scene, problem: Collocation, z: Array, notes: tuple[str, ...],
     curves = dict(zip(problem.drives, forces_of(problem, z).tables.values(), strict=True))
     extra = dict(zip((one.name for one in scene.given), np.hstack([given, s]).T, strict=True))
     extra |= _contact_columns(problem, z, q, pushed)
+    notes = (*passed(problem, z), *notes)
     impacts = impacts_of(problem, z)
     return Trajectory(scene, t, q, u, a, tau, extra, notes=notes, wall=wall, curves=curves, impacts=impacts)
 
@@ -99,7 +100,7 @@ PASSED = 1e-3
 
 
 def passed(problem: Collocation, z: Array) -> tuple[str, ...]:
-    """Return notes on what is below its plane, or slips the other way, inside of intervals, where nothing forbids it."""
+    """Return notes on what is below its plane, or slips the other way, inside of intervals."""
     touches, grid = problem.source.written.contacts.touches, problem.grid
     if not touches:
         return ()

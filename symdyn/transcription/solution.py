@@ -175,13 +175,7 @@ class Solution(Shown):
 
         Where phases meet there are two rows, before and behind what happens there.
         """
-        return run_of(
-            self.scene,
-            self.problem,
-            self.z,
-            (*self.problem.notes, *passed(self.problem, self.z), self.status),
-            self.wall,
-        )
+        return run_of(self.scene, self.problem, self.z, (*self.problem.notes, self.status), self.wall)
 
     @property
     def phases(self) -> tuple[Trajectory, ...]:
