@@ -281,6 +281,20 @@ def test_numbas_itself_gives_the_same_verdict(name):
 # Letters and errors
 
 
+def test_a_term_that_the_numbers_of_a_scene_make_zero_is_zero():
+    """cos(D) at D = 90 deg was 5e-12, as D had twelve digits, and 0 was wrong on platforms alone."""
+    source = (
+        'gravity = [0, "-g", 0]\n[parameters]\nm = 1\ng = 9.81\nD = "90 deg"\n[bodies.cart]\nmass = "m"\n'
+        '[joints.rail]\ntype = "prismatic"\nparent = "ground"\nchild = "cart"\naxis = [0, 1, 0]\norigin = { rpy = [0, 0, "D"] }\n'
+    )
+    own = Handout(read_text(source, "x.toml"), exercises=True, until="equations").quiz()
+    exam = Numbas(*asked(own, "numbas").values())
+
+    for key, answer in (("potential:1", "0"), ("slope:1", "0"), ("potential:1", "m*q1")):
+        credit = exam.marked([(own.keys.index(key), answer)])[0][0]
+        assert (credit == 1.0) == own.marked(key, answer).right == (answer == "0")
+
+
 def test_braces_of_a_text_are_no_expressions_of_numbas():
     """Numbas evaluates what stands between them, in names, prose and what pictures say: the exam did not start."""
     source = (EXAMPLES / "pendulum.toml").read_text(encoding="utf-8")

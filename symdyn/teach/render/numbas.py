@@ -48,7 +48,7 @@ class _Page:
         self.quiz, self.variant, self.letters, self.html = quiz, variant, JME.letters(variant), _Html(variant)
 
     def points(self, points: Sequence[Mapping[str, float]]) -> list[dict[str, float]]:
-        return points_by(self.letters, points)
+        return points_by(self.letters, points, self.variant.scene)
 
     @property
     def data(self) -> dict[str, Any]:

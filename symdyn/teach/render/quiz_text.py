@@ -152,9 +152,12 @@ class Dialect:
         return _WORD.sub(lambda found: self.words.get(found[0], found[0]), text)
 
 
-def points_by(letters: Mapping[str, str], points: Iterable[Mapping[str, float]]) -> list[dict[str, float]]:
-    """Return points by letters, values without their last digits."""
-    return [{letters[x]: float(f"{v:.12g}") for x, v in p.items() if x in letters} for p in points]
+def points_by(
+    letters: Mapping[str, str], points: Iterable[Mapping[str, float]], scene: Scene
+) -> list[dict[str, float]]:
+    """Return points by letters, values without their last digits, but for parameters: pi/2 has a cosine of 6e-17."""
+    whole = {one.name for one in scene.parameters}
+    return [{letters[x]: v if x in whole else float(f"{v:.12g}") for x, v in p.items() if x in letters} for p in points]
 
 
 _DECIMAL = re.compile(r"(?<![\w.])\d+(?:\.\d+(?:e-?\d+)?|e-?\d+)")

@@ -68,7 +68,9 @@ class _Page:
         return _list(f"{self.letters[name]} = {value}" for name, value in pairs.items())
 
     def points(self, points: Sequence[Mapping[str, float]]) -> str:
-        return _list(_list(f"{x} = {v!r}" for x, v in p.items()) for p in points_by(self.letters, points))
+        return _list(
+            _list(f"{x} = {v!r}" for x, v in p.items()) for p in points_by(self.letters, points, self.variant.scene)
+        )
 
     @property
     def given(self) -> str:
