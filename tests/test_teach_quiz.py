@@ -285,7 +285,8 @@ def test_a_term_that_the_numbers_of_a_scene_make_zero_is_zero():
     """cos(D) at D = 90 deg was 5e-12, as D had twelve digits, and 0 was wrong on platforms alone."""
     source = (
         'gravity = [0, "-g", 0]\n[parameters]\nm = 1\ng = 9.81\nD = "90 deg"\n[bodies.cart]\nmass = "m"\n'
-        '[joints.rail]\ntype = "prismatic"\nparent = "ground"\nchild = "cart"\naxis = [0, 1, 0]\norigin = { rpy = [0, 0, "D"] }\n'
+        '[joints.rail]\ntype = "prismatic"\nparent = "ground"\nchild = "cart"\naxis = [0, 1, 0]\n'
+        'origin = { rpy = [0, 0, "D"] }\n'
     )
     own = Handout(read_text(source, "x.toml"), exercises=True, until="equations").quiz()
     exam = Numbas(*asked(own, "numbas").values())
