@@ -294,6 +294,18 @@ def test_a_block_is_pushed_as_the_closed_form_says(text):
     assert again.q[-1] == pytest.approx(found.run.q[-1], abs=1e-6)
 
 
+def test_what_slips_the_other_way_inside_of_intervals_is_told():
+    """Signs hold at ends of intervals alone: a way back along a slip that goes forth was solved with success."""
+    there = [{"slips": {"sole": 1}}], [{"slips": {"sole": -1}}]
+    wrong, right = (
+        symdyn.collocation(read_text(BLOCK), 1, 4, cost="F**2", end={"x": -0.5}, phases=one).solve() for one in there
+    )
+    told = [note for note in wrong.notes if "sole slips the other way inside of an interval of phase 1: give" in note]
+    assert told
+    assert told[0] in wrong.run.notes
+    assert not any("inside of an interval" in note for note in right.notes)
+
+
 def test_a_ball_is_thrown_and_caught():
     phases = [
         {"closed": "palm", "duration": (0.1, 0.6)}, {"duration": 0.5},
@@ -354,7 +366,7 @@ def test_a_closed_mechanism_bounces_off_a_stop():
         (CART, {"phases": [{}]}, "rail_friction sticks or slips always: name it in closed"),
         (CART, {"phases": [{"closed": "rail_friction"}, {"strikes": "rail_friction"}]}, "which strikes nothing"),
         (BALL, {"phases": [{"duration": (2, 1)}]}, "is no time after the start"),
-        (BALL, {"phases": [{"duration": "x"}]}, "until = x is no time after the start"),
+        (BALL, {"phases": [{}, {"duration": "x"}]}, "phases: 2: duration = x is no time after the start"),
         (BALL, {"phases": [{"duration": 0.7}, {"duration": 0.7}]}, "durations are 1.4 s together, and until is 1 s"),
         (BALL, {"phases": [{"end": 3}]}, 'end = 3: give coordinates, such as {"z": 1}'),
         (BALL, {"phases": [{"end": {"y": 3}}]}, "end: y is not known"),
@@ -372,6 +384,13 @@ def test_what_phases_do_not_know_is_refused(text: str, given: dict[str, Any], wo
 def test_a_start_off_its_phase_is_told(start, closed, words):
     problem = symdyn.collocation(read_text(BALL), 1, 3, start={"z": start}, phases=[{"closed": closed}])
     with pytest.raises(SimulateError, match=words):
+        problem.solve()
+
+
+def test_an_end_off_its_phase_is_told_by_the_phase():
+    """Its time is a guess while durations are free: t = 1.001 s was told of a motion of 1 s."""
+    problem = symdyn.collocation(read_text(BALL), 1, 3, end={"z": -1}, phases=[{}, {"strikes": "floor"}])
+    with pytest.raises(SimulateError, match="what is given at 1 of phase 2 contradicts itself, by 1: a contact is bel"):
         problem.solve()
 
 

@@ -128,7 +128,7 @@ def test_links_stand_and_move_where_the_file_says(q):
 
 def test_poses_that_are_given_in_one_another_are_exact():
     scene = reading(
-        LINKS + '<frame name="f"><pose degrees="true">0.1 0 0 90 0 45</pose></frame>' + WELD + joint()
+        LINKS + '<frame name="f"><pose degrees="True">0.1 0 0 90 0 45</pose></frame>' + WELD + joint()
     ).scene
 
     assert scene.joints[1].origin.steps == (("Tx", parse("1")),)
@@ -397,6 +397,8 @@ def test_a_joint_too_many_closes_a_loop(cut):
             "<mimic> has no joint; name the joint to follow",
         ),
         (LINKS + "<include/>", "line 3: an <include> is not read; gz sdf -p FILE > whole.sdf writes it out"),
+        (LINKS + "<static>yes</static>", 'line 1: <model> static="yes" is not a boolean; write true or false'),
+        (LINKS.replace('relative_to="a"', 'degrees="yes"'), '<pose> degrees="yes" is not a boolean'),
         (LINKS + "<static>1</static>", "there is no <model> that moves; m is static: delete <static>"),
         (LINKS + WELD + joint("", "fixed"), "nothing moves"),
     ],

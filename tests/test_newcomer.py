@@ -585,6 +585,14 @@ def test_weights_as_one_would_write_them_are_told_how() -> None:
             read_weights("--lqr", [text], ("Q", "R"))
 
 
+def test_complex_weights_are_no_real_ones() -> None:
+    """The imaginary part was left out with no word of ours."""
+    lin = symdyn.linearize(CART)
+    for given, told in (({"N": 1j * np.ones((4, 1))}, "N: is no matrix of 4 x 1"), ({"Q": 1j * np.eye(4)}, "Q: is no")):
+        with pytest.raises(LinearizeError, match=told):
+            lin.lqr(**given)  # type: ignore[arg-type]
+
+
 def test_equations_are_printed_by_other_formulations_in_python() -> None:
     pendulum = symdyn.example("pendulum")
     page = symdyn.equations(pendulum, "dalembert")

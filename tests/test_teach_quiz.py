@@ -281,15 +281,55 @@ def test_numbas_itself_gives_the_same_verdict(name):
 # Letters and errors
 
 
+def test_a_term_that_the_numbers_of_a_scene_make_zero_is_zero():
+    """cos(D) at D = 90 deg was 5e-12, as D had twelve digits, and 0 was wrong on platforms alone."""
+    source = (
+        'gravity = [0, "-g", 0]\n[parameters]\nm = 1\ng = 9.81\nD = "90 deg"\n[bodies.cart]\nmass = "m"\n'
+        '[joints.rail]\ntype = "prismatic"\nparent = "ground"\nchild = "cart"\naxis = [0, 1, 0]\n'
+        'origin = { rpy = [0, 0, "D"] }\n'
+    )
+    own = Handout(read_text(source, "x.toml"), exercises=True, until="equations").quiz()
+    exam = Numbas(*asked(own, "numbas").values())
+
+    for key, answer in (("potential:1", "0"), ("slope:1", "0"), ("potential:1", "m*q1")):
+        credit = exam.marked([(own.keys.index(key), answer)])[0][0]
+        assert (credit == 1.0) == own.marked(key, answer).right == (answer == "0")
+
+
+def test_braces_of_a_text_are_no_expressions_of_numbas():
+    """Numbas evaluates what stands between them, in names, prose and what pictures say: the exam did not start."""
+    source = (EXAMPLES / "pendulum.toml").read_text(encoding="utf-8")
+    scene = read_text(source.replace("of the bob", "of {m}").replace('en = "pendulum"', 'en = "rod {@1@}"'), "x.toml")
+    exam = Numbas(asked(Handout(scene, exercises=True, until="energies").quiz(), "numbas")["pendulum-numbas.exam"], 0)
+
+    shown = exam.known()["quiz_shown"]
+    assert exam.question["name"].startswith("rod (@1@)")
+    assert "<td>mass of (m)</td>" in shown["task"]
+    assert not re.search(r"\{[@m]", re.sub(r"\\[(\[].*?\\[)\]]", "", shown["task"]))
+
+
 def test_a_letter_that_means_something_else_on_a_platform_gets_another_name():
     source = (EXAMPLES / "pendulum.toml").read_text(encoding="utf-8")
     scene = read_text(re.sub(r'^l(?= =)|(?<=-)l(?=")', "e", source, flags=re.MULTILINE), "e.toml")
-    own = Handout(scene, exercises=True).quiz()
+    own = Handout(scene, exercises=True, until="energies").quiz()
     letters = MAXIMA.letters(own.variants[0])
 
     assert letters["e"] == "e_1"
     assert "<code>e_1</code>" in asked(own, "stack")["pendulum-stack.xml"]
     assert JME.letters(quiz("two_link").variants[0])["M1"] == "M1_1"  # beside m1: capital letters do not count
+
+
+@pytest.mark.parametrize(
+    ("dialect", "name", "new"),
+    [(MAXIMA, "values", "values_1"), (MAXIMA, "step", "step_1"), (JME, "nand", "nand_1"), (JME, "Fact", "Fact_1"),
+     (MAXIMA, "nand", "nand"), (JME, "step", "step")],
+)  # fmt: skip
+def test_words_of_a_platform_are_no_letters_there(dialect, name, new):
+    """Maxima put its lists of functions into the answers, and found wrong ones right; Numbas could not read them."""
+    source = (EXAMPLES / "pendulum.toml").read_text(encoding="utf-8")
+    scene = read_text(re.sub(r'^l(?= =)|(?<=-)l(?=")', name, source, flags=re.MULTILINE), "x.toml")
+
+    assert dialect.letters(Handout(scene, exercises=True, until="energies").quiz().variants[0])[name] == new
 
 
 @pytest.mark.parametrize(

@@ -107,7 +107,7 @@ def _number(text: str, where: str, letter: Parameter | None) -> float:
 def array_of(given: object, kind: type[float] | type[complex] = float) -> Any:
     """Return numbers as an array, which has no entries where they are none."""
     try:
-        return np.array(given, dtype=kind)
+        return np.array(given, dtype=kind) if kind is complex or not np.iscomplexobj(np.asarray(given)) else np.zeros(0)
     except (TypeError, ValueError, OverflowError):
         return np.zeros(0, dtype=kind)
 

@@ -233,14 +233,15 @@ def read_mesh(intervals: Any, faults: Faults) -> Array:
     return np.linspace(0.0, 1.0, 2)
 
 
-def read_span(until: Any, faults: Faults) -> tuple[float, float]:
+def read_span(until: Any, faults: Faults, where: str = "", word: str = "until") -> tuple[float, float]:
     """Return the smallest and the largest time of the end."""
     try:
         least, most = np.broadcast_to(np.asarray(until, np.float64), 2).tolist()
     except (TypeError, ValueError):
         least, most = 0.0, 0.0
     if not 0 < least <= most < np.inf:
-        faults.add("", f"until = {until} is no time after the start; give a positive one, or a smaller and a larger")
+        told = "is no time after the start; give a positive one, or a smaller and a larger"
+        faults.add(where, f"{word} = {until!s:.60} {told}")
         return 1.0, 1.0
     return least, most
 

@@ -35,6 +35,7 @@ from symdyn.errors import SimulateError, quoted
 from symdyn.extras import install
 from symdyn.scene import SceneUnits
 from symdyn.simulation import opened
+from symdyn.transcription.local import PLACES
 from symdyn.transcription.solution import Searched, Solution, lagrangian
 
 if TYPE_CHECKING:
@@ -262,11 +263,14 @@ def _contradictions(problem: Collocation, z: Array) -> None:
     if miss[worst] > CLOSE:
         kind, at = next((kind, at) for kind, at in problem.row.items() if worst in at)
         node = int(np.argwhere(at == worst)[0][0])
-        t = problem.times(z)[problem.grid.node[node]]
+        grid, point = problem.grid, problem.points(PLACES.get(kind, "joint"))[node]
+        where = f"t = {problem.times(z)[point]:.6g} s"
+        if len(problem.schedule) > 1:  # whose times are guesses
+            where = f"{grid.share[point]:.3g} of phase {grid.phase[point] + 1}"
         words = {"held": "loops do not close, or velocities do not fit them", "path": "a formula of the path is missed"}
         words |= {"open": "a contact is below its plane", "stays": "phases do not meet"}
         raise SimulateError(
-            f"what is given at t = {t:.6g} s contradicts itself, by {miss[worst]:.3g}: "
+            f"what is given at {where} contradicts itself, by {miss[worst]:.3g}: "
             f"{words.get(kind, 'forces and motion do not balance')}; give less of that state"
         )
 

@@ -45,6 +45,9 @@ class Pieces(ForceTable):
         return found
 
 
+CLOSE = 1e-6
+"""What is rounding beside a gap or a speed."""
+
 APART = 1e6
 """By how much later a phase begins for what is interpolated within each, s."""
 
@@ -72,6 +75,7 @@ def run_of(scene: Scene, problem: Collocation, z: Array, notes: tuple[str, ...],
     curves = dict(zip(problem.drives, forces_of(problem, z).tables.values(), strict=True))
     extra = dict(zip((one.name for one in scene.given), np.hstack([given, s]).T, strict=True))
     extra |= _contact_columns(problem, z, q, pushed)
+    notes = (*passed(problem, z), *notes)
     impacts = impacts_of(problem, z)
     return Trajectory(scene, t, q, u, a, tau, extra, notes=notes, wall=wall, curves=curves, impacts=impacts)
 
@@ -89,6 +93,28 @@ def _contact_columns(problem: Collocation, z: Array, q: Array, forces: Array) ->
         found |= {word: next(pushed) for word in column_words(name, bool(touch.normal), len(touch.tangents))}
         found[f"mode_{name}"] = np.where(slip, 2.0 * slip, closed)[problem.grid.phase]
     return found
+
+
+PASSED = 1e-3
+"""Of the largest gap or speed, what is the wrong way and told."""
+
+
+def passed(problem: Collocation, z: Array) -> tuple[str, ...]:
+    """Return notes on what is below its plane, or slips the other way, inside of intervals."""
+    touches, grid = problem.source.written.contacts.touches, problem.grid
+    if not touches:
+        return ()
+    state = {kind: z[problem.place[kind]] for kind in ("q", "s", "u", "free")} | {TIME: problem.times(z)}
+    each = problem.source.locals["open"].value({**state, "mode": problem.modes[grid.phase]}).T
+    words = [(one, "is below its plane", one.active is not None) for one in touches if one.normal]
+    words += [(one, "slips the other way", False) for one in touches if one.tangents]
+    found = []
+    for (one, what, may), values in zip(words, each, strict=True):
+        at, most = int(values.argmin()), float(np.abs(values).max())
+        if values[at] < -max(PASSED * most, CLOSE) and not may:
+            told = f"{one.law.name} {what} inside of an interval of phase {grid.phase[at] + 1}"
+            found.append(f"{told}: give more intervals, or another schedule if they do not help")
+    return tuple(found)
 
 
 def _driving(problem: Collocation, z: Array) -> Array:

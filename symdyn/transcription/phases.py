@@ -118,7 +118,9 @@ def read_phases(
             faults.add(where, f'end = {end!r:.40}: give coordinates, such as {{"z": 1}}')
             end = {}
         own = read_mesh(given["intervals"], faults) if "intervals" in given else mesh
-        span = read_span(given["duration"], faults) if "duration" in given else (SHORTEST * until[1], until[1])
+        span = SHORTEST * until[1], until[1]
+        if "duration" in given:
+            span = read_span(given["duration"], faults, where, "duration")
         signs = {name: float(sign) for name, sign in slips.items() if sign in (-1, 1)}
         closing = [n for n in (*closed, *signs) if found and n not in dry and not found[-1].mode(n)[0]]
         found.append(Phase(own, span, closed, signs, tuple(dict.fromkeys((*strikes, *closing))), dict(end)))

@@ -29,7 +29,7 @@ from symdyn.shown import Shown
 from symdyn.simulation import Forces, Impact, Start, Trajectory, compiled_entries, simulate
 from symdyn.transcription.grid import ROWWISE, Places
 from symdyn.transcription.local import PLACES, Source, appearing, argument_of, inputs_of, symbols_of
-from symdyn.transcription.motion import forces_of, impacts_of, phases_of, run_of
+from symdyn.transcription.motion import forces_of, impacts_of, passed, phases_of, run_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -150,9 +150,9 @@ class Solution(Shown):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What a user should know: of the problem, and what was searched, where that is known."""
+        """What a user should know: of the problem, of contacts, and what was searched, where that is known."""
         known = self.searched.led or self.searched.failed
-        return (*self.problem.notes, *([str(self.searched)] if known else []))
+        return (*self.problem.notes, *passed(self.problem, self.z), *([str(self.searched)] if known else []))
 
     @property
     def duration(self) -> float:

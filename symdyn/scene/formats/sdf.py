@@ -29,7 +29,7 @@ from symdyn.scene.declaration.reading import Opened, Reading, ReadOptions
 from symdyn.scene.formats.inertias import WHERE as FLOATING, free_base
 from symdyn.scene.formats.placing import known
 from symdyn.scene.formats.robot_file import INERTIA, RobotFile
-from symdyn.scene.formats.sdf_frames import Frame, Frames, Poses, based
+from symdyn.scene.formats.sdf_frames import Frame, Frames, Poses, based, says
 from symdyn.scene.formats.xml import XmlElement
 from symdyn.scene.values import folding
 from symdyn.scene.values.body import Pose, Step, circular, translation
@@ -82,8 +82,6 @@ Z_AXIS: Vector = (Quantity.ZERO, Quantity.ZERO, Quantity.ONE)
 OLD = (1, 5)
 """Before this version axes are those of the model."""
 
-TRUE = ("true", "1")
-
 VAIN = ("limits", "drive", "drives", "friction")
 """What a joint that must close a loop has no use for."""
 
@@ -111,8 +109,8 @@ def read_element(root: XmlElement, source: str, options: ReadOptions, faults: Fa
     faults = faults or Faults(source)
     worlds = root.all("world") or [XmlElement("world", {}, root.line)]
     every = [*root.all("model"), *worlds[0].all("model")]
-    still = [model.attributes.get("name", "") for model in every if _says(model, "static", *TRUE)]
-    moving = [model for model in every if not _says(model, "static", *TRUE)]
+    moving = [model for model in every if not says(faults, model, "static")]
+    still = [model.attributes.get("name", "") for model in every if model not in moving]
     _refuse(worlds[0], faults)
     for what, found in (("worlds", worlds), ("models that move", moving)):
         if len(found) > 1:
@@ -134,15 +132,11 @@ def _refuse(element: XmlElement, faults: Faults) -> None:
     """Report what stands in an element and would change the motion; note what may act and is left aside."""
     for child in element.children:
         told = REFUSED.get(element.tag, {}).get(child.tag)
-        if told and not (child.tag == "include" and _says(child, "static", *TRUE)):
+        if told and not (child.tag == "include" and says(faults, child, "static")):
             faults.add(f"line {child.line}", told)
     for tag, told in LEFT.items():
         if element.all(tag):
             faults.note(f"line {element.all(tag)[0].line}", told)
-
-
-def _says(element: XmlElement, key: str, *words: str) -> bool:
-    return element.flat().attributes.get(key, "").strip().lower() in words
 
 
 def _part(element: XmlElement, tag: str) -> XmlElement:
@@ -184,7 +178,9 @@ class _Model(RobotFile):
         place = {child: k for k, child in enumerate(self.root.children)}
         every = [(joint, self._joint(name, joint)) for name, joint in self.joints if name]
         free = self._free([entry for _, entry in every])
-        cut = [entry for joint, entry in every if any(_says(one, "must_be_loop_joint", *TRUE) for one in joint.walk())]
+        cut = [
+            entry for joint, entry in every if any(says(self.faults, one, "must_be_loop_joint") for one in joint.walk())
+        ]
         joints = [(place[one], entry) for one, entry in (*every, *free) if entry not in cut]
         return Declaration(
             name=self.printable([given], "robot")[given],
@@ -199,7 +195,7 @@ class _Model(RobotFile):
     def _gravity(self, scope: XmlElement) -> object:
         """Return the gravity of the world, None without one; no gravity where it pulls no link."""
         where = f"line {scope.line}: world"
-        free = [name for name, link in self.links if _says(link, "gravity", "false", "0")]
+        free = [name for name, link in self.links if not says(self.faults, link, "gravity", usual=True)]
         if free and len(free) < len(self.links):
             advice = "give it to all links or to none, and write [loads] in TOML"
             self.faults.add(where, f"<gravity> is false for some links and not for others ({listed(free)}); {advice}")
@@ -241,9 +237,9 @@ class _Model(RobotFile):
         where, inertial = self.where(name, link), _part(link, "inertial")
         _refuse(link, self.faults)
         _refuse(inertial, self.faults)
-        if _says(link, "kinematic", *TRUE):
+        if says(self.faults, link, "kinematic"):
             self.faults.add(where, "is <kinematic>, moved by a program; give its joint a motion in TOML")
-        if _says(inertial, "auto", *TRUE):
+        if says(self.faults, inertial, "auto"):
             advice = "gz sdf -p --expand-auto-inertials FILE > whole.sdf writes numbers"
             self.faults.add(where, f"<inertial auto> takes the inertia from shapes, which are not read; {advice}")
         pose = inertial.first("pose")
@@ -297,7 +293,7 @@ class _Model(RobotFile):
     def _axis(self, where: str, name: str, axis: XmlElement) -> Vector:
         """Return the direction of an axis in the frame of its joint."""
         given = self.attributes.vector(where, axis, "xyz", Z_AXIS)
-        of_model = self.old or _says(axis, "use_parent_model_frame", *TRUE)
+        of_model = self.old or says(self.faults, axis, "use_parent_model_frame")
         inside = _part(axis, "xyz").attributes.get("expressed_in") or (MODEL if of_model else name)
         return self.poses.turned(given, self.frames.between(name, self.frames.known(inside, where, "expressed_in")))
 

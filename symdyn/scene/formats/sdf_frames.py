@@ -178,7 +178,7 @@ class Poses:
         said = XmlElement("pose", {"xyz": " ".join(words[:3]), "rpy": " ".join(words[3:6])}, pose.line)
         shift: tuple[Step, ...] = tuple(zip(STRAIGHT[:3], self.attributes.vector(where, said, "xyz"), strict=True))
         if format == EULER:
-            degrees = pose.attributes.get("degrees", "").strip() in ("true", "1")
+            degrees = says(faults, pose, "degrees")
             read: Callable[..., Vector] = self.attributes.vector if degrees else self.attributes.angles
             rpy = read(where, said, "rpy")
             turns = [folding.mul(x, DEGREE) if degrees else x for x in rpy]
@@ -215,3 +215,11 @@ def based(pose: XmlElement | None) -> str:
     """Return the frame that a pose is given in, "" where it does not say; until 1.6 the key was `frame`."""
     found = {} if pose is None else pose.attributes
     return found.get("relative_to", "") or found.get("frame", "")
+
+
+def says(faults: Faults, element: XmlElement, key: str, usual: bool = False) -> bool:
+    """Return whether a boolean is true, an attribute or a child; any other word is a fault."""
+    word = element.flat().attributes.get(key, "").strip()
+    if word.lower() not in ("", "true", "1", "false", "0"):
+        faults.add(f"line {element.line}", f"<{element.tag}> {key}={show(word)} is not a boolean; write true or false")
+    return word.lower() in ("true", "1") if word else usual

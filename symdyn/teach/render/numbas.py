@@ -13,7 +13,7 @@ from symdyn.teach.practice.exercises import ENOUGH
 from symdyn.teach.practice.quiz import NEAR, Part, Variant
 from symdyn.teach.render.quiz_text import Dialect, Html, Quiz, points_by
 
-RESERVED = "e i j pi infinity infty nan nothing true false and or not xor in isa"
+RESERVED = "e i j pi infinity infty nan nothing true false and or not xor nand nor implies in isa divides fact"
 JME = Dialect({"log": "ln", "sign": "sgn"}, RESERVED, cased=False)
 
 
@@ -30,18 +30,25 @@ def numbas(quiz: Quiz) -> dict[str, str]:
         ("quiz_data", _json([page.data for page in pages])),
         ("quiz_shown", render("quiz/shown.jme.jinja", {"row": _json([page.shown for page in pages])})),
     ]
-    values = {"name": pages[0].variant.document.title, "words": quiz.words, "variables": variables, "parts": parts}
+    title = pages[0].variant.document.title.translate(_Html.instead)
+    values = {"name": title, "words": quiz.words, "variables": variables, "parts": parts}
     return {f"{page_stem(quiz.scene.name)}-numbas.exam": render("quiz/numbas.exam.jinja", values)}
+
+
+class _Html(Html):
+    """HTML without braces in its text, in which Numbas evaluates what stands between."""
+
+    instead = str.maketrans("{}", "()")
 
 
 class _Page:
     """One variant in JME's words."""
 
     def __init__(self, quiz: Quiz, variant: Variant) -> None:
-        self.quiz, self.variant, self.letters, self.html = quiz, variant, JME.letters(variant), Html(variant)
+        self.quiz, self.variant, self.letters, self.html = quiz, variant, JME.letters(variant), _Html(variant)
 
     def points(self, points: Sequence[Mapping[str, float]]) -> list[dict[str, float]]:
-        return points_by(self.letters, points)
+        return points_by(self.letters, points, self.variant.scene)
 
     @property
     def data(self) -> dict[str, Any]:

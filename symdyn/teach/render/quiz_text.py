@@ -25,13 +25,20 @@ from symdyn.unlocked import cached_property
 class Html:
     """Blocks of one variant as HTML; pictures stand inside."""
 
+    instead: Mapping[int, int] = {}
+    """Letters of prose that would mean something on the platform, and others."""
+
     def __init__(self, variant: Variant) -> None:
         """Spell the names of the variant's document."""
         self.variant, self.spell = variant, Spelling(variant.document)
 
     def words(self, words: Words) -> str:
         """Return prose."""
-        return "".join(in_html(x, quote=False) if isinstance(x, str) else self.inline(x) for x in words.parts)
+        return "".join(self.prose(x) if isinstance(x, str) else self.inline(x) for x in words.parts)
+
+    def prose(self, text: str, quote: bool = False) -> str:
+        """Return text without formulas."""
+        return in_html(text.translate(self.instead), quote=quote)
 
     def inline(self, form: Form) -> str:
         """Return a formula in a line of text."""
@@ -54,7 +61,7 @@ class Html:
             yield block.html(self.words)
         elif isinstance(block, Picture):
             data = b64encode(block.svg.encode()).decode()
-            yield f'<p><img alt="{in_html(block.alt)}" src="data:image/svg+xml;base64,{data}"></p>'
+            yield f'<p><img alt="{self.prose(block.alt, quote=True)}" src="data:image/svg+xml;base64,{data}"></p>'
             yield f"<p>{self.words(block.caption)}</p>"
         elif isinstance(block, (Box, Fold)):
             head = block.title if isinstance(block, Box) else block.summary
@@ -145,9 +152,12 @@ class Dialect:
         return _WORD.sub(lambda found: self.words.get(found[0], found[0]), text)
 
 
-def points_by(letters: Mapping[str, str], points: Iterable[Mapping[str, float]]) -> list[dict[str, float]]:
-    """Return points by letters, values without their last digits."""
-    return [{letters[x]: float(f"{v:.12g}") for x, v in p.items() if x in letters} for p in points]
+def points_by(
+    letters: Mapping[str, str], points: Iterable[Mapping[str, float]], scene: Scene
+) -> list[dict[str, float]]:
+    """Return points by letters, values without their last digits, but for parameters: pi/2 has a cosine of 6e-17."""
+    whole = {one.name for one in scene.parameters}
+    return [{letters[x]: v if x in whole else float(f"{v:.12g}") for x, v in p.items() if x in letters} for p in points]
 
 
 _DECIMAL = re.compile(r"(?<![\w.])\d+(?:\.\d+(?:e-?\d+)?|e-?\d+)")

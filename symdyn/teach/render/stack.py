@@ -21,7 +21,10 @@ from symdyn.teach.practice.quiz import Part, Variant
 from symdyn.teach.render.quiz_text import Dialect, Html, Quiz, points_by
 
 RESERVED = (
-    "e i j pi inf minf ind und infinity true false and or not if then else do for while in lambda gamma beta zeta delta"
+    "e i j pi inf minf ind und infinity true false and or not if then else do for while in lambda gamma beta zeta "
+    "delta step next thru unless elseif "  # and what holds values of Maxima's own
+    "aliases arrays context contexts domain error features float functions gcd genindex grind labels linel linenum "
+    "macros numer programmode prompt props rot rules simp sparse structures timer trace translate values verbose"
 )
 MAXIMA = Dialect({"log": "log", "sign": "signum", "pi": "%pi"}, RESERVED, exact=True)
 
@@ -65,7 +68,9 @@ class _Page:
         return _list(f"{self.letters[name]} = {value}" for name, value in pairs.items())
 
     def points(self, points: Sequence[Mapping[str, float]]) -> str:
-        return _list(_list(f"{x} = {v!r}" for x, v in p.items()) for p in points_by(self.letters, points))
+        return _list(
+            _list(f"{x} = {v!r}" for x, v in p.items()) for p in points_by(self.letters, points, self.variant.scene)
+        )
 
     @property
     def given(self) -> str:
