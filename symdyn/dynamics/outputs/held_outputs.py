@@ -1,0 +1,324 @@
+"""Dynamics with contacts held both ways, told at run time which: one function for all stances of a walking robot.
+
+    W        rows of all directions of all contacts, those that are not held times zero        M = Lᵀ D L
+    c        1 for a row that is held, else 0          γ  the rate of W u at u̇ = 0
+    V        L⁻ᵀ Wᵀ, zero but for the joints of each contact's own branch
+    Δ        Vᵀ D⁻¹ V + diag(1 - c), regular where the rows that are held are independent
+    λ        -Δ⁻¹ (Vᵀ D⁻¹ y + c γ),  y = L⁻ᵀ (τ - h)          L u̇ = D⁻¹ (y + V λ)
+
+A row that is not held reads λ = 0. Of rows that hold the same, Δ is singular, and the forces of least size are found by
+the proximal point method, from λ = 0, with a term ρ, in 1/kg for forces:
+
+    λ + (Δ + ρ)⁻¹ (b - Δ λ),    five times; what D leaves in the rows is (ρ/(σ + ρ))⁵ of it, σ the least that is not zero
+
+Derivatives follow from the equations, as `implicit` has it: at u̇ and λ, with the factors of M and Δ,
+
+    -δR = -δ(M u̇ + h - τ - Wᵀ λ),    -δs = -c δ(W u̇ + γ)          δy = L⁻ᵀ (-δR), and then as above
+
+Reference: Carpentier, Budhiraja and Mansard, Proximal and sparse resolution of constrained dynamic equations (2021).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import chain
+
+from symdyn.dynamics.loops.partition import solve_square
+from symdyn.dynamics.mechanism.linear_solve import Factored, RowSolve, RowStep, Singular, factored
+from symdyn.dynamics.outputs import recursive_derivatives, result_labels as labels, tree_formulations as trees
+from symdyn.dynamics.outputs.contact_equations import columns_of, dot, eliminated
+from symdyn.dynamics.outputs.contact_outputs import DIRECTIONS, every_touch, touches
+from symdyn.dynamics.outputs.contact_rows import Row, Touch
+from symdyn.dynamics.outputs.named_functions import MASK, MULTIPLIERS, PROXIMAL, direction
+from symdyn.dynamics.outputs.output import Formulation, Output, Size
+from symdyn.dynamics.outputs.tangent_space import FREE
+from symdyn.dynamics.outputs.workspace import Workspace
+from symdyn.errors import DerivationError, listed
+from symdyn.graph import Expr, substitute, tangents
+
+Rows = list[list[Expr]]
+
+STEPS = 5
+"""Of the proximal point method."""
+
+
+def rows_of(touch: Touch) -> tuple[Row, ...]:
+    """Return the rows that a contact has when it is held: its normal, and where it can slip, rough or smooth."""
+    return (*(() if touch.normal is None else (touch.normal,)), *touch.slips)
+
+
+def _names(w: Workspace) -> tuple[str, ...]:
+    found = list[str]()
+    for one in every_touch(w):
+        words = DIRECTIONS[1:] if len(one.slips) > 1 else ("tangent",)
+        chosen = (*(("normal",) if one.normal else ()), *words[: len(one.slips)])
+        found += [f"{word} of {one.law.name}" for word in chosen]
+    return tuple(found)
+
+
+def _held(w: Workspace, by_recursion: bool) -> tuple[list[Row], list[Expr]]:
+    """Return all rows, and c of each."""
+    every = every_touch(w, by_recursion)
+    masks = direction(w.graph, MASK, len(every))
+    rows = [(row, c) for touch, c in zip(every, masks, strict=True) for row in rows_of(touch)]
+    return [row for row, _ in rows], [c for _, c in rows]
+
+
+# By factors
+
+
+@dataclass(frozen=True)
+class Held:
+    """The factors of the legend, of velocities whose motion is not prescribed.
+
+    Attributes:
+        free: those velocities.
+        mass: factors of M.
+        V: shape (free, m).
+        Z: D⁻¹ V.
+        delta: Δ, shape (m, m).
+        right: y, and c γ and what prescribed accelerations add to it.
+    """
+
+    free: list[int]
+    mass: Factored
+    V: Rows
+    Z: Rows
+    delta: Rows
+    right: tuple[list[Expr], list[Expr]]
+
+    def accelerated(self, lam: Sequence[Expr]) -> list[Expr]:
+        """Return u̇ where nothing is prescribed."""
+        whole = [[y + dot(row, lam)] for y, row in zip(self.right[0], self.V, strict=True)]
+        return [x for (x,) in self.mass.outward(self.mass.scaled(whole))]
+
+    @property
+    def wanted(self) -> list[Expr]:
+        """The right side of the equations of λ, shape (m,)."""
+        return [-(dot(column, self.right[0]) + x) for column, x in zip(columns(self.Z), self.right[1], strict=True)]
+
+
+def columns(rows: Rows) -> Rows:
+    """Return a matrix transposed."""
+    return [list(column) for column in zip(*rows, strict=True)]
+
+
+def _factors(w: Workspace) -> Held:
+    rows, c = _held(w, True)
+    graph, given = w.graph, w.prescribed
+    free, entered = given.free, given.entered(w.zeros)
+    try:
+        mass = factored(graph, w.tree.velocity_parents(free), [[w.composite_mass[i][j] for j in free] for i in free])
+    except Singular as fault:
+        raise Singular(free[fault.velocity]) from fault
+    W = [[x * held for x in row.entries] for row, held in zip(rows, c, strict=True)]
+    rest = trees.unbalanced(w)
+    V = mass.inward([[row[i] for row in W] for i in free])
+    y = [x for (x,) in mass.inward([[rest[i]] for i in free])]
+    Z = mass.scaled(V)
+    gamma = [held * (row.bias + dot(row.entries, entered)) for row, held in zip(rows, c, strict=True)]
+    return Held(free, mass, V, Z, _delta(V, Z, c), (y, gamma))
+
+
+def _delta(V: Rows, Z: Rows, c: Sequence[Expr]) -> Rows:
+    left, right, m = columns(V), columns(Z), range(len(c))
+    lower = [[dot(left[i], right[j]) for j in range(i + 1)] for i in m]
+    for i in m:
+        lower[i][i] = lower[i][i] + (c[i].graph.one - c[i])
+    return [[lower[max(i, j)][min(i, j)] for j in m] for i in m]
+
+
+def _regular(w: Workspace) -> Factored:
+    """Return the factors of Δ.
+
+    Raises:
+        DerivationError: rows hold the same when all are held.
+    """
+    found: Held = w.once(_factors)
+    graph, m = w.graph, range(len(found.delta))
+    chain_of_rows = range(-1, len(found.delta))
+    all_held = dict.fromkeys(direction(graph, MASK, len(every_touch(w))), graph.one)
+    whole = substitute(list(chain(*found.delta)), all_held)
+    try:
+        factored(graph, chain_of_rows, [whole[len(m) * i : len(m) * (i + 1)] for i in m])
+    except Singular as fault:
+        raise DerivationError(
+            f"{w.scene.name}: contacts hold the same where all are held: what is left for {_names(w)[fault.velocity]} "
+            f"follows from {listed([*_names(w)[fault.velocity + 1 :]], 6)}; ask for {LEAST}, whose forces are of least "
+            "size"
+        ) from fault
+    return factored(graph, chain_of_rows, found.delta)
+
+
+def _solution(w: Workspace, lam: Sequence[Expr]) -> list[Expr]:
+    found: Held = w.once(_factors)
+    moving = w.prescribed.entered(w.zeros)
+    for i, x in zip(found.free, found.accelerated(lam), strict=True):
+        moving[i] = x
+    return [*moving, *lam]
+
+
+def _by_factors(w: Workspace) -> list[Expr]:
+    found: Held = w.once(_factors)
+    lam = w.once(_regular).solve([[one] for one in found.wanted])
+    return _solution(w, [x for (x,) in lam])
+
+
+def _least_by_factors(w: Workspace) -> list[Expr]:
+    found: Held = w.once(_factors)
+    (rho,) = direction(w.graph, PROXIMAL, 1)
+    A = [[x + rho if i == j else x for j, x in enumerate(row)] for i, row in enumerate(found.delta)]
+    regular, b = factored(w.graph, range(-1, len(A)), A), found.wanted
+    return _solution(w, _proximal(found.delta, b, lambda side: [x for (x,) in regular.solve([[x] for x in side])]))
+
+
+def _proximal(A: Rows, b: Sequence[Expr], solve: partial[list[Expr]] | object) -> list[Expr]:
+    assert callable(solve)
+    lam: list[Expr] = solve(b)
+    for _ in range(STEPS - 1):
+        missed = [one - dot(row, lam) for row, one in zip(A, b, strict=True)]
+        lam = [x + more for x, more in zip(lam, solve(missed), strict=True)]
+    return lam
+
+
+# By Lagrange's equations and rows of differentiated placements
+
+
+def _unfactored(w: Workspace, least: bool) -> list[Expr]:
+    """Return the same from W M⁻¹ Wᵀ."""
+    rows, c = _held(w, False)
+    free: list[Expr] = w.once(trees.lagrange_forward)
+    by_row = [columns_of(w, free, row) for row in rows]
+    one, m = w.graph.one, range(len(rows))
+    A = [[c[i] * c[j] * dot(rows[i].entries, by_row[j]) + (one - c[i] if i == j else 0) for j in m] for i in m]
+    b = [-held * (dot(row.entries, free) + row.bias) for row, held in zip(rows, c, strict=True)]
+    if least:
+        (rho,) = direction(w.graph, PROXIMAL, 1)
+        soft = [[x + rho if i == j else x for j, x in enumerate(row)] for i, row in enumerate(A)]
+        lam = _proximal(A, b, partial(eliminated, soft))
+    else:
+        lam = solve_square(A, b)
+    pushed = [held * x for held, x in zip(c, lam, strict=True)]
+    return [*(a + dot(parts, pushed) for a, *parts in zip(free, *by_row, strict=True)), *lam]
+
+
+# Derivatives
+
+
+def held_derivatives(w: Workspace, along: Sequence[str]) -> list[Expr]:
+    """Return the derivatives of accelerations, then of forces, along "q", "qd" or "tau", row by row."""
+    found: Held = w.once(_factors)
+    delta: Factored = w.once(_regular)
+    n, free, sides = w.state.n, found.free, _sides(w, along)
+    y = found.mass.inward(sides[: len(free)])
+    slack = sides[len(free) :]
+    m = range(len(slack))
+    Z = columns(found.Z)
+    wide = range(len(sides[0]))
+    by_column = columns(y)
+    wanted = [[slack[r][k] - dot(Z[r], by_column[k]) for k in wide] for r in m]
+    lam = delta.solve(wanted)
+    by_force = columns(lam)
+    moved = [[y[i][k] + dot(found.V[i], by_force[k]) for k in wide] for i in range(len(free))]
+    whole = [[w.graph.zero] * len(wide) for _ in range(n)]
+    for i, row in zip(free, found.mass.outward(found.mass.scaled(moved)), strict=True):
+        whole[i] = row
+    return list(chain(*whole, *lam))
+
+
+def held_solve(w: Workspace, along: Sequence[str]) -> RowSolve | None:
+    """Return the steps of the same in rows: accelerations, forces, and y under them."""
+    found: Held = w.once(_factors)
+    delta: Factored = w.once(_regular)
+    n, free, sides, one = w.state.n, found.free, _sides(w, along), w.graph.one
+    m, minus = len(found.delta), -w.graph.one
+    if len(free) < n:
+        return None
+    steps = [RowStep(step.row, step.scale, step.terms) for step in found.mass.inward_steps()]
+    Z = columns(found.Z)
+    steps += [
+        RowStep(n + r, one, tuple((x, i) for i, x in enumerate(Z[r]) if not x.is_zero)) for r in range(m)
+    ]
+    steps += [RowStep(n + s.row, s.scale, tuple((f, n + k) for f, k in s.terms)) for s in delta.steps()]
+    steps += [
+        RowStep(i, one, tuple((minus * x, n + r) for r, x in enumerate(found.V[i]) if not x.is_zero)) for i in range(n)
+    ]
+    steps += list(found.mass.outward_steps())
+    given = tuple((k, tuple(side)) for k, side in enumerate(sides))
+    return RowSolve(w.scene, given, n + m, tuple(one for one in steps), ((None,) * len(sides[0]),) * (n + m))
+
+
+def _sides(w: Workspace, along: Sequence[str]) -> Rows:
+    """Return -δR of what is free, then -δs, at the solution, a column for each direction."""
+    return w.once(_right_sides, *along)
+
+
+def _right_sides(w: Workspace, *along: str) -> Rows:
+    n, graph, free = w.state.n, w.graph, w.prescribed.free
+    rows, c = _held(w, True)
+    symbols = direction(graph, MULTIPLIERS, len(rows))
+    by_tree = recursive_derivatives.inverse_derivatives(w, [one for one in along if one != "tau"] or ("q",))
+    exerted = [dot(parts, symbols) for parts in zip(*(row.entries for row in rows), strict=True)]
+    kept = [held * (dot(row.entries, w.state.qdd) + row.bias) for row, held in zip(rows, c, strict=True)]
+    width, at = by_width(along, n), 0
+    found: Rows = []
+    for name in along:
+        for k, seed in enumerate(FREE.seeds(w, "", (name,))):
+            if name == "tau":
+                found.append([graph.one if i == k else graph.zero for i in free] + [graph.zero] * len(rows))
+                continue
+            moved = tangents([*(exerted[i] for i in free), *kept], seed)
+            pull = [moved[j] - by_tree[width * i + at + k] for j, i in enumerate(free)]
+            found.append([*pull, *(-x for x in moved[len(free) :])])
+        at += n * (name != "tau")
+    solution = w.once(_by_factors)
+    known = dict(zip((*w.state.qdd, *symbols), solution, strict=True))
+    flat = substitute([x for column in found for x in column], known)
+    height = len(free) + len(rows)
+    return columns([flat[height * k : height * (k + 1)] for k in range(len(found))])
+
+
+def by_width(along: Sequence[str], n: int) -> int:
+    """Return how many columns the derivatives of inverse dynamics have."""
+    return n * max(1, sum(one != "tau" for one in along))
+
+
+# The table
+
+HELD_DYNAMICS, LEAST = "held_dynamics", "held_dynamics_proximal"
+
+_TEXT = "accelerations, and forces of contacts that mask holds both ways, normal and where they can slip"
+_ROW = partial(
+    Output,
+    result="qdd",
+    axes=(lambda w: (*w.scene.velocities, *_names(w)),),
+    units="of accelerations; N or N m",
+    when_constrained="refuse",
+    may_fail="reported",
+    default_in="request",
+    exists=touches,
+)
+
+HELD: Mapping[str, Output] = {
+    HELD_DYNAMICS: _ROW(
+        f"{_TEXT}; contacts that hold the same have no such forces",
+        ("q", "qd", "tau", MASK),
+        formulations={
+            "crba": Formulation(_by_factors),
+            "lagrange": Formulation(partial(_unfactored, least=False), up_to=4),
+        },
+        size=Size((0, 60), 1.0),
+    ),
+    LEAST: _ROW(
+        f"{_TEXT}, forces of least size where contacts hold the same, by {STEPS} steps of the proximal point method",
+        ("q", "qd", "tau", MASK, PROXIMAL),
+        formulations={
+            "crba": Formulation(_least_by_factors),
+            "lagrange": Formulation(partial(_unfactored, least=True), up_to=4),
+        },
+        size=Size((0, 90), 1.0),
+    ),
+}
+"""Rows of the table of outputs."""
