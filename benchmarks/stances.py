@@ -30,7 +30,7 @@ from peers import ours_c, pinocchio_cpp, pinocchio_held  # noqa: E402
 
 from symdyn.emit import emit  # noqa: E402
 from symdyn.program import formulate, lower  # noqa: E402
-from symdyn.scene import read_text  # noqa: E402
+from symdyn.scene import read, read_text  # noqa: E402
 from symdyn.table import Table  # noqa: E402
 
 OUTPUTS = ("held_dynamics", "held_dynamics_derivatives")
@@ -40,7 +40,7 @@ TIMED = ((0, 0, 0, 0), (1, 0, 0, 1), (1, 1, 1, 1))
 CLOSE = 1e-12
 """Largest difference of accelerations, forces, and derivatives of both, over the largest entry."""
 
-PIN_ORDER = (1, 2, 0)
+ALONG_AXES = (1, 2, 0)
 """Our places of a force along x, y, z, of normal, along, across."""
 
 
@@ -61,10 +61,12 @@ class Ours:
         self.derived = time.perf_counter() - start
         header, text = sources.files[1], sources.files[0][1]
         n = case.n
-        call = f"void call(const double *q, const double *qd, const double *given, double *out)\n{{\n    "
+        call = "void call(const double *q, const double *qd, const double *given, double *out)\n{\n    "
         call += f"{case.scene.name}_{output}(q, qd, given, given + {n}, out);\n}}\n"
         start = time.perf_counter()
-        self.code = ctypes.CDLL(str(compiled(text.replace(f'#include "{header[0]}"', header[1]) + call, ours_c.flags())))
+        self.code = ctypes.CDLL(
+            str(compiled(text.replace(f'#include "{header[0]}"', header[1]) + call, ours_c.flags()))
+        )
         self.compiled = time.perf_counter() - start
         self.bytes = len(text)
         (routine,) = program.routines
@@ -74,14 +76,14 @@ class Ours:
 def compare(case: Case, ours: dict[str, Ours], stance: tuple[int, ...], states: dict[str, Array]) -> list[list[Timed]]:
     """Return both, ready to be timed, and what they differ by is asserted."""
     points = tuple((f"{leg}_knee", SHANK) for leg, on in zip(FEET, stance, strict=True) if on)
-    free = Case("quadruped", case.scene.__class__ and quadruped_alone())
+    free = Case("quadruped", read(EXAMPLES / "quadruped.toml"))
     code, robot, places = pinocchio_held.held(free, points)
     theirs = [np.ascontiguousarray(states[name][:, places[name]]) for name in ("q", "qd", "tau")]
     n, m = case.n, 3 * len(points)
     masks = np.tile(np.array(stance, float), (STATES, 1))
     mine = [states["q"], states["qd"], np.hstack([states["tau"], masks])]
     order, clock, found = places["qd"], loops(), []
-    kept = [n + 3 * k + j for k, on in enumerate(stance) if on for j in PIN_ORDER]
+    kept = [n + 3 * k + j for k, on in enumerate(stance) if on for j in ALONG_AXES]
     for output, one in ours.items():
         derivatives = output != OUTPUTS[0]
         width = 3 * n if derivatives else 1
@@ -92,7 +94,9 @@ def compare(case: Case, ours: dict[str, Ours], stance: tuple[int, ...], states: 
             longs = ours_c.longs(STATES, sweeps)
             return clock.time_states(one.code.call, 3, *longs, entries, *ours_c.longs(one.size), *where, address(out))
 
-        def peer(sweeps: int, into: object = None, derivatives: bool = derivatives, size: int = (n + m) * width) -> float:
+        def peer(
+            sweeps: int, into: object = None, derivatives: bool = derivatives, size: int = (n + m) * width
+        ) -> float:
             longs, where = ours_c.longs(size, STATES, sweeps), [address(a) for a in theirs]
             return code.peer_time(robot, int(derivatives), *longs, *where, into)
 
@@ -122,13 +126,6 @@ def compare(case: Case, ours: dict[str, Ours], stance: tuple[int, ...], states: 
 WORST: dict[str, float] = {}
 
 
-def quadruped_alone():
-    """Return the quadruped without contacts, for URDF."""
-    from symdyn.scene import read
-
-    return read(EXAMPLES / "quadruped.toml")
-
-
 def main(arguments: list[str] | None = None) -> int:
     """Print tables in Markdown."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
@@ -155,7 +152,14 @@ def main(arguments: list[str] | None = None) -> int:
     print(Table(("output", "feet", "symdyn, ns", "Pinocchio, ns", "times", "≥ 2"), rows, (1, 2, 3, 4)).markdown(str))
     print()
     sizes = [
-        (output, str(one.counts), f"{one.bytes / 1e3:,.0f}", f"{one.derived:.1f}", f"{one.compiled:.1f}", f"{WORST[output]:.0e}")
+        (
+            output,
+            str(one.counts),
+            f"{one.bytes / 1e3:,.0f}",
+            f"{one.derived:.1f}",
+            f"{one.compiled:.1f}",
+            f"{WORST[output]:.0e}",
+        )
         for output, one in ours.items()
     ]
     heads = ("output", "operations", "C, kB", "derived, s", "compiled, s", "16 stances differ by")

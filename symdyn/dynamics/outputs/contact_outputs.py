@@ -199,6 +199,7 @@ def _both(derive: Callable[..., list[Expr]], up_to: float = 4) -> dict[str, Form
 
 
 def touches(scene: Scene) -> bool:
+    """Return whether a scene has contacts."""
     return bool(unilaterals_of(scene))
 
 

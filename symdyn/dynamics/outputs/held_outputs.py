@@ -9,7 +9,7 @@
 A row that is not held reads λ = 0. Of rows that hold the same, Δ is singular, and the forces of least size are found by
 the proximal point method, from λ = 0, with a term ρ, in 1/kg for forces:
 
-    λ + (Δ + ρ)⁻¹ (b - Δ λ),    five times; what D leaves in the rows is (ρ/(σ + ρ))⁵ of it, σ the least that is not zero
+    λ + (Δ + ρ)⁻¹ (b - Δ λ),    five times; (ρ/(σ + ρ))⁵ of b is left, σ the least value of Δ that is not zero
 
 Derivatives follow from the equations, as `implicit` has it: at u̇ and λ, with the factors of M and Δ,
 
@@ -20,18 +20,18 @@ Reference: Carpentier, Budhiraja and Mansard, Proximal and sparse resolution of 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import chain
 
 from symdyn.dynamics.loops.partition import solve_square
 from symdyn.dynamics.mechanism.linear_solve import Factored, RowSolve, RowStep, Singular, factored
-from symdyn.dynamics.outputs import recursive_derivatives, result_labels as labels, tree_formulations as trees
+from symdyn.dynamics.outputs import recursive_derivatives, tree_formulations as trees
 from symdyn.dynamics.outputs.contact_equations import columns_of, dot, eliminated
 from symdyn.dynamics.outputs.contact_outputs import DIRECTIONS, every_touch, touches
 from symdyn.dynamics.outputs.contact_rows import Row, Touch
-from symdyn.dynamics.outputs.named_functions import MASK, MULTIPLIERS, PROXIMAL, direction
+from symdyn.dynamics.outputs.named_functions import DRIVES, MODES, MULTIPLIERS, PROXIMAL, direction
 from symdyn.dynamics.outputs.output import Formulation, Output, Size
 from symdyn.dynamics.outputs.tangent_space import FREE
 from symdyn.dynamics.outputs.workspace import Workspace
@@ -39,6 +39,8 @@ from symdyn.errors import DerivationError, listed
 from symdyn.graph import Expr, substitute, tangents
 
 Rows = list[list[Expr]]
+
+MASK = MODES[0]
 
 STEPS = 5
 """Of the proximal point method."""
@@ -145,9 +147,9 @@ def _regular(w: Workspace) -> Factored:
         factored(graph, chain_of_rows, [whole[len(m) * i : len(m) * (i + 1)] for i in m])
     except Singular as fault:
         raise DerivationError(
-            f"{w.scene.name}: contacts hold the same where all are held: what is left for {_names(w)[fault.velocity]} "
-            f"follows from {listed([*_names(w)[fault.velocity + 1 :]], 6)}; ask for {LEAST}, whose forces are of least "
-            "size"
+            f"{w.scene.name}: contacts hold the same where all are held, {_names(w)[fault.velocity]} what "
+            f"{listed(_names(w)[fault.velocity + 1 :], 6)} hold, so that their forces are not unique; ask for {LEAST}, "
+            "whose forces are of least size"
         ) from fault
     return factored(graph, chain_of_rows, found.delta)
 
@@ -168,18 +170,23 @@ def _by_factors(w: Workspace) -> list[Expr]:
 
 def _least_by_factors(w: Workspace) -> list[Expr]:
     found: Held = w.once(_factors)
+    A = _softened(w, found.delta)
+    regular = factored(w.graph, range(-1, len(A)), A)
+    return _solution(w, _proximal(found.delta, found.wanted, lambda b: [x for (x,) in regular.solve([[x] for x in b])]))
+
+
+def _softened(w: Workspace, A: Rows) -> Rows:
+    """Return A + ρ."""
     (rho,) = direction(w.graph, PROXIMAL, 1)
-    A = [[x + rho if i == j else x for j, x in enumerate(row)] for i, row in enumerate(found.delta)]
-    regular, b = factored(w.graph, range(-1, len(A)), A), found.wanted
-    return _solution(w, _proximal(found.delta, b, lambda side: [x for (x,) in regular.solve([[x] for x in side])]))
+    return [[x + rho if i == j else x for j, x in enumerate(row)] for i, row in enumerate(A)]
 
 
-def _proximal(A: Rows, b: Sequence[Expr], solve: partial[list[Expr]] | object) -> list[Expr]:
-    assert callable(solve)
-    lam: list[Expr] = solve(b)
+def _proximal(A: Rows, b: Sequence[Expr], softly: Callable[[Sequence[Expr]], list[Expr]]) -> list[Expr]:
+    """Return λ; `softly` solves with A + ρ."""
+    lam = softly(b)
     for _ in range(STEPS - 1):
         missed = [one - dot(row, lam) for row, one in zip(A, b, strict=True)]
-        lam = [x + more for x, more in zip(lam, solve(missed), strict=True)]
+        lam = [x + more for x, more in zip(lam, softly(missed), strict=True)]
     return lam
 
 
@@ -194,12 +201,7 @@ def _unfactored(w: Workspace, least: bool) -> list[Expr]:
     one, m = w.graph.one, range(len(rows))
     A = [[c[i] * c[j] * dot(rows[i].entries, by_row[j]) + (one - c[i] if i == j else 0) for j in m] for i in m]
     b = [-held * (dot(row.entries, free) + row.bias) for row, held in zip(rows, c, strict=True)]
-    if least:
-        (rho,) = direction(w.graph, PROXIMAL, 1)
-        soft = [[x + rho if i == j else x for j, x in enumerate(row)] for i, row in enumerate(A)]
-        lam = _proximal(A, b, partial(eliminated, soft))
-    else:
-        lam = solve_square(A, b)
+    lam = _proximal(A, b, partial(eliminated, _softened(w, A))) if least else solve_square(A, b)
     pushed = [held * x for held, x in zip(c, lam, strict=True)]
     return [*(a + dot(parts, pushed) for a, *parts in zip(free, *by_row, strict=True)), *lam]
 
@@ -210,79 +212,71 @@ def _unfactored(w: Workspace, least: bool) -> list[Expr]:
 def held_derivatives(w: Workspace, along: Sequence[str]) -> list[Expr]:
     """Return the derivatives of accelerations, then of forces, along "q", "qd" or "tau", row by row."""
     found: Held = w.once(_factors)
-    delta: Factored = w.once(_regular)
-    n, free, sides = w.state.n, found.free, _sides(w, along)
-    y = found.mass.inward(sides[: len(free)])
-    slack = sides[len(free) :]
-    m = range(len(slack))
-    Z = columns(found.Z)
-    wide = range(len(sides[0]))
-    by_column = columns(y)
-    wanted = [[slack[r][k] - dot(Z[r], by_column[k]) for k in wide] for r in m]
-    lam = delta.solve(wanted)
-    by_force = columns(lam)
-    moved = [[y[i][k] + dot(found.V[i], by_force[k]) for k in wide] for i in range(len(free))]
-    whole = [[w.graph.zero] * len(wide) for _ in range(n)]
-    for i, row in zip(free, found.mass.outward(found.mass.scaled(moved)), strict=True):
+    sides: Rows = w.once(_sides, *along)
+    free = len(found.free)
+    y = found.mass.inward(sides[:free])
+    lam = w.once(_regular).solve(_less(sides[free:], columns(found.Z), y))
+    pushed = _less(y, [[-x for x in row] for row in found.V], lam)
+    whole = [[w.graph.zero] * len(sides[0]) for _ in range(w.state.n)]
+    for i, row in zip(found.free, found.mass.outward(found.mass.scaled(pushed)), strict=True):
         whole[i] = row
     return list(chain(*whole, *lam))
 
 
+def _less(rows: Rows, factors: Rows, others: Rows) -> Rows:
+    """Return rows - factors @ others."""
+    by_column = columns(others)
+    return [
+        [x - dot(f, column) for x, column in zip(row, by_column, strict=True)]
+        for row, f in zip(rows, factors, strict=True)
+    ]
+
+
 def held_solve(w: Workspace, along: Sequence[str]) -> RowSolve | None:
-    """Return the steps of the same in rows: accelerations, forces, and y under them."""
+    """Return the steps of the same: rows of y become accelerations, those behind them forces; None with motions."""
     found: Held = w.once(_factors)
     delta: Factored = w.once(_regular)
-    n, free, sides, one = w.state.n, found.free, _sides(w, along), w.graph.one
-    m, minus = len(found.delta), -w.graph.one
-    if len(free) < n:
+    n, one = w.state.n, w.graph.one
+    if len(found.free) < n:
         return None
-    steps = [RowStep(step.row, step.scale, step.terms) for step in found.mass.inward_steps()]
-    Z = columns(found.Z)
-    steps += [
-        RowStep(n + r, one, tuple((x, i) for i, x in enumerate(Z[r]) if not x.is_zero)) for r in range(m)
+    sides: Rows = w.once(_sides, *along)
+    steps = [
+        *found.mass.inward_steps(),
+        *(RowStep(n + r, one, _terms(column, 0)) for r, column in enumerate(columns(found.Z))),
+        *(RowStep(n + s.row, s.scale, tuple((f, n + k) for f, k in s.terms)) for s in delta.steps()),
+        *(RowStep(i, one, _terms([-x for x in row], n)) for i, row in enumerate(found.V)),
+        *found.mass.outward_steps(),
     ]
-    steps += [RowStep(n + s.row, s.scale, tuple((f, n + k) for f, k in s.terms)) for s in delta.steps()]
-    steps += [
-        RowStep(i, one, tuple((minus * x, n + r) for r, x in enumerate(found.V[i]) if not x.is_zero)) for i in range(n)
-    ]
-    steps += list(found.mass.outward_steps())
-    given = tuple((k, tuple(side)) for k, side in enumerate(sides))
-    return RowSolve(w.scene, given, n + m, tuple(one for one in steps), ((None,) * len(sides[0]),) * (n + m))
+    beside = ((None,) * len(sides[0]),) * len(sides)
+    return RowSolve(w.scene, tuple((k, tuple(row)) for k, row in enumerate(sides)), len(sides), tuple(steps), beside)
 
 
-def _sides(w: Workspace, along: Sequence[str]) -> Rows:
+def _terms(factors: Sequence[Expr], start: int) -> tuple[tuple[Expr, int], ...]:
+    return tuple((x, start + k) for k, x in enumerate(factors) if not x.is_zero)
+
+
+def _sides(w: Workspace, *along: str) -> Rows:
     """Return -δR of what is free, then -δs, at the solution, a column for each direction."""
-    return w.once(_right_sides, *along)
-
-
-def _right_sides(w: Workspace, *along: str) -> Rows:
     n, graph, free = w.state.n, w.graph, w.prescribed.free
     rows, c = _held(w, True)
-    symbols = direction(graph, MULTIPLIERS, len(rows))
-    by_tree = recursive_derivatives.inverse_derivatives(w, [one for one in along if one != "tau"] or ("q",))
-    exerted = [dot(parts, symbols) for parts in zip(*(row.entries for row in rows), strict=True)]
+    pushes = direction(graph, MULTIPLIERS, len(rows))  # c λ
+    exerted = [dot(parts, pushes) for parts in zip(*(row.entries for row in rows), strict=True)]
     kept = [held * (dot(row.entries, w.state.qdd) + row.bias) for row, held in zip(rows, c, strict=True)]
-    width, at = by_width(along, n), 0
+    moving = [name for name in along if name != DRIVES]
+    by_tree = recursive_derivatives.inverse_derivatives(w, moving) if moving else []
     found: Rows = []
-    for name in along:
-        for k, seed in enumerate(FREE.seeds(w, "", (name,))):
-            if name == "tau":
-                found.append([graph.one if i == k else graph.zero for i in free] + [graph.zero] * len(rows))
-                continue
-            moved = tangents([*(exerted[i] for i in free), *kept], seed)
-            pull = [moved[j] - by_tree[width * i + at + k] for j, i in enumerate(free)]
-            found.append([*pull, *(-x for x in moved[len(free) :])])
-        at += n * (name != "tau")
+    for at, seed in enumerate(FREE.seeds(w, "", moving)):
+        moved = tangents([*(exerted[i] for i in free), *kept], seed)
+        pulled = [moved[k] - by_tree[len(moving) * n * i + at] for k, i in enumerate(free)]
+        found.append([*pulled, *(-x for x in moved[len(free) :])])
     solution = w.once(_by_factors)
-    known = dict(zip((*w.state.qdd, *symbols), solution, strict=True))
-    flat = substitute([x for column in found for x in column], known)
-    height = len(free) + len(rows)
-    return columns([flat[height * k : height * (k + 1)] for k in range(len(found))])
-
-
-def by_width(along: Sequence[str], n: int) -> int:
-    """Return how many columns the derivatives of inverse dynamics have."""
-    return n * max(1, sum(one != "tau" for one in along))
+    pushed = [held * x for held, x in zip(c, solution[n:], strict=True)]
+    known = dict(zip((*w.state.qdd, *pushes), (*solution[:n], *pushed), strict=True))
+    flat = iter(substitute(list(chain(*found)), known))
+    found = [[next(flat) for _ in column] for column in found]
+    if DRIVES in along:  # the last one
+        found += [[graph.one if i == k else graph.zero for i in free] + [graph.zero] * len(rows) for k in range(n)]
+    return columns(found)
 
 
 # The table

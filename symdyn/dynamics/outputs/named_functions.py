@@ -185,9 +185,7 @@ ARGUMENTS: dict[str, tuple[str, dict[str, str]]] = {  # text, unit by unit of th
     "slip": ("direction of the slip of each contact, a sign or a unit vector, 0 where it sticks", {"": "1"}),
 }
 
-MASK, _ = MODES = ("mask", "slip")  # of every contact
-PROXIMAL = "proximal"
-"""The term that makes equations of forces regular that are not."""
+MODES, PROXIMAL = ("mask", "slip"), "proximal"  # of every contact; of the equations of their forces
 
 ALONG_MANIFOLD = {"q": "dq_i", "qd": "dqd_i", "qdd": "dqdd_i", "tau": "dtau"}
 """The same of closed scenes, where dependent positions, velocities and accelerations move along."""
@@ -337,9 +335,6 @@ def arguments(workspace: Workspace, names: Sequence[str], weighed: Sequence[str]
         text = "free parameters: " + ", ".join(parameter.name for parameter in free)
         result.append(Argument("params", nodes, text, tuple(parameter.unit for parameter in free)))
     return tuple(result)
-
-
-# Regressor
 
 
 SYMBOL = Op.SYMBOL  # see `Op`
