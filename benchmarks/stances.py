@@ -105,9 +105,7 @@ def compare(case: Case, ours: dict[str, Ours], stance: tuple[int, ...], states: 
         rows = out.reshape(STATES, -1, width)[:, [*order, *kept]]
         given = back.reshape(STATES, n + m, width)
         if derivatives:
-            blocks = rows.reshape(STATES, n + m, 3, n)[..., order].reshape(STATES, n + m, width)
-            given[:, n:] *= -1 if np.sum((blocks + given)[:, n:] ** 2) < np.sum((blocks - given)[:, n:] ** 2) else 1
-            rows = blocks
+            rows = rows.reshape(STATES, n + m, 3, n)[..., order].reshape(STATES, n + m, width)
         for part in (slice(0, n), slice(n, n + m)):
             if part.start < part.stop:
                 scale = np.abs(given[:, part]).max(axis=(1, 2))

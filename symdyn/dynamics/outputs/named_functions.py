@@ -181,7 +181,7 @@ ARGUMENTS: dict[str, tuple[str, dict[str, str]]] = {  # text, unit by unit of th
     "q_to": ("joint positions to be reached", {"rad": "rad", "m": "m", "1": "1"}),
     "weights": ("weights of the entries of the result, row by row", {"": ""}),
     "mask": ("1 for each contact that is closed, else 0", {"": "1"}),
-    "proximal": ("term on the diagonal of W M^-1 W^T, such as 1e-7 of its trace", {"": "1/kg"}),
+    "proximal": ("term on the diagonal of W M^-1 W^T, such as 1e-5 of its trace", {"": "1/kg"}),
     "slip": ("direction of the slip of each contact, a sign or a unit vector, 0 where it sticks", {"": "1"}),
 }
 
