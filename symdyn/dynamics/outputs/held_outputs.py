@@ -47,15 +47,20 @@ STEPS = 5
 
 
 def rows_of(touch: Touch) -> tuple[Row, ...]:
-    """Return the rows that a contact has when it is held: its normal, and where it can slip, rough or smooth."""
-    return (*(() if touch.normal is None else (touch.normal,)), *touch.slips)
+    """Return the rows that a contact has when it is held, rough or smooth; none along what joints hold already."""
+    return (*_normal(touch), *touch.slips)
+
+
+def _normal(touch: Touch) -> tuple[Row, ...]:
+    there = touch.normal and not all(entry.is_zero for entry in touch.normal.entries)
+    return (touch.normal,) if touch.normal and there else ()
 
 
 def _names(w: Workspace) -> tuple[str, ...]:
     found = list[str]()
     for one in every_touch(w):
         words = DIRECTIONS[1:] if len(one.slips) > 1 else ("tangent",)
-        chosen = (*(("normal",) if one.normal else ()), *words[: len(one.slips)])
+        chosen = (*(("normal",) if _normal(one) else ()), *words[: len(one.slips)])
         found += [f"{word} of {one.law.name}" for word in chosen]
     return tuple(found)
 
@@ -303,7 +308,7 @@ HELD: Mapping[str, Output] = {
             "crba": Formulation(_by_factors),
             "lagrange": Formulation(partial(_unfactored, least=False), up_to=4),
         },
-        size=Size((0, 60), 1.0),
+        size=Size((0, 36), 1.0),
     ),
     LEAST: _ROW(
         f"{_TEXT}, forces of least size where contacts hold the same, by {STEPS} steps of the proximal point method",
@@ -312,7 +317,7 @@ HELD: Mapping[str, Output] = {
             "crba": Formulation(_least_by_factors),
             "lagrange": Formulation(partial(_unfactored, least=True), up_to=4),
         },
-        size=Size((0, 90), 1.0),
+        size=Size((0, 40), 1.0),
     ),
 }
 """Rows of the table of outputs."""
