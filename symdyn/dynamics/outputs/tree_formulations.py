@@ -60,7 +60,8 @@ def forward_crba(w: Workspace) -> list[Expr]:
     if given.place:
         parents = w.tree.velocity_parents(given.free)
         return accelerations(given, parents, w.composite_mass, w.state.tau, w.forces(given.entered(w.zeros)))
-    return solve(w.tree.velocity_parents(), w.composite_mass, unbalanced(w))
+    rest = unbalanced(w)
+    return solve(w.tree.velocity_parents(), w.composite_mass, rest)
 
 
 def unbalanced(w: Workspace) -> list[Expr]:
