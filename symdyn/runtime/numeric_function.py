@@ -166,14 +166,11 @@ class NumericFunction(Shown):
         """Raise ArgumentError where a number is neither 0 nor 1; numbers that are known later are not looked at."""
         for k in self.flags:
             one, value = self.operands[k], given[k]
-            if not isinstance(value, (np.ndarray, list, tuple)) or self._shape(value) is None:
-                continue
-            found = np.asarray(value)
-            wrong = found[(found != 0) & (found != 1)]
-            if wrong.size:
-                raise ArgumentError(
-                    f"{self.name}: {one.name} has {wrong.flat[0]:g}; give 0 or 1 of each of {listed(one.entries)}"
-                )
+            if isinstance(value, (np.ndarray, list, tuple)) and self._shape(value) is not None:
+                wrong = (found := np.asarray(value))[(found != 0) & (found != 1)]
+                if wrong.size:
+                    told = f"give 0 or 1 of each of {listed(one.entries)}"
+                    raise ArgumentError(f"{self.name}: {one.name} has {wrong.flat[0]:g}; {told}")
 
     def _faults(self, given: Sequence[Any]) -> list[str]:
         """Return what is wrong with arguments, as far as it can be told."""

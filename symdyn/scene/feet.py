@@ -18,11 +18,6 @@ from symdyn.scene.values.quantity import Quantity
 def with_contacts(scene: SceneLike, places: Sequence[str], friction: float = 1.0) -> Scene:
     """Return a scene in which points may touch the plane z = 0 of the ground, a contact of the name of each.
 
-    >>> import symdyn
-    >>> dog = symdyn.scene.with_contacts("examples/quadruped.toml", ["fl_foot", "fr_foot", "rl_foot", "rr_foot"])
-    >>> symdyn.load(dog, "held_dynamics").held_dynamics.description
-    'held_dynamics(q, qd, tau, mask) -> qdd: (19),(18),(18),(4)->(30)'
-
     Args:
         scene: the mechanism; what opens and closes in it already comes first.
         places: points of the scene, or bodies, whose origins they are then.

@@ -32,7 +32,7 @@ from symdyn.dynamics.outputs.contact_equations import columns_of, dot, eliminate
 from symdyn.dynamics.outputs.contact_outputs import DIRECTIONS, every_touch, touches
 from symdyn.dynamics.outputs.contact_rows import Row, Touch
 from symdyn.dynamics.outputs.named_functions import DRIVES, MODES, MULTIPLIERS, PROXIMAL, direction
-from symdyn.dynamics.outputs.output import Formulation, Output, Size
+from symdyn.dynamics.outputs.output import Formulation, Output, Size, by_lagrange
 from symdyn.dynamics.outputs.tangent_space import FREE
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.errors import DerivationError, listed
@@ -46,12 +46,8 @@ STEPS = 5
 """Of the proximal point method."""
 
 
-def rows_of(touch: Touch) -> tuple[Row, ...]:
-    """Return the rows that a contact has when it is held, rough or smooth; none along what joints hold already."""
-    return (*_normal(touch), *touch.slips)
-
-
 def _normal(touch: Touch) -> tuple[Row, ...]:
+    """Return the row of a normal, none along what joints hold already."""
     there = touch.normal and not all(entry.is_zero for entry in touch.normal.entries)
     return (touch.normal,) if touch.normal and there else ()
 
@@ -59,17 +55,19 @@ def _normal(touch: Touch) -> tuple[Row, ...]:
 def _names(w: Workspace) -> tuple[str, ...]:
     found = list[str]()
     for one in every_touch(w):
-        words = DIRECTIONS[1:] if len(one.slips) > 1 else ("tangent",)
-        chosen = (*(("normal",) if _normal(one) else ()), *words[: len(one.slips)])
-        found += [f"{word} of {one.law.name}" for word in chosen]
+        words = (
+            *DIRECTIONS[: len(_normal(one))],
+            *("tangent", *DIRECTIONS[1:])[len(one.slips) // 2 :][: len(one.slips)],
+        )
+        found += [f"{word} of {one.law.name}" for word in words]
     return tuple(found)
 
 
 def _held(w: Workspace, by_recursion: bool) -> tuple[list[Row], list[Expr]]:
-    """Return all rows, and c of each."""
+    """Return all rows, rough or smooth, and c of each."""
     every = every_touch(w, by_recursion)
     masks = direction(w.graph, MASK, len(every))
-    rows = [(row, c) for touch, c in zip(every, masks, strict=True) for row in rows_of(touch)]
+    rows = [(row, c) for touch, c in zip(every, masks, strict=True) for row in (*_normal(touch), *touch.slips)]
     return [row for row, _ in rows], [c for _, c in rows]
 
 
@@ -96,11 +94,6 @@ class Held:
     delta: Rows
     right: tuple[list[Expr], list[Expr]]
 
-    def accelerated(self, lam: Sequence[Expr]) -> list[Expr]:
-        """Return u̇ where nothing is prescribed."""
-        whole = [[y + dot(row, lam)] for y, row in zip(self.right[0], self.V, strict=True)]
-        return [x for (x,) in self.mass.outward(self.mass.scaled(whole))]
-
     @property
     def wanted(self) -> list[Expr]:
         """The right side of the equations of λ, shape (m,)."""
@@ -126,15 +119,9 @@ def _factors(w: Workspace) -> Held:
     y = [x for (x,) in mass.inward([[rest[i]] for i in free])]
     Z = mass.scaled(V)
     gamma = [held * (row.bias + dot(row.entries, entered)) for row, held in zip(rows, c, strict=True)]
-    return Held(free, mass, V, Z, _delta(V, Z, c), (y, gamma))
-
-
-def _delta(V: Rows, Z: Rows, c: Sequence[Expr]) -> Rows:
     left, right, m = columns(V), columns(Z), range(len(c))
-    lower = [[dot(left[i], right[j]) for j in range(i + 1)] for i in m]
-    for i in m:
-        lower[i][i] = lower[i][i] + (c[i].graph.one - c[i])
-    return [[lower[max(i, j)][min(i, j)] for j in m] for i in m]
+    lower = [[dot(left[i], right[j]) + (graph.one - c[i] if i == j else 0) for j in range(i + 1)] for i in m]
+    return Held(free, mass, V, Z, [[lower[max(i, j)][min(i, j)] for j in m] for i in m], (y, gamma))
 
 
 def _regular(w: Workspace) -> Factored:
@@ -144,25 +131,24 @@ def _regular(w: Workspace) -> Factored:
         DerivationError: rows hold the same when all are held.
     """
     found: Held = w.once(_factors)
-    graph, m = w.graph, range(len(found.delta))
-    chain_of_rows = range(-1, len(found.delta))
+    graph, in_order = w.graph, range(-1, len(found.delta))
     all_held = dict.fromkeys(direction(graph, MASK, len(every_touch(w))), graph.one)
-    whole = substitute(list(chain(*found.delta)), all_held)
     try:
-        factored(graph, chain_of_rows, [whole[len(m) * i : len(m) * (i + 1)] for i in m])
+        factored(graph, in_order, [substitute(row, all_held) for row in found.delta])
     except Singular as fault:
         raise DerivationError(
             f"{w.scene.name}: contacts hold the same where all are held, {_names(w)[fault.velocity]} what "
             f"{listed(_names(w)[fault.velocity + 1 :], 6)} hold, so that their forces are not unique; ask for {LEAST}, "
             "whose forces are of least size"
         ) from fault
-    return factored(graph, chain_of_rows, found.delta)
+    return factored(graph, in_order, found.delta)
 
 
 def _solution(w: Workspace, lam: Sequence[Expr]) -> list[Expr]:
     found: Held = w.once(_factors)
     moving = w.prescribed.entered(w.zeros)
-    for i, x in zip(found.free, found.accelerated(lam), strict=True):
+    whole = [[y + dot(row, lam)] for y, row in zip(found.right[0], found.V, strict=True)]
+    for i, (x,) in zip(found.free, found.mass.outward(found.mass.scaled(whole)), strict=True):
         moving[i] = x
     return [*moving, *lam]
 
@@ -288,6 +274,11 @@ def _sides(w: Workspace, *along: str) -> Rows:
 
 HELD_DYNAMICS, LEAST = "held_dynamics", "held_dynamics_proximal"
 
+
+def _ways(derive: Callable[[Workspace], list[Expr]], least: bool) -> dict[str, Formulation]:
+    return {"crba": Formulation(derive), "lagrange": by_lagrange(partial(_unfactored, least=least))}
+
+
 _TEXT = "accelerations, and forces of contacts that mask holds both ways, normal and where they can slip"
 _ROW = partial(
     Output,
@@ -304,19 +295,13 @@ HELD: Mapping[str, Output] = {
     HELD_DYNAMICS: _ROW(
         f"{_TEXT}; contacts that hold the same have no such forces",
         ("q", "qd", "tau", MASK),
-        formulations={
-            "crba": Formulation(_by_factors),
-            "lagrange": Formulation(partial(_unfactored, least=False), up_to=4),
-        },
+        formulations=_ways(_by_factors, least=False),
         size=Size((0, 36), 1.0),
     ),
     LEAST: _ROW(
         f"{_TEXT}, forces of least size where contacts hold the same, by {STEPS} steps of the proximal point method",
         ("q", "qd", "tau", MASK, PROXIMAL),
-        formulations={
-            "crba": Formulation(_least_by_factors),
-            "lagrange": Formulation(partial(_unfactored, least=True), up_to=4),
-        },
+        formulations=_ways(_least_by_factors, least=True),
         size=Size((0, 40), 1.0),
     ),
 }
