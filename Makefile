@@ -49,7 +49,7 @@ types: $(READY)  ## mypy on all of it, pyright on the code of README and docs
 doctest: $(READY)
 	$(BIN)/python -m pytest --doctest-modules --doctest-ignore-import-errors symdyn  # of what is not installed: JAX, PyTorch
 	$(BIN)/python -m pytest --doctest-glob='*.md' README.md CONTRIBUTING.md docs/index.md docs/python.md docs/equations.md docs/regressors.md \
-		docs/identify.md docs/sweeps.md docs/simulate.md docs/control.md docs/excitation.md docs/units.md docs/verify.md docs/questions.md
+		docs/identify.md docs/sweeps.md docs/simulate.md docs/control.md docs/excitation.md docs/units.md docs/verify.md docs/questions.md docs/robots.md
 
 wheel: $(READY)  ## the sdist, the wheel that it builds, and that wheel alone in an empty environment
 	$(BIN)/python tests/wheel.py
@@ -86,7 +86,7 @@ bench: $(READY)  ## side by side with other libraries; updates docs/performance.
 	$(BIN)/python benchmarks/derivatives.py --docs docs
 
 # Each prints what was set out to be reached beside what was; some end with 1 where that was missed.
-bars: $(READY)  ## the rest of what was set out to be reached: cold starts, certificates, large mechanisms, small batches, 31 digits, contacts, second derivatives, what nvcc spills
+bars: $(READY)  ## the rest of what was set out to be reached: cold starts, certificates, large mechanisms, small batches, 31 digits, contacts, second derivatives, inverse kinematics, stances of a quadruped, what nvcc spills
 	-$(BIN)/python benchmarks/import_time.py
 	-$(BIN)/python benchmarks/cold_load.py
 	-$(BIN)/python benchmarks/certificates.py
@@ -98,6 +98,7 @@ bars: $(READY)  ## the rest of what was set out to be reached: cold starts, cert
 	-$(BIN)/python benchmarks/contacts.py
 	-$(BIN)/python benchmarks/second_derivatives.py
 	-$(BIN)/python benchmarks/inverse_kinematics.py
+	-$(BIN)/python benchmarks/stances.py
 	-$(BIN)/python benchmarks/gpu.py --compile
 
 $(READY): pyproject.toml

@@ -27,7 +27,8 @@ from symdyn.dynamics.mechanism.state import has_motion
 from symdyn.dynamics.outputs import Counts
 from symdyn.dynamics.outputs.canonical_outputs import CANONICAL
 from symdyn.dynamics.outputs.configuration_outputs import CONFIGURATIONS
-from symdyn.dynamics.outputs.contact_outputs import CONTACTS
+from symdyn.dynamics.outputs.contact_outputs import CONTACTS as OPENING
+from symdyn.dynamics.outputs.held_outputs import HELD
 from symdyn.dynamics.outputs.linearizing_outputs import LINEARIZING as LINEARIZED
 from symdyn.dynamics.outputs.operator_outputs import OPERATORS
 from symdyn.dynamics.outputs.output import Constrained
@@ -64,7 +65,7 @@ def request(name: str, one: Scene) -> str:
     return f"{name}:{of}" if place else name
 
 
-LINEARIZING = {**LINEARIZED, **SHAPING}
+LINEARIZING, CONTACTS = {**LINEARIZED, **SHAPING}, {**OPENING, **HELD}
 ALONG = ("output_rates", "output_rate", "decoupling_matrix", "decoupling_row", "damping_forces", "shaping_forces")
 """What outputs of a scene do along its motion."""
 LED = tuple(name for name in LINEARIZING if name not in ALONG)
@@ -82,7 +83,8 @@ def looked(name: str, one: Scene) -> Scene:
     cord = ElasticRope("cord", ends=ends, stiffness=(Quantity.ONE,))
     one = replace(one, elements=(*one.elements, cord)) if OUTPUTS[name].place == "rope" else one
     if name in CONTACTS:
-        one = replace(one, elements=(*one.elements, PlaneContact("seat", place=ends[1])))
+        at = replace(ends[0], body=one.bodies[-1].name) if name in HELD else ends[1]  # no rows that hold the same
+        one = replace(one, elements=(*one.elements, PlaneContact("seat", place=at)))
     if name == "state_rates":
         one = replace(one, states=(StateVariable("kept", Quantity.symbol(one.velocities[0])),))
     if name == "routhian":

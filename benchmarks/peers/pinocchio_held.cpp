@@ -20,10 +20,11 @@ struct Robot
 
 typedef Eigen::Map<const Eigen::VectorXd> In;
 
-void call(Robot &r, In q, In qd, In tau)
+void call(Robot &r, bool derivatives, In q, In qd, In tau)
 {
     pinocchio::ProximalSettings settings(1e-12, 0., 1);
     pinocchio::constraintDynamics(r.model, r.data, q, qd, tau, r.held, r.held_data, settings);
+    if (!derivatives) return;
     pinocchio::computeConstraintDynamicsDerivatives(r.model, r.data, r.held, r.held_data, settings);
 }
 } // namespace
@@ -45,8 +46,9 @@ extern "C" void *peer_robot(int n, const double *numbers, int points, const doub
     return r;
 }
 
-// Seconds for `sweeps` passes over the states; [by q | by qd | by tau] is copied to `out` unless it is null.
-extern "C" double peer_time(void *handle, long states, long sweeps, const double *q, const double *qd,
+// Seconds for `sweeps` passes over the states; unless `out` is null, accelerations and forces are copied to it, or
+// accelerations [by q | by qd | by tau], and then forces if `size` leaves room for them.
+extern "C" double peer_time(void *handle, int derivatives, long size, long states, long sweeps, const double *q, const double *qd,
                             const double *tau, double *out)
 {
     Robot &r = *static_cast<Robot *>(handle);
@@ -56,11 +58,18 @@ extern "C" double peer_time(void *handle, long states, long sweeps, const double
     for (long sweep = 0; sweep < sweeps; ++sweep)
         for (long k = 0; k < states; ++k)
         {
-            call(r, In(q + k * nq, nq), In(qd + k * n, n), In(tau + k * n, n));
+            call(r, derivatives, In(q + k * nq, nq), In(qd + k * n, n), In(tau + k * n, n));
             if (!out) continue;
-            Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> all(
-                out + k * 3 * n * n, n, 3 * n);
-            all << r.data.ddq_dq, r.data.ddq_dv, r.data.ddq_dtau;
+            const long m = r.data.lambda_c.size();
+            if (!derivatives) {
+                Eigen::Map<Eigen::VectorXd> all(out + k * size, n + m);
+                all << r.data.ddq, r.data.lambda_c;
+                continue;
+            }
+            typedef Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> Rows;
+            Rows(out + k * size, n, 3 * n) << r.data.ddq_dq, r.data.ddq_dv, r.data.ddq_dtau;
+            if (m && size > 3 * n * n)
+                Rows(out + k * size + 3 * n * n, m, 3 * n) << r.data.dlambda_dq, r.data.dlambda_dv, r.data.dlambda_dtau;
         }
     clock_gettime(CLOCK_MONOTONIC, &end);
     return double(end.tv_sec - start.tv_sec) + 1e-9 * double(end.tv_nsec - start.tv_nsec);

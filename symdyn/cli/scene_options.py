@@ -90,7 +90,7 @@ def read_scene(options: argparse.Namespace) -> Scene:
     opening = [one.name for one in scene.unilaterals]
     opening += [f"stops of {one.name}" for one in scene.joints if one.limits.restitution is not None]
     if opening and options.verb in OPEN and getattr(options, "formulation", "") != "contact":
-        say(f"{scene.name}: all contacts open: {listed(opening)}; runs, sensitivity and gait close them")
+        say(f"{scene.name}: all contacts open: {listed(opening)}; runs, sensitivity, gait and masks close them")
     return scene
 
 

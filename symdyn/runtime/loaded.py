@@ -168,7 +168,10 @@ def loaded(
     calls = {}
     for call, head in zip(found, heads, strict=True):
         one = numeric_function(scene, head.name, head, call, free, (one_of, (loaded, settings, head.name)))
-        calls[head.name] = makers.module.named(one, call) if makers and isinstance(call, Later) else one
+        if isinstance(call, Later) and one.flags:  # looked at in Python, so that the docstring cannot wait for `help`
+            one.__dict__["__doc__"] = call.doc()
+        direct = isinstance(call, Later) and not one.flags
+        calls[head.name] = makers.module.named(one, call) if makers and direct else one
     told = {name: call.description for name, call in calls.items()}
     made = Loaded(scene, requests, calls, told, makers is not None, compiler, machine, prepared, closing, free)
     return replace(made, accuracy=accuracy)

@@ -38,6 +38,9 @@ WORDS = frozenset({"out", "axes", "casting", "dtype", "order", "signature", "sub
 REAL = "biuf"
 """Kinds of NumPy's types that are real numbers."""
 
+FLAGS = ("mask",)
+"""Arguments whose entries are 0 or 1."""
+
 BY_NAME = ("params", "inputs", "internal", "tau")
 """Arguments whose entries a call is likely to name."""
 
@@ -83,8 +86,10 @@ class NumericFunction(Shown):
     fixed: Mapping[str, str] = field(default_factory=dict)
     again: tuple[Callable[..., Any], tuple[Any, ...]] | None = None
     words: ClassVar[frozenset[str]] = WORDS
+    flags: ClassVar[tuple[int, ...]] = ()
 
     def __post_init__(self) -> None:
+        self.__dict__["flags"] = tuple(k for k, one in enumerate(self.operands) if one.name in FLAGS)
         self.__dict__.update(__name__=self.name, __qualname__=self.name, __doc__=self.call.__doc__)
 
     def __call__(self, *given: Any, **named: Any) -> Any:
@@ -96,6 +101,8 @@ class NumericFunction(Shown):
         if len(given) < len(self.operands) or not self.words.issuperset(named):
             values = {key: named.pop(key) for key in list(named) if key not in self.words}
             given = self._completed(given, values)
+        if self.flags:
+            self._check_flags(given)
         try:
             return self.call(*given, **named)
         except (TypeError, ValueError) as error:
@@ -155,6 +162,16 @@ class NumericFunction(Shown):
         names = [name for one in self.operands if one.name not in known for name in (one.name, *one.entries)]
         return f"there is no {name}" + (f"; {suggestion(name, names)}" if names else "")
 
+    def _check_flags(self, given: Sequence[Any]) -> None:
+        """Raise ArgumentError where a number is neither 0 nor 1; numbers that are known later are not looked at."""
+        for k in self.flags:
+            one, value = self.operands[k], given[k]
+            if isinstance(value, (np.ndarray, list, tuple)) and self._shape(value) is not None:
+                wrong = (found := np.asarray(value))[(found != 0) & (found != 1)]
+                if wrong.size:
+                    told = f"give 0 or 1 of each of {listed(one.entries)}"
+                    raise ArgumentError(f"{self.name}: {one.name} has {wrong.flat[0]:g}; {told}")
+
     def _faults(self, given: Sequence[Any]) -> list[str]:
         """Return what is wrong with arguments, as far as it can be told."""
         if len(given) > len(self.operands) + 1:
@@ -163,7 +180,7 @@ class NumericFunction(Shown):
         for one, value in zip(self.operands, given, strict=False):
             shape = self._shape(value)
             wanted = "one number" if one.scalar else f"{len(one.entries)} numbers, {listed(one.entries)}"
-            if passive := [name for name in one.entries if "[" in name]:
+            if passive := [name for name in one.entries if name.startswith("tau[")]:
                 wanted += f" ({', '.join(passive)}: of what no drive moves, 0)"
             if shape is None:
                 faults.append(f"{one.name} is no array of real numbers; give {wanted}")

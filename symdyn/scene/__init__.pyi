@@ -31,6 +31,7 @@ from .declaration.coupling import lock as lock
 from .declaration.declare import schema as schema
 from .declaration.dimensions import SceneUnits as SceneUnits
 from .declaration.reading import Written as Written, read_bounded as read_bounded
+from .feet import with_contacts as with_contacts
 from .forces.applied_forces import damper as damper, load as load, spring as spring
 from .forces.constraints import constraint as constraint, knife_edge as knife_edge, rolling as rolling
 from .forces.flows import flow as flow

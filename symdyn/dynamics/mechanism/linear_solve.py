@@ -221,12 +221,24 @@ class Factored:
 
     def solve(self, rows: Sequence[Sequence[Expr]]) -> list[list[Expr]]:
         """Return M⁻¹ times rows, shape (n, m), all columns in step."""
+        return self.outward(self.scaled(self.inward(rows)))
+
+    def inward(self, rows: Sequence[Sequence[Expr]]) -> list[list[Expr]]:
+        """Return Y with Lᵀ Y = B."""
         x = [list(row) for row in rows]
-        for i in range(len(x), 0, -1):  # Lᵀ Y = B
+        for i in range(len(x), 0, -1):
             for j in _path(self.parent, self.parent[i]):
                 x[j - 1] = self._less(x[j - 1], i, j, x[i - 1])
-        x = [[entry * d for entry in row] for row, d in zip(x, self.reciprocal, strict=True)]  # D Z = Y
-        for i in range(1, len(x) + 1):  # L X = Z
+        return x
+
+    def scaled(self, rows: Sequence[Sequence[Expr]]) -> list[list[Expr]]:
+        """Return Z with D Z = Y."""
+        return [[entry * d for entry in row] for row, d in zip(rows, self.reciprocal, strict=True)]
+
+    def outward(self, rows: Sequence[Sequence[Expr]]) -> list[list[Expr]]:
+        """Return X with L X = Z."""
+        x = [list(row) for row in rows]
+        for i in range(1, len(x) + 1):
             for j in _path(self.parent, self.parent[i]):
                 x[i - 1] = self._less(x[i - 1], i, j, x[j - 1])
         return x
@@ -236,12 +248,20 @@ class Factored:
 
         So the sum of a row need not wait for it from the start.
         """
+        return (*self.inward_steps(), *self.outward_steps())
+
+    def inward_steps(self) -> tuple[RowStep, ...]:
+        """Return those of `inward`."""
         n, one = range(1, len(self.reciprocal) + 1), self.graph.one
         up = {j: [(i, j) for i in reversed(n) if j in _path(self.parent, self.parent[i])] for j in n}
+        found = (RowStep(j - 1, one, self._terms(up[j], 0)) for j in reversed(n))
+        return tuple(step for step in found if step.terms)
+
+    def outward_steps(self) -> tuple[RowStep, ...]:
+        """Return those of `scaled` and `outward`."""
+        n = range(1, len(self.reciprocal) + 1)
         down = {i: [(i, j) for j in reversed(_path(self.parent, self.parent[i]))] for i in n}
-        above = (RowStep(j - 1, one, self._terms(up[j], 0)) for j in reversed(n))
-        below = (RowStep(i - 1, self.reciprocal[i - 1], self._terms(down[i], 1)) for i in n)
-        return (*(step for step in above if step.terms), *below)
+        return tuple(RowStep(i - 1, self.reciprocal[i - 1], self._terms(down[i], 1)) for i in n)
 
     def _terms(self, pairs: Sequence[tuple[int, int]], other: int) -> tuple[tuple[Expr, int], ...]:
         """Return the factors at pairs of places, and which row each multiplies."""

@@ -130,14 +130,14 @@ def _hold(A: list[list[Expr]], b: list[Expr], row: int, held: Expr) -> None:
 def _least(A: list[list[Expr]], b: Sequence[Expr], soft: Sequence[Expr]) -> list[Expr]:
     """Return the x of least size, shape (m,), with A x = b to rounding, A singular or not."""
     regular = [[x + soft[i] if i == j else x for j, x in enumerate(row)] for i, row in enumerate(A)]
-    found = _eliminated(regular, b)
+    found = eliminated(regular, b)
     for _ in range(STEPS):
         missed = [one - dot(row, found) for row, one in zip(A, b, strict=True)]
-        found = [x + more for x, more in zip(found, _eliminated(regular, missed), strict=True)]
+        found = [x + more for x, more in zip(found, eliminated(regular, missed), strict=True)]
     return found
 
 
-def _eliminated(A: Sequence[Sequence[Expr]], b: Sequence[Expr]) -> list[Expr]:
+def eliminated(A: Sequence[Sequence[Expr]], b: Sequence[Expr]) -> list[Expr]:
     """Return A⁻¹ b by elimination in the order of rows, shape (m,)."""
     rows = [[*row, one] for row, one in zip(A, b, strict=True)]
     for k, pivot in enumerate(rows):

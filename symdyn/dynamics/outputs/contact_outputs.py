@@ -31,7 +31,7 @@ DIRECTIONS = ("normal", "along", "across")
 """The rows of a contact; those along which it cannot slip are zero."""
 
 
-def _every(w: Workspace, by_recursion: bool = True) -> tuple[Touch, ...]:
+def every_touch(w: Workspace, by_recursion: bool = True) -> tuple[Touch, ...]:
     """Return all contacts.
 
     Raises:
@@ -50,7 +50,7 @@ def _touch(w: Workspace, name: str, by_recursion: bool) -> Touch:
     Raises:
         DerivationError: there is none of that name.
     """
-    every = _every(w, by_recursion)
+    every = every_touch(w, by_recursion)
     found = {one.law.name: one for one in every}
     if name not in found:
         raise DerivationError(f"{w.scene.name}: there is no contact {name!r} in [contacts]; {choice(name, found)}")
@@ -91,7 +91,7 @@ def _impact_matrix(w: Workspace, name: str, by_recursion: bool) -> list[Expr]:
 
 
 def _all(w: Workspace, by_recursion: bool) -> ContactEquations:
-    _every(w, by_recursion)
+    every_touch(w, by_recursion)
     return contact_equations(w, _free(w, by_recursion), by_recursion)
 
 
@@ -182,7 +182,7 @@ def _larger(a: Expr, b: Expr) -> Expr:
 
 
 def _contact_rows(w: Workspace) -> tuple[str, ...]:
-    every = _every(w)
+    every = every_touch(w)
     found = list[str]()
     for one in every:
         words = ("tangent",) if len(one.tangents) == 1 else DIRECTIONS[1:]
@@ -198,13 +198,14 @@ def _both(derive: Callable[..., list[Expr]], up_to: float = 4) -> dict[str, Form
     return {"recursive": Formulation(way(True)), "differentiation": Formulation(way(False), up_to=up_to)}
 
 
-def _touches(scene: Scene) -> bool:
+def touches(scene: Scene) -> bool:
+    """Return whether a scene has contacts."""
     return bool(unilaterals_of(scene))
 
 
-_PLACED = partial(Output, when_constrained="same", place="contact", default_in="request", exists=_touches)
+_PLACED = partial(Output, when_constrained="same", place="contact", default_in="request", exists=touches)
 _STRUCK = partial(_PLACED, when_constrained="refuse", may_fail="reported")
-_OF_ALL = partial(Output, when_constrained="refuse", may_fail="reported", default_in="request", exists=_touches)
+_OF_ALL = partial(Output, when_constrained="refuse", may_fail="reported", default_in="request", exists=touches)
 _UNITS = "m/s or rad/s"
 
 CONTACTS: Mapping[str, Output] = {

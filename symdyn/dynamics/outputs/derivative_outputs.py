@@ -20,7 +20,7 @@ from itertools import product
 from symdyn.arguments import argument
 from symdyn.dynamics.mechanism.linear_solve import RowSolve
 from symdyn.dynamics.mechanism.state import INPUTS, STATES, TIME
-from symdyn.dynamics.outputs import recursive_derivatives
+from symdyn.dynamics.outputs import held_outputs, recursive_derivatives
 from symdyn.dynamics.outputs.output import Constrained, Formulation, Output, Size
 from symdyn.dynamics.outputs.result_labels import Axis
 from symdyn.dynamics.outputs.tangent_space import COLUMNS, FREE, SWEEPS, TangentSpace
@@ -194,6 +194,7 @@ def entries_of(w: Workspace, row: Output, *place: str) -> Sequence[Expr]:
 
 JACOBIANS: dict[str, dict[str, tuple[Callable[..., list[Expr]], Callable[..., RowSolve | None] | None]]] = {
     "inverse_dynamics": {"recursive": (recursive_derivatives.inverse_derivatives, None)},
+    held_outputs.HELD_DYNAMICS: {"implicit": (held_outputs.held_derivatives, held_outputs.held_solve)},
     "forward_dynamics": {"recursive": (recursive_derivatives.forward_derivatives, recursive_derivatives.forward_solve)},
 }
 """Formulations of J of an output beside differentiation, by both names, and what J is solved from, if it is.

@@ -15,7 +15,7 @@ from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.dynamics.mechanism.linear_solve import Singular, moves_no_mass
 from symdyn.dynamics.mechanism.state import INPUTS, STATES, TIME, has_motion, letters_of, refuse_ideal_friction
 from symdyn.dynamics.outputs.constrained_derivatives import RESIDUAL, UNPROJECTED
-from symdyn.dynamics.outputs.named_functions import DRIVES, Equations, Function, arguments
+from symdyn.dynamics.outputs.named_functions import DRIVES, MODES, Equations, Function, arguments
 from symdyn.dynamics.outputs.output import DefaultIn, Output
 from symdyn.dynamics.outputs.output_table import OUTPUTS
 from symdyn.dynamics.outputs.requests import (
@@ -130,7 +130,8 @@ def _named(
     unique = row.unique(workspace) if row.unique else ()
     text = made.text + (row.remark(workspace, *([place] if row.place else [])) if row.remark else "")
     text += _chosen(workspace, row) + _loose(made.labels, unique)
-    text += "; all contacts open" if DRIVES in row.arguments and workspace.scene.unilaterals else ""
+    opens = DRIVES in row.arguments and MODES[0] not in row.arguments and workspace.scene.unilaterals
+    text += "; all contacts open" if opens else ""
     loop = workspace.table_loop(formulation) if row.formulations[formulation].loop else None
     solve = row.formulations[formulation].solve
     rows = solve(workspace) if solve else None

@@ -181,10 +181,11 @@ ARGUMENTS: dict[str, tuple[str, dict[str, str]]] = {  # text, unit by unit of th
     "q_to": ("joint positions to be reached", {"rad": "rad", "m": "m", "1": "1"}),
     "weights": ("weights of the entries of the result, row by row", {"": ""}),
     "mask": ("1 for each contact that is closed, else 0", {"": "1"}),
+    "proximal": ("term on the diagonal of W M^-1 W^T, such as 1e-5 of its trace", {"": "1/kg"}),
     "slip": ("direction of the slip of each contact, a sign or a unit vector, 0 where it sticks", {"": "1"}),
 }
 
-MODES = ("mask", "slip")  # of every contact
+MODES, PROXIMAL = ("mask", "slip"), "proximal"  # of every contact; of the equations of their forces
 
 ALONG_MANIFOLD = {"q": "dq_i", "qd": "dqd_i", "qdd": "dqdd_i", "tau": "dtau"}
 """The same of closed scenes, where dependent positions, velocities and accelerations move along."""
@@ -276,6 +277,8 @@ def _of_the_scene(workspace: Workspace, name: str, text: str, weighed: Sequence[
     if name in MODES:
         names = mode_names(workspace, name)
         return Argument(name, direction(graph, name, len(names)), f"{text}: {runs(names)}", ("1",) * len(names))
+    if name == PROXIMAL:
+        return Argument(name, direction(graph, name, 1), text, ("1/kg",), scalar=True)
     if name in (MULTIPLIERS, DIRECTIONS[MULTIPLIERS]):
         decisions = workspace.loops.decisions
         told = "; ".join(decisions.names[k] for k in decisions.independent_rows)
@@ -332,9 +335,6 @@ def arguments(workspace: Workspace, names: Sequence[str], weighed: Sequence[str]
         text = "free parameters: " + ", ".join(parameter.name for parameter in free)
         result.append(Argument("params", nodes, text, tuple(parameter.unit for parameter in free)))
     return tuple(result)
-
-
-# Regressor
 
 
 SYMBOL = Op.SYMBOL  # see `Op`

@@ -26,6 +26,7 @@ from symdyn.dynamics.outputs.constrained_outputs import (
 )
 from symdyn.dynamics.outputs.contact_outputs import CONTACTS
 from symdyn.dynamics.outputs.frame_outputs import MOVING
+from symdyn.dynamics.outputs.held_outputs import HELD
 from symdyn.dynamics.outputs.linearizing_outputs import LINEARIZING
 from symdyn.dynamics.outputs.operator_outputs import OPERATORS
 from symdyn.dynamics.outputs.output import FORCES, Formulation, Output, Size, by_differentiation, by_lagrange, by_loop
@@ -369,6 +370,7 @@ OUTPUTS: dict[str, Output] = {
     **CONFIGURATIONS,
     **SIGNALS,
     **CONTACTS,
+    **HELD,
     **REGRESSORS,
     **PASSIVITY,
     **CANONICAL,

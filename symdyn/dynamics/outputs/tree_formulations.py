@@ -60,10 +60,17 @@ def forward_crba(w: Workspace) -> list[Expr]:
     if given.place:
         parents = w.tree.velocity_parents(given.free)
         return accelerations(given, parents, w.composite_mass, w.state.tau, w.forces(given.entered(w.zeros)))
+    rest = unbalanced(w)
+    return solve(w.tree.velocity_parents(), w.composite_mass, rest)
+
+
+def unbalanced(w: Workspace) -> list[Expr]:
+    """Return τ - h, less what prescribed accelerations take."""
+    if w.prescribed.place:
+        return _minus(list(w.state.tau), w.forces(w.prescribed.entered(w.zeros)))
     bias = rnea(w.recursion_tree, w.state.qd, w.zeros, w.unrotated_loads)
     known = zip(w.state.tau, w.pushes, bias, w.elastic.forces, strict=True)
-    rest = [tau + force - load - pull for tau, force, load, pull in known]
-    return solve(w.tree.velocity_parents(), w.composite_mass, rest)
+    return [tau + force - load - pull for tau, force, load, pull in known]
 
 
 def drives_recursive(w: Workspace) -> list[Expr]:

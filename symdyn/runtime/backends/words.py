@@ -23,7 +23,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from math import prod
 from pathlib import Path
@@ -380,8 +380,8 @@ def loaded_for(
         call = partial(library.call, Word(VALUE, None, code, place, source))
         call.__doc__ = told[name]
         one = numeric_function(scene, name, routine.function, call, free, (one_of, (again, settings, name)))
-        fields = {key: getattr(one, key) for key in NumericFunction.__dataclass_fields__ if key != "words"}
-        calls[name] = BackendFunction(**fields, stack=library.stack)
+        given = {key.name: getattr(one, key.name) for key in fields(NumericFunction)}
+        calls[name] = BackendFunction(**given, stack=library.stack)
     functions = [one.function for one in program.routines]
     signatures = {one.name: signature(one.name, one) for one in functions}
     return Loaded(
