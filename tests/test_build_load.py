@@ -113,7 +113,7 @@ def test_an_unknown_function_is_named():
 @pytest.mark.parametrize(
     "request_",
     [
-        *(pytest.param(one, marks=pytest.mark.mends("30.robots.6")) for one in ("jacobian:tool:local", "pose:elbow")),
+        *(pytest.param(one, marks=pytest.mark.mends("30.robots.6")) for one in ("jacobian:tol:local", "pose:elbow")),
         "inverse_dynamics_jvp:tool",
     ],
 )

@@ -8,7 +8,7 @@ effort of zero, a free joint is none; gravity that is not the usual one is that 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from operator import mul
 
 from symdyn.errors import SceneError
@@ -26,13 +26,30 @@ from symdyn.scene.values.key import Key
 from symdyn.scene.values.model import STANDARD_GRAVITY, Scene
 from symdyn.scene.values.quantity import Quantity, Vector
 
+
+@dataclass(frozen=True)
+class Kind:
+    """How SDF has a joint.
+
+    Attributes:
+        word: its type; "" where a link is free, and no joint.
+        ball: whether it turns about a point: it has no limits, and a loop holds no directions there.
+        hinge: whether a loop holds its axis alone.
+    """
+
+    word: str
+    ball: bool = False
+    hinge: bool = False
+
+
 KINDS = {
-    "revolute": "revolute",
-    "prismatic": "prismatic",
-    "helical": "screw",
-    "universal": "universal",
-    "spherical": "ball",
-    "fixed": "fixed",
+    "revolute": Kind("revolute", hinge=True),
+    "prismatic": Kind("prismatic"),
+    "helical": Kind("screw"),
+    "universal": Kind("universal"),
+    "spherical": Kind("ball", ball=True),
+    "fixed": Kind("fixed"),
+    "free": Kind(""),
 }
 
 HEAD = '<?xml version="1.0"?>'
@@ -54,8 +71,8 @@ def write_text(scene: Scene) -> Written:
         SceneError: a parameter has no value, a body has a first moment without a mass, SDF has no such joint, or a loop
             is open where all coordinates are zero.
     """
-    check_writable(scene, "SDF", (*KINDS, "free"), scene.joints)
-    check_writable(scene, "SDF, as what closes a loop,", KINDS, scene.loops)
+    check_writable(scene, "SDF", KINDS, scene.joints)
+    check_writable(scene, "SDF, as what closes a loop,", [name for name, one in KINDS.items() if one.word], scene.loops)
     writer = SdfWriter(scene)
     writer.check()
     return Written(writer.text(), tuple(writer.lost()))
@@ -82,8 +99,8 @@ class SdfWriter(UrdfWriter):
         scene, held = self.scene, list(self.springs.values())
         lost = lost_names(scene)
         for joint in scene.joints:
-            where, free = f"joints.{joint.name}", joint.type == "free"
-            if joint.type in ("free", "spherical") and any(joint.drives):
+            where, free = f"joints.{joint.name}", not KINDS[joint.type].word
+            if (free or KINDS[joint.type].ball) and any(joint.drives):
                 lost.append(f"{where}: drives: nothing drives a link that is free, nor a ball")
             if free and joint.name != f"{joint.child}_free":
                 lost.append(f"{where}: a link that is free has no joint; read again it is called {joint.child}_free")
@@ -94,7 +111,7 @@ class SdfWriter(UrdfWriter):
         lost += [f"{one}: is called {name} there" for one, name in self.called.items() if one != name]
         lost += [f"springs.{s.name}: is called {name} there" for name, s in self.springs.items() if s.name != name]
         lost += [f"points.{one.name}: a point of the ground" for one in scene.points if one.body == Scene.GROUND]
-        plain = [replace(joint, start=()) if joint.type == "free" else joint for joint in scene.joints]
+        plain = [replace(joint, start=()) if not KINDS[joint.type].word else joint for joint in scene.joints]
         elements = tuple(one for one in scene.elements if one not in held)
         return [*lost, *lost_words(replace(scene, joints=tuple(plain), loops=(), elements=elements))]
 
@@ -102,7 +119,7 @@ class SdfWriter(UrdfWriter):
         """Return the file."""
         lines = []
         for joint, body in zip(self.scene.joints, self.scene.bodies, strict=True):
-            lines += self.link(joint, body) + ([] if joint.type == "free" else self.joint(joint, body.name))
+            lines += self.link(joint, body) + ([] if not KINDS[joint.type].word else self.joint(joint, body.name))
         for point in self.scene.points:
             if point.body != Scene.GROUND:
                 attached = f' attached_to="{point.body}"'
@@ -123,7 +140,7 @@ class SdfWriter(UrdfWriter):
 
     def link(self, joint: Joint, body: Body) -> list[str]:
         """Return the lines of a body, which a joint carries, or which starts somewhere in the world."""
-        if joint.type != "free":
+        if KINDS[joint.type].word:
             return element("link", body.name, [self.pose(joint.tip, self.called[joint.name]), *self.inertial(body)])
         if joint.parent != Scene.GROUND:
             advice = "let it leave the ground, or write TOML"
@@ -142,7 +159,7 @@ class SdfWriter(UrdfWriter):
 
     def joint(self, joint: Joint, child: str, more: Sequence[str] = ()) -> list[str]:
         """Return the lines of a joint, also of one that closes a loop."""
-        kind, ground = KINDS[joint.type], joint.parent == Scene.GROUND
+        kind, ground = KINDS[joint.type].word, joint.parent == Scene.GROUND
         parent = "world" if ground else joint.parent
         lines = [self.pose(joint.origin, "__model__" if ground else parent)]
         lines += [f"<parent>{parent}</parent>", f"<child>{child}</child>", *more]
@@ -164,13 +181,13 @@ class SdfWriter(UrdfWriter):
             for name in LIMITS
             if bounds.get(name) is not None
         ]
-        if joint.type != "spherical" and k < len(joint.drives) and joint.drives[k] is None:
+        if not KINDS[joint.type].ball and k < len(joint.drives) and joint.drives[k] is None:
             limit = [*(line for line in limit if not line.startswith("<effort>")), "<effort>0</effort>"]
         spring, dynamics = self.springs.get(joint.name), {"damping": joint.damping, "friction": joint.friction}
         if spring is not None:
             dynamics |= {"spring_stiffness": spring.stiffness[0], "spring_reference": spring.free}
         said = {name: decimal_text(self.value(x)) for name, x in dynamics.items() if x != Quantity.ZERO}
-        if joint.type == "spherical" and not said:
+        if KINDS[joint.type].ball and not said:
             return []
         inside = [f"<xyz>{self.axis(joint, key)}</xyz>"]
         inside += element("limit", "", limit) if limit else []
@@ -192,17 +209,17 @@ class SdfWriter(UrdfWriter):
             raise SceneError(f'{self.scene.name}: "world" is what SDF calls the ground; give the body another name')
         at: dict[str, tuple[Step, ...]] = {Scene.GROUND: ()}
         for joint in self.scene.joints:
-            moved = _started(joint) if joint.type == "free" else ()
+            moved = _started(joint) if not KINDS[joint.type].word else ()
             at[joint.child] = (*at[joint.parent], *joint.origin.steps, *moved, *joint.tip.steps)
         faults = []
         for loop in self.scene.loops:
             back = (*loop.origin.inverse().steps, *inverse_steps(at[loop.parent]))
             p, R = placement(Pose((*back, *at[loop.child], *loop.tip.inverse().steps)), self.values)
             gap = [abs(float(x)) for x in p]
-            if loop.type == "revolute":
+            if KINDS[loop.type].hinge:
                 axis = [self.value(x) for x in loop.axis]
                 gap += [abs(float(sum(map(mul, row, axis)) - x)) for row, x in zip(R, axis, strict=True)]
-            elif loop.type != "spherical":
+            elif not KINDS[loop.type].ball:
                 gap += [abs(float(R[i][j]) - (i == j)) for i in range(3) for j in range(3)]
             if max(gap) > CLOSED:
                 told = f"is open by {max(gap):.3g} where all coordinates are zero, and SDF draws it closed there"
