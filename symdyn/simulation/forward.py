@@ -293,7 +293,7 @@ def ready(
     check_names(whole)
     initial = replace(initial, s=np.append(initial.s, np.zeros(len(whole.states) - len(scene.states))))
     system = state_equations(whole, given, events, problem.whole)
-    system = replace(system, loop=outside.begun(whole, initial, until))
+    system = replace(system, loop=outside.begun(whole, initial, until, system.hidden))
     own = np.zeros(0) if system.loop is None else system.loop.z[: system.nz]
     x = np.concatenate([initial.q, initial.u, initial.s, own, np.zeros(int(system.works))])
     if system.contacts is None:
@@ -368,13 +368,13 @@ class Control:
             found.append("feedback: initial has no effect: without a period and a delay the first force acts at once")
         return found if self.sampled is None else found + hidden(self.sampled, times)
 
-    def begun(self, scene: Scene, initial: Start, until: float) -> Loop | None:
-        """Return them at work at the start of a run, None where there are none."""
+    def begun(self, scene: Scene, initial: Start, until: float, hidden: int = 0) -> Loop | None:
+        """Return them at work at the start of a run, None where there are none; see `Loop` for `hidden`."""
         if not self.laws:
             return None
         first, *beside = self.laws
         n, nu = len(scene.velocities), len(scene.velocities) + len(scene.states)
-        found = Loop(first, len(scene.coordinates), nu, until, n + len(scene.inputs), beside)
+        found = Loop(first, len(scene.coordinates), nu, until, n + len(scene.inputs), beside, hidden)
         with np.errstate(all="ignore"):  # what has no value is told
             found.start(initial.q, np.append(initial.u, initial.s))
         return found
