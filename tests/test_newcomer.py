@@ -721,3 +721,38 @@ def test_what_python_control_unpacks_is_the_same_here() -> None:
     assert np.allclose([*loop.loop.margins()], control.margin(theirs))
     t, y = loop.closed_loop.step()
     assert np.allclose(y, control.step_response(loop.closed_loop.to_control(), t).outputs, atol=1e-9)
+
+
+def test_a_motion_that_ends_at_rest_is_held_there_by_the_forces_of_rest() -> None:
+    pendulum = symdyn.example("pendulum")
+    motion = symdyn.inverse(pendulum, "q1=0.5*(1-cos(pi*t))", np.linspace(0, 1, 101))  # which stops at once, at 1 rad
+    run = symdyn.simulate(
+        pendulum, until=4, start={"q1": 0}, feedback=symdyn.linear.track(motion, {"q1": 10}, {"tau1": 1})
+    )
+    rest = float(symdyn.inverse(pendulum, "q1=1", [0.0])["tau1"][0])
+
+    assert abs(motion["tau1"][-1] - rest) > 0.1
+    assert run["q1"][-1] == pytest.approx(1, abs=1e-5)
+    assert run["tau1"][-1] == pytest.approx(rest, abs=1e-4)
+    assert not run.notes
+
+
+def test_a_motion_that_does_not_end_at_rest_tells_what_holds_behind_it() -> None:
+    fall = symdyn.simulate(CART, until=0.5, start={"theta": "0.1"})
+    follows = symdyn.linear.track(fall, {"x": 10, "theta": 100}, {"F": 0.1})
+    (note,) = symdyn.simulate(CART, until=0.6, start={"theta": "0.1"}, feedback=follows).notes
+
+    assert note.startswith("feedback: the motion that is followed ends at t = 0.5 s, not at rest")
+    assert not symdyn.simulate(CART, until=0.5, start={"theta": "0.1"}, feedback=follows).notes
+
+
+def test_the_scene_of_an_identification_is_the_one_that_was_found() -> None:
+    pendulum = symdyn.example("pendulum")
+    log = symdyn.inverse(pendulum, "q1=sin(t)+0.4*sin(2.7*t)", np.linspace(0, 10, 501), values={"m": 1.2, "b": 0.03})
+    found = symdyn.identify(pendulum, log)
+    declared, identified, true = (
+        symdyn.simulate(one, until=1, start={"q1": 1})["q1"] for one in (found.declared, found.scene, log.scene)
+    )
+
+    assert found.declared == pendulum
+    assert np.abs(identified - true).max() < 1e-4 < np.abs(declared - true).max()

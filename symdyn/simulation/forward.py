@@ -27,6 +27,7 @@ from symdyn.simulation.equations.contact_modes import check_names
 from symdyn.simulation.equations.control_loop import Loop, held_columns, hidden, sampled_rows
 from symdyn.simulation.equations.controller import Placed, placed, placed_function, read_feedback
 from symdyn.simulation.equations.implicit import differences
+from symdyn.simulation.equations.linear_feedback import Schedule
 from symdyn.simulation.equations.saturation import saturation_report
 from symdyn.simulation.equations.settling import begun
 from symdyn.simulation.equations.system import Projection, StateEquations
@@ -366,6 +367,11 @@ class Control:
         feedback, found = self.controller.feedback, []
         if len(feedback.initial) and not (self.sampled and feedback.delay):
             found.append("feedback: initial has no effect: without a period and a delay the first force acts at once")
+        if isinstance(feedback.law, Schedule) and feedback.law.end < times[-1]:
+            found.append(
+                f"feedback: the motion that is followed ends at t = {feedback.law.end:g} s, not at rest in a place where "
+                "forces hold it: its last forces, place and velocities stay from then on"
+            )
         return found if self.sampled is None else found + hidden(self.sampled, times)
 
     def begun(self, scene: Scene, initial: Start, until: float, hidden: int = 0) -> Loop | None:
