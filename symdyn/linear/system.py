@@ -347,7 +347,8 @@ def _behind(run: Trajectory, law: Any, last: Linearization, used: Sequence[int])
     if np.abs(left).max(initial=0.0) > RESTS * size:
         return replace(law, end=end)
     gains = law.at(end)
-    held = replace(gains, u0=np.append(0 * run.qd[-1], gains.u0[run.qd.shape[1] :]), initial=tuple(gains.initial + away))
+    still = gains.u0 * (np.arange(len(gains.u0)) >= run.qd.shape[1])
+    held = replace(gains, u0=still, initial=tuple(gains.initial + away))
     return replace(law, at=lambda t: law.at(t) if t <= end else held)
 
 

@@ -369,8 +369,8 @@ class Control:
             found.append("feedback: initial has no effect: without a period and a delay the first force acts at once")
         if isinstance(feedback.law, Schedule) and feedback.law.end < times[-1]:
             found.append(
-                f"feedback: the motion that is followed ends at t = {feedback.law.end:g} s, not at rest in a place where "
-                "forces hold it: its last forces, place and velocities stay from then on"
+                f"feedback: the motion that is followed ends at t = {feedback.law.end:g} s, not at rest where forces "
+                "hold it: its last forces, place and velocities stay from then on"
             )
         return found if self.sampled is None else found + hidden(self.sampled, times)
 
