@@ -566,7 +566,7 @@ def test_the_shell_guesses_what_is_meant_or_nothing(
     ("motion", "told"),
     [
         ("hinge=sin(t)", "hinge is not a coordinate, but a joint: it has theta"),
-        ("x=t,theta=sin(t)", '"x=t" "theta=sin(t)"'),
+        ("x=t,theta=sin(t)", '"x=t", "theta=sin(t)"'),
         ("theta=minjerk(0,1,2)", "a motion has quintic(a, b, T)"),
         ("theta=angle.csv", "theta: a file is given alone, angle.csv"),
     ],

@@ -6,7 +6,7 @@ Combinations of parameters that are not identifiable are named: what they are, w
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -219,7 +219,8 @@ class Identification(Shown):
     predicted: tuple[Array, ...]
     used: tuple[Flags, ...]
     validation: tuple[Flags, ...]
-    gains: tuple[Gain, ...] = ()
+    gains: tuple[Gain, ...]
+    _identified: Callable[[Identification], Any]
 
     def __repr__(self) -> str:
         count = len(self.model.names)
@@ -229,9 +230,8 @@ class Identification(Shown):
     @cached_property
     def scene(self) -> Scene:
         """The identified scene, as `symdyn.identification.identified` finds it, which tells more; errors as of it."""
-        from symdyn.identification.identified_scene import identified
-
-        return identified(self).scene
+        scene: Scene = self._identified(self).scene
+        return scene
 
     @property
     def names(self) -> tuple[str, ...]:
