@@ -22,8 +22,7 @@ TABLE = ".csv"
 DIGITS = 6
 FEW_DIGITS = 4  # of what comes of runs beside their summary
 
-ROWS = 20
-"""Runs of a grid that are shown one by one, at most."""
+ROWS = 20  # of a grid that are shown one by one
 
 FAILED = 3
 """Runs that did not end that are told on a terminal; `told` of the runs has more."""

@@ -230,8 +230,7 @@ class Identification(Shown):
     @cached_property
     def scene(self) -> Scene:
         """The identified scene, as `symdyn.identification.identified` finds it, which tells more; errors as of it."""
-        scene: Scene = self._identified(self).scene
-        return scene
+        return self._identified(self).scene  # type: ignore[no-any-return]
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -31,8 +31,7 @@ NOT_MADE, ENDED, STOPPED, FAILED = range(4)
 WORDS = {NOT_MADE: "not made", ENDED: "end", STOPPED: "stopped", FAILED: "failed"}
 """How a run ended, by its code: at the time that was asked for, earlier because something stopped it, or nowhere."""
 
-SHOWN = 20
-"""Rows of runs that are shown."""
+SHOWN = 20  # rows of a table
 
 MOST_TOLD = 10
 """Runs of a sweep that did not end whose words are kept, those with the lowest numbers."""
