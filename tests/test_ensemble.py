@@ -383,6 +383,6 @@ def test_a_method_that_applies_to_no_run_is_told_once(asked: dict[str, Any], wor
 
 def test_the_mean_over_half_a_second_is_the_area_by_the_time() -> None:
     one, half, none = np.ones(1), np.array([0.5]), np.zeros(1)
-    sums = Sums(one, one, one, one, none, none, area=one, squares=one, span=half)
+    sums = Sums(one, one, one, one, none, none, area=one, squares=one, span=half, settled=none)
     assert FOLDS["mean"].of(sums) == 2.0
     assert FOLDS["mean"].of(replace(sums, span=none)) == 1.0

@@ -566,7 +566,7 @@ def test_the_shell_guesses_what_is_meant_or_nothing(
     ("motion", "told"),
     [
         ("hinge=sin(t)", "hinge is not a coordinate, but a joint: it has theta"),
-        ("x=t,theta=sin(t)", '"x=t" "theta=sin(t)"'),
+        ("x=t,theta=sin(t)", '"x=t", "theta=sin(t)"'),
         ("theta=minjerk(0,1,2)", "a motion has quintic(a, b, T)"),
         ("theta=angle.csv", "theta: a file is given alone, angle.csv"),
     ],
@@ -729,3 +729,114 @@ def test_what_python_control_unpacks_is_the_same_here() -> None:
     assert np.allclose([*loop.loop.margins()], control.margin(theirs))
     t, y = loop.closed_loop.step()
     assert np.allclose(y, control.step_response(loop.closed_loop.to_control(), t).outputs, atol=1e-9)
+
+
+def test_a_motion_that_ends_at_rest_is_held_there_by_the_forces_of_rest() -> None:
+    pendulum = symdyn.example("pendulum")
+    motion = symdyn.inverse(pendulum, "q1=0.5*(1-cos(pi*t))", np.linspace(0, 1, 21))  # which stops at once, at 1 rad
+    run = symdyn.simulate(
+        pendulum, until=4, start={"q1": 0}, feedback=symdyn.linear.track(motion, {"q1": 10}, {"tau1": 1})
+    )
+    rest = float(symdyn.inverse(pendulum, "q1=1", [0.0])["tau1"][0])
+
+    assert abs(motion["tau1"][-1] - rest) > 0.1
+    assert run["q1"][-1] == pytest.approx(1, abs=1e-5)
+    assert run["tau1"][-1] == pytest.approx(rest, abs=1e-4)
+    assert not run.notes
+
+
+def test_a_motion_that_does_not_end_at_rest_tells_what_holds_behind_it() -> None:
+    fall = symdyn.simulate(CART, until=0.5, every=0.05, start={"theta": "0.1"})
+    follows = symdyn.linear.track(fall, {"x": 10, "theta": 100}, {"F": 0.1})
+    (note,) = symdyn.simulate(CART, until=0.6, start={"theta": "0.1"}, feedback=follows).notes
+
+    assert note.startswith("feedback: the motion that is followed ends at t = 0.5 s, not at rest")
+
+
+def test_the_scene_of_an_identification_is_the_one_that_was_found() -> None:
+    pendulum = symdyn.example("pendulum")
+    log = symdyn.inverse(pendulum, "q1=sin(t)+0.4*sin(2.7*t)", np.linspace(0, 10, 501), values={"m": 1.2, "b": 0.03})
+    found = symdyn.identify(pendulum, log)
+    declared, identified, true = (
+        symdyn.simulate(one, until=1, start={"q1": 1})["q1"] for one in (found.declared, found.scene, log.scene)
+    )
+
+    assert found.declared == pendulum
+    assert np.abs(identified - true).max() < 1e-4 < np.abs(declared - true).max()
+
+
+SPRUNG = """
+[bodies.block]
+mass = 1
+[joints.rail]
+type = "prismatic"
+axis = [1, 0, 0]
+parent = "ground"
+child = "block"
+coordinate = "x"
+drive = "F"
+damping = "c"
+[springs.coil]
+joint = "rail"
+stiffness = 100
+[parameters]
+c = 1
+"""
+
+
+def test_peaks_between_samples_are_told_and_settling_times_are_those_of_the_step_response() -> None:
+    block, measures = read_text(SPRUNG), ["max(x)", "settling_time(x)"]
+    asked: dict[str, str] = {"forces": "F=100"}
+    coarse, fine = (symdyn.sweep(block, "c=[5,8]", measures, until=6, every=t, **asked) for t in (0.05, 0.005))  # type: ignore[arg-type]
+    responses = [symdyn.linearize(block, values={"c": c}).step("x", "F") for c in (5.0, 8.0)]
+
+    exact = [1 + np.exp(-np.pi * z / np.sqrt(1 - z * z)) for z in (0.25, 0.4)]
+    assert any("max(x) of one of the runs is 1.4" in note and "give every=" in note for note in coarse.notes)
+    assert not any("peaks" in note for note in fine.notes)
+    assert fine["max(x)"] == pytest.approx(exact, rel=1e-3)
+    settled = [one.info()["settling_time"] for one in responses]
+    assert fine["settling_time(x)"] == pytest.approx(settled, rel=2e-3)
+    short = symdyn.sweep(block, "c=[0.1,8]", "settling_time(x)", until=6, every=0.02, **asked)  # type: ignore[arg-type]
+    assert np.isnan(short["settling_time(x)"]).tolist() == [True, False]
+    assert repr(fine.table()).split()[:4] == ["c", "max(x)", "settling_time(x)", "ended"]
+    assert symdyn.sweep(block, "c=[5]", "settling_time(2)", until=1)["settling_time(2)"] == 0
+
+
+def test_what_was_silent_is_told(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    upright = symdyn.linearize(CART)
+    told = 'V misses theta: measured with variance 1; linearize with outputs=["x"] leaves it out'
+    assert upright.kalman({"F": 1}, {"x": 1e-6}).notes == (told,)
+    assert told in repr(upright.kalman({"F": 1}, {"x": 1e-6}))
+    assert told in repr(upright.lqg(W={"F": 1}, V={"x": 1e-6}))
+    assert "misses" not in repr(upright.kalman({"F": 1}, {"x": 1e-6, "theta": 1e-6}))
+
+    assert "no cost: any motion" in repr(symdyn.collocation(CART, until=1, end={"x": 1}, intervals=4))
+    assert "no cost" not in repr(symdyn.collocation(CART, until=1, end={"x": 1}, cost="F**2", intervals=4))
+    with pytest.raises(SimulateError, match="and no force, whose cost is over time: cost"):
+        symdyn.collocation(CART, until=1, end={"x": 1}, final_cost="F**2", intervals=4)
+
+    regulator, path = upright.lqr({"x": 1}, {"F": 0.1}), str(tmp_path / "cart.toml")
+    Path(path).write_text(symdyn.scene.write_text(CART, "toml").text)
+    assert main(["linearize", path, "--lqr", "Q=x:1", "R=F:0.1", "--show", "margins"]) == 0
+    shown = capsys.readouterr().out
+    assert f"loop of the regulator, cut open at F, stable: {regulator.loop.margins().words}" in shown
+    with pytest.raises(SystemExit):
+        main(["simulate", path, "--quantisation", "theta=0.1"])
+    assert "in Python a controller has it: symdyn.Feedback(law, quantisation=...)" in capsys.readouterr().err
+
+
+def test_a_log_without_forces_is_sent_to_output_error() -> None:
+    t = np.linspace(0, 1, 50)
+    with pytest.raises(IdentifyError, match="output_error finds parameters where forces are not measured"):
+        symdyn.identify(symdyn.example("pendulum"), {"t": t, "q1": np.sin(t)})
+    with pytest.raises(SimulateError, match=r'each is a text of its own, \["x=t", "theta=0"\]'):
+        symdyn.inverse(CART, "x=t, theta=0", [0, 1])
+
+
+def test_a_small_grid_is_shown_row_by_row(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    path = tmp_path / "block.toml"
+    path.write_text(SPRUNG)
+    asked = ["sweep", str(path), "--over", "c=[5,8]", "--start", "x=1", "--until", "1", "--measure", "end(x)"]
+    assert main(asked) == 0
+    rows = capsys.readouterr().out.splitlines()
+    assert [row.split()[0] for row in rows if row.split()[-1:] == ["end"]] == ["5", "8"]

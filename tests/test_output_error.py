@@ -45,7 +45,7 @@ def test_a_pendulum_tells_its_length_and_friction_by_its_angle_alone() -> None:
     assert found.noise[0] == pytest.approx(SCATTER, rel=0.2)
     assert abs(found.correlation[0]) < 0.2
     assert found.units == ("m", "N m s/rad", "rad", "rad/s")
-    assert symdyn.simulate(found.identified, until=1, start={"q1": 1})["q1"][-1] == pytest.approx(
+    assert symdyn.simulate(found.scene, until=1, start={"q1": 1})["q1"][-1] == pytest.approx(
         symdyn.simulate(symdyn.example("pendulum"), until=1, start={"q1": 1}, values={"l": 0.55, "b": 0.02})["q1"][-1],
         abs=1e-3,
     )

@@ -58,6 +58,7 @@ ELSEWHERE = {"--margins": "give --show margins", "--step": "give --show step", "
              **dict.fromkeys(("animate", "film", "movie", "video"), "simulate writes one, --animate FILE"),
              "--transmissibility": "give --bode FILE, of --outputs", "--output-error": "give --by output-error",
              "--noise": "in Python a controller has it: symdyn.Feedback(law, noise=...)",
+             "--quantisation": "in Python a controller has it: symdyn.Feedback(law, quantisation=...)",
              "--place": "give --lqr, or in Python symdyn.linearize(...).place(poles)"}  # fmt: skip
 """What one asks for that is no verb or no option, of `linearize` mostly, and how it is had, for errors alone."""
 
@@ -151,7 +152,8 @@ def _meant(word: str, known: Sequence[str]) -> str:
     """Return what an unknown option may have meant, in words; "" for nothing near."""
     if RENAMED.get(word, "").partition(" ")[0] in known:
         return f"; it is called {RENAMED[word]} now"
-    needed = {"--noise": "--feedback", "--output-error": "--by", "--latex": "--format"}.get(word, "--lqr")
+    others = {"--noise": "--feedback", "--output-error": "--by", "--latex": "--format", "--quantisation": "--feedback"}
+    needed = others.get(word, "--lqr")
     if word in ELSEWHERE and needed in known:
         return f"; {ELSEWHERE[word]}"
     near = [name for name in known if len(word) > 2 and name.startswith(word)] or filter(None, [nearest(word, known)])

@@ -102,6 +102,11 @@ def _margins(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
         kind = "stable" if found.stable else "unstable"
         lines.append(f"loop {input} = -{output}, {kind}: {found.words}")
         data.append({"output": output, "input": input, **found.as_json()})
+    if options.lqr is not None and len((loop := system.lqr(options.lqr, options.dt).loop).inputs) == 1:
+        found, drive = loop.margins(), loop.inputs.names[0]
+        kind = "stable" if found.stable else "unstable"
+        lines.append(f"loop of the regulator, cut open at {drive}, {kind}: {found.words}")
+        data.append({"output": drive, "input": drive, **found.as_json()})
     return lines or ["no input drives anything"], data
 
 

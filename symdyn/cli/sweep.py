@@ -22,6 +22,8 @@ TABLE = ".csv"
 DIGITS = 6
 FEW_DIGITS = 4  # of what comes of runs beside their summary
 
+ROWS = 20  # of a grid that are shown one by one
+
 FAILED = 3
 """Runs that did not end that are told on a terminal; `told` of the runs has more."""
 
@@ -107,6 +109,8 @@ def report(runs: Runs, options: argparse.Namespace, outcome: Callable[[], dict[s
         title = f"{runs.scene}: {len(runs)} runs over {', '.join(runs.names)} ({runs.about['design']})"
         heads = ("measure", "unit", "mean", "sd", "least", "5 %", "median", "95 %", "most")
         print_table(Table(heads, rows, range(2, 9), title))
+        if runs.about["design"] == "grid" and len(runs) <= ROWS:
+            print_table(runs.table().written)
     for count, what in ((runs.failed, "failed, and have no measures"), (runs.stopped, "ended before their time")):
         if count:
             say(f"{count} of {len(runs)} runs {what}")

@@ -6,7 +6,7 @@ Combinations of parameters that are not identifiable are named: what they are, w
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -25,6 +25,7 @@ from symdyn.identification.regression import Outlier, Regression, echelon
 from symdyn.scene import INERTIAL, Scene
 from symdyn.shown import Shown
 from symdyn.table import Table
+from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped]
@@ -185,7 +186,7 @@ class Identification(Shown):
     """Parameters identified from logs.
 
     Attributes:
-        scene: as it was declared.
+        declared: the scene as it was declared; `scene` is the identified one.
         model: what the logs were held against; its scene has a parameter for every term of friction that was added.
         logs: as measured: each has `source`, `t`, `q`, `qd`, `qdd`, `tau` and `notes`.
         motions: filtered, at even times, divided into data that are fitted and validation data.
@@ -206,7 +207,7 @@ class Identification(Shown):
     friction_terms: ClassVar[tuple[str, ...]] = tuple(TERMS)
     gain_units: ClassVar[tuple[str, ...]] = tuple(GAINED)
 
-    scene: Scene
+    declared: Scene
     model: LinearModel
     logs: tuple[Log, ...]
     motions: tuple[Motion, ...]
@@ -219,12 +220,18 @@ class Identification(Shown):
     predicted: tuple[Array, ...]
     used: tuple[Flags, ...]
     validation: tuple[Flags, ...]
-    gains: tuple[Gain, ...] = ()
+    gains: tuple[Gain, ...]
+    _identified: Callable[[Identification], Any]
 
     def __repr__(self) -> str:
         count = len(self.model.names)
         known = f"{int(self.regression.identifiable[:count].sum())} of {count} base parameters identifiable"
-        return f"<Identification of {self.scene.name}: {known}, condition number {self.regression.condition:.3g}>"
+        return f"<Identification of {self.declared.name}: {known}, condition number {self.regression.condition:.3g}>"
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The identified scene, as `symdyn.identification.identified` finds it, which tells more; errors as of it."""
+        return self._identified(self).scene  # type: ignore[no-any-return]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -309,21 +316,21 @@ class Identification(Shown):
             "identifiable": self.regression.identifiable,
         }
         found = pandas.DataFrame(columns, index=pandas.Index(self.names, name="parameter"))
-        found.attrs |= {"scene": self.scene.name, "band_hz": self.band, "condition": self.regression.condition}
+        found.attrs |= {"scene": self.declared.name, "band_hz": self.band, "condition": self.regression.condition}
         return found
 
     def __getitem__(self, name: str) -> float:
         """Return one parameter by name; UnknownNameError if there is none."""
         check_arguments(Identification.__getitem__, locals(), UnknownNameError)
         if name not in self.names:
-            raise UnknownNameError(f"{self.scene.name}: there is no parameter {name}; {choice(name, self.names)}")
+            raise UnknownNameError(f"{self.declared.name}: there is no parameter {name}; {choice(name, self.names)}")
         return float(self.after[self.names.index(name)])
 
     def as_dict(self) -> dict[str, Any]:
         """Return all of it as JSON values; numbers that are none are NaN."""
         columns = zip(self.names, self.before, self.after, self.errors, self.regression.identifiable, strict=True)
         return {
-            "scene": self.scene.name,
+            "scene": self.declared.name,
             "band_hz": self.band,
             "condition": self.regression.condition,
             "rows": len(self.regression.tau),

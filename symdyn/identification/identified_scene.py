@@ -216,7 +216,7 @@ def identified(
     check_arguments(identified, locals(), IdentifyError)
     total_mass, spread = native(float, total_mass, spread)
     model, scene = identification.model, identification.model.scene
-    declared = {parameter.name for parameter in identification.scene.parameters}
+    declared = {parameter.name for parameter in identification.declared.parameters}
     added = [parameter.name for parameter in scene.parameters if parameter.name not in declared]
     if inertial_names(scene):
         named = fit_names(scene, model.names, *identifiable_combinations(identification), added)

@@ -20,6 +20,7 @@ from symdyn.identification.filtered import Motion, motions, usual_bands
 from symdyn.identification.gain_doubts import doubts
 from symdyn.identification.gains import Fitted, estimated_gains, fitted
 from symdyn.identification.identification import Identification, not_identifiable
+from symdyn.identification.identified_scene import identified
 from symdyn.identification.linear_model import LinearModel, linear_model
 from symdyn.identification.log import Log, forces_off, given_gains, read_logs, shown_in
 from symdyn.identification.payload import Carried, Evidence, Payload, carried, check_payloads, evidence
@@ -124,7 +125,7 @@ def identify(
             say(note)
     return Identification(
         scene, model, logs, found.motions, band, found.regression, found.fits, found.outliers, lost, tuple(notes),
-        found.predicted, found.used, found.validation, gains,
+        found.predicted, found.used, found.validation, gains, identified,
     )  # fmt: skip
 
 

@@ -362,7 +362,9 @@ def _log(scene: Scene, table: Columns, faults: Faults) -> Log | None:
         meant = [f"{name} (did you mean {near}?)" if (near := nearest(name, there)) else name for name in missing]
         have = listed([shorten(name) for name in (TIME, *table.values)])
         need = ", ".join((TIME, *expected(scene)))
-        faults.add(source, f"has no column {', '.join(meant)}; {scene.name} needs {need}, and it has {have}")
+        alone = bool(missing) and set(missing) <= set(scene.drives)
+        more = "; symdyn.identification.output_error finds parameters where forces are not measured" * alone
+        faults.add(source, f"has no column {', '.join(meant)}; {scene.name} needs {need}, and it has {have}{more}")
     if len(table.t) < SHORTEST:
         faults.add(source, f"has {len(table.t)} rows; at least {SHORTEST} are needed, some hundred are better")
     if missing or len(table.t) < SHORTEST:

@@ -36,7 +36,7 @@ class OutputFit(Shown):
     """Parameters with which a simulated run is closest to measured columns.
 
     Attributes:
-        scene: the mechanism, its parameters as they were.
+        declared: the mechanism, its parameters as they were.
         names: of what was estimated: parameters, then positions and velocities of the starts, `start x` or, of more
             than one piece, `start 2 x`.
         units: likewise.
@@ -55,7 +55,7 @@ class OutputFit(Shown):
         notes: what a user should know.
     """
 
-    scene: Scene
+    declared: Scene
     names: tuple[str, ...]
     units: tuple[str, ...]
     before: Array = field(repr=False)
@@ -75,7 +75,7 @@ class OutputFit(Shown):
     def __repr__(self) -> str:
         parts = zip(self.names[: self.parameters], self.estimate, self.standard_errors, strict=False)
         said = ", ".join(f"{name} = {value:.5g} ± {error:.2g}" for name, value, error in parts)
-        return f"<OutputFit of {self.scene.name} to {listed(self.measured)}: {said}>"
+        return f"<OutputFit of {self.declared.name} to {listed(self.measured)}: {said}>"
 
     def __getitem__(self, name: str) -> float:
         """Return an estimate by its name; UnknownNameError if there is none."""
@@ -100,9 +100,9 @@ class OutputFit(Shown):
         return dict(zip(self.names[: self.parameters], self.estimate.tolist(), strict=False))
 
     @property
-    def identified(self) -> Scene:
+    def scene(self) -> Scene:
         """The scene with the parameters that were found."""
-        return bind(self.scene, self.values)
+        return bind(self.declared, self.values)
 
     def table(self) -> Table[str]:
         """Return name, unit, before, after and standard error of every estimate."""
@@ -112,7 +112,7 @@ class OutputFit(Shown):
             for name, unit, before, after, error in columns
         ]
         heads = ("parameter", "unit", "before", "after", "standard error")
-        return Table(heads, rows, range(2, 5), f"parameters of {self.scene.name}")
+        return Table(heads, rows, range(2, 5), f"parameters of {self.declared.name}")
 
     def _place(self, name: str) -> int:
         if name not in self.names:

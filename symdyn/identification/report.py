@@ -72,7 +72,7 @@ def report(identification: Identification, made: Identified | None = None, comma
         sections.append(_scene(made))
     parts = [one for one in sections if one is not None]
     facts = {
-        "title": printable(f"Identification of {identification.scene.name}", keep=""),
+        "title": printable(f"Identification of {identification.declared.name}", keep=""),
         "command": printable(command, keep=""),
         "facts": Table(("", ""), list(_facts(identification)), title="What it rests on"),
         "notes": [printable(note, keep="") for note in identification.notes],

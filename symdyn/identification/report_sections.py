@@ -70,7 +70,7 @@ def parameter_table(identification: Identification) -> Table[str]:
             more = (*sure(error, interval, after), figure((after - before) / error if error else nan, 2))
         rows.append((name, figure(before), figure(after), *more))
     heads = ("parameter", "before", "after", *SURE, "moved, in standard errors")
-    return Table(heads, rows, range(1, 8), f"Base parameters of {identification.scene.name}")
+    return Table(heads, rows, range(1, 8), f"Base parameters of {identification.declared.name}")
 
 
 def gain_table(identification: Identification) -> Table[str]:

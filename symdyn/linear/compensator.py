@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.arguments import argument
 from symdyn.draw import FilledFigure
-from symdyn.errors import LinearizeError
+from symdyn.errors import LinearizeError, listed
 from symdyn.linear.modes import Complexes, pairs_of
 from symdyn.linear.regulator import WORDS, Gain, Regulator, before_and_after, held, opened, riccati, steps, when
 from symdyn.linear.state_space import StateSpace
@@ -48,7 +49,9 @@ class Observer(Gain):
 
     def __repr__(self) -> str:
         outputs = ", ".join(self.system.outputs.names)
-        return f"<Observer of {self.name} from {outputs}{when(self.period)}; poles: {poles_in_words(self.poles)}>"
+        notes = "".join(f"; {note}" for note in self.notes)
+        poles = f"poles: {poles_in_words(self.poles)}{notes}"
+        return f"<Observer of {self.name} from {outputs}{when(self.period)}; {poles}>"
 
     def tables(self) -> list[Table[str | float]]:
         """Return L with its names."""
@@ -94,6 +97,10 @@ class Compensator(StateSpace):
         )  # fmt: skip
         object.__setattr__(self, "regulator", regulator)
         object.__setattr__(self, "observer", observer)
+
+    def __repr__(self) -> str:
+        notes = "".join(f"; {note}" for note in (*self.regulator.notes, *self.observer.notes))
+        return f"{super().__repr__()[:-1]}{notes}>"
 
     def margins(self, output: str | None = None, input: str | None = None) -> Margins:
         """Return how far the loop, cut open at a drive, is from the edge of stability; errors as of a system."""
@@ -149,6 +156,10 @@ def kalman(
     K, P, poles, notes = riccati(
         one.A.T, one.C.T, step.A.T, one.C.T, disturbed, noise, period, WORDS["kalman"], one.states.names
     )
+    missed = [name for name in one.outputs.names if isinstance(V, Mapping) and name not in V]
+    if missed:
+        outputs = argument("outputs", [name for name in one.outputs.names if name not in missed])
+        notes = (*notes, f"V misses {listed(missed)}: measured with variance 1; linearize with {outputs} leaves it out")
     return Observer(one, K.T, poles, period, notes, P)
 
 

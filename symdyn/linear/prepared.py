@@ -251,7 +251,8 @@ def _turning(v: Variations, u: Array) -> Array:
 def _valueless(scene: Scene, fault: NoValueError) -> str:
     """Return what has no value at a point, in words."""
     between = ", ".join(f"{one.kind} {one.name}" for one in scene.struts if one.ends)
-    return f"{scene.name}: {fault}{f'; where its ends meet, {between} has no direction' if between else ''}"
+    apart = "set its ends apart there (an end's at, an origin, the start), or give a spring free = 0"
+    return f"{scene.name}: {fault}{f'; where its ends meet, {between} has no direction: {apart}' if between else ''}"
 
 
 CORNER = 1e-12

@@ -6,7 +6,7 @@ Gains along a run, `track`, are those of the linear quadratic regulator of the s
 
     least xᵀ(T) S_T x(T) + ∫ xᵀ Q x + wᵀ R w dt      x, w: deviations from the motion, ẋ = A(t) x + B(t) w
     -Ṡ = Aᵀ S + S A - S B R⁻¹ Bᵀ S + Q,  S(T) = S_T   from the end to the begin
-    w = -K(t) x,  K = R⁻¹ Bᵀ S                        held behind the end
+    w = -K(t) x,  K = R⁻¹ Bᵀ S                        K(T) behind the end
 
 Reference: Anderson and Moore, Optimal Control: Linear Quadratic Methods (1990), section 2.3.
 """
@@ -16,7 +16,7 @@ from __future__ import annotations
 import io
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import IO, Any
@@ -283,6 +283,9 @@ class SystemsFile:
             raise LinearizeError(str(fault)) from None
 
 
+RESTS = 1e-6
+"""Velocities, and accelerations that forces leave, over the largest of the motion or entry of A, that are none."""
+
 RTOL, ATOL = 1e-8, 1e-10
 """Tolerances of Riccati's equation, over the size of S at the end and of Q."""
 
@@ -296,8 +299,10 @@ def track(
 ) -> Feedback:
     """Return the controller that brings a mechanism back to a motion: u = u0(t) - K(t) (x - x0(t)).
 
-    It holds the forces of the motion itself: nothing else is to give them. Behind the end the last gains hold the last
-    place. Gains of a sampled controller are these at its samples: `Feedback(track(...), period=0.01)`.
+    It holds the forces of the motion itself: nothing else is to give them. Where the motion ends at rest, in a place
+    where forces can hold the mechanism, the last gains hold it there from then on, about the forces that do; else the
+    last forces, place and velocities stay as well, which a note of the run says. Gains of a sampled controller are
+    these at its samples: `Feedback(track(...), period=0.01)`.
 
     Args:
         run: the motion, with a sample wherever it bends: gains and places are interpolated between them.
@@ -328,7 +333,23 @@ def track(
         "x0": dict(zip((*run.scene.coordinates, *run.scene.velocities), state, strict=True)),
         "u0": {name: run[name] for name in inputs.names},
     }
-    return read_feedback(run.scene, said)
+    feedback = read_feedback(run.scene, said)
+    return replace(feedback, law=_behind(run, feedback.law, last, used))
+
+
+def _behind(run: Trajectory, law: Any, last: Linearization, used: Sequence[int]) -> Any:
+    """Return the law, a schedule, so that it holds its end about forces of rest where the motion comes to rest."""
+    end, B = float(run.t[-1]), last.B[last.positions :][:, used]
+    rates = last.point.udot[last.velocities]
+    away = np.linalg.lstsq(B, -rates)[0]
+    size = max(1.0, float(np.abs(last.A).max(initial=0.0)), float(np.abs(run.qd).max(initial=0.0)))
+    left = np.concatenate([rates + B @ away, run.qd[-1]])
+    if np.abs(left).max(initial=0.0) > RESTS * size:
+        return replace(law, end=end)
+    gains = law.at(end)
+    still = gains.u0 * (np.arange(len(gains.u0)) >= run.qd.shape[1])
+    held = replace(gains, u0=still, initial=tuple(gains.initial + away))
+    return replace(law, at=lambda t: law.at(t) if t <= end else held)
 
 
 def _held(A: Array, B: Array, Q: Array, R: Array) -> Array:

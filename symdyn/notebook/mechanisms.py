@@ -146,7 +146,7 @@ def output_fit(result: OutputFit) -> list[Markup]:
     """Return what was found, before and after, and how far the run is from what was measured."""
     scatter = ", ".join(f"{name} {size:.3g}" for name, size in zip(result.measured, result.noise, strict=True))
     return [
-        head(result.scene.name, f"parameters by output error, {result.runs} runs"),
+        head(result.declared.name, f"parameters by output error, {result.runs} runs"),
         shown(result.table()),
         note(f"residuals: {scatter}; condition number {result.condition:.3g}; {result.dof} degrees of freedom"),
         *notes(result.notes),
@@ -173,7 +173,7 @@ def identification(result: Identification) -> list[Markup]:
     count = len(result.model.names)
     gains = [(one.drive, one.unit, one.value, one.error) for one in result.gains]
     return [
-        head(result.scene.name, f"{regression.identifiable[:count].sum()} of {count} base parameters identifiable"),
+        head(result.declared.name, f"{regression.identifiable[:count].sum()} of {count} base parameters identifiable"),
         table(("", "unit", "before", "after", "standard error"), rows[: len(rows) - len(gains)], "base parameters"),
         *([table(("", "unit", "gain", "standard error"), gains, "gains of drives")] if gains else []),
         table(("", "unit", "measured", "error", "validation error"), fits, "driving forces, root mean squares"),

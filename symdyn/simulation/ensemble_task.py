@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra import Array, Batches
+from symdyn.arguments import argument
 from symdyn.dynamics.mechanism import TIME, prescribed, quaternions
 from symdyn.errors import MethodError, SymdynError
 from symdyn.graph import Graph, evaluate, substitute
@@ -28,7 +29,7 @@ from symdyn.scene.values import LETTERS, spell
 from symdyn.simulation.equations.controller import Feedback
 from symdyn.simulation.forward import simulate
 from symdyn.simulation.integrate.integration import END, INTERRUPTED
-from symdyn.simulation.measures import Measure, Sums, sums_over
+from symdyn.simulation.measures import FOLDS, Measure, Sums, sums_over
 from symdyn.simulation.prescribed.forces import Forces, at_start
 from symdyn.simulation.trajectory import Trajectory
 
@@ -255,9 +256,25 @@ class Task:
         runner = self.mode.ready(self)
         ready = time.perf_counter()
         found = joined(self, [*_run(self, runner, workers or _cores(), progress)])
-        for note in found.notes:
+        notes = (*found.notes, *self._unseen(found))
+        for note in notes:
             say(note)
-        return replace(found, notes=(*self.notes, *found.notes)), time.perf_counter() - ready
+        return replace(found, notes=(*self.notes, *notes)), time.perf_counter() - ready
+
+    def _unseen(self, block: RunBlock) -> Iterator[str]:
+        """Yield what peaks between the samples of the first run change in its measures, where that is much."""
+        peaks = [one.text for one in self.measures if any(FOLDS[fold].peaks for _, fold, _ in one.folds)]
+        if not peaks or not self.lanes.count or not block.complete[0] or len(self.times) < 2:
+            return
+        times = np.linspace(0.0, self.until, FINER * (len(self.times) - 1) + 1)
+        finer = replace(self, times=times, every=float(times[1]), keep=False)
+        fine = finer.measured(joined(finer, [self.mode.ready(finer).run(slice(0, 1))]))
+        for text, seen, there in ((one, self.measured(block)[one][0], fine[one][0]) for one in peaks):
+            if abs(there - seen) > MISSED * abs(there) + self.atol:
+                yield (
+                    f"{text} of one of the runs is {seen:.6g} at samples {self.times[1]:.3g} s apart, {there:.6g} at "
+                    f"{times[1]:.3g} s: peaks lie between samples; give {argument('every', float(f'{times[1]:.3g}'))}"
+                )
 
 
 def _cores() -> int:
@@ -305,13 +322,16 @@ def _parts(parts: Sequence[slice], runner: Runner, workers: int) -> Iterator[tup
 def nothing(task: Task, count: int) -> RunBlock:
     """Return runs that were not run."""
     nan, scene = np.nan, task.scene
-    sums = {one: Sums(*(np.full(count, nan) for _ in range(9))) for one in task.insides}
+    sums = {one: Sums(*(np.full(count, nan) for _ in Sums.__dataclass_fields__)) for one in task.insides}
     shape = (count, len(task.times), len(scene.coordinates) + len(scene.velocities))
     return RunBlock(
         np.zeros(count), np.full((count, len(scene.coordinates)), nan), np.full((count, len(scene.velocities)), nan),
         (INTERRUPTED,) * count, sums, np.full(shape, nan) if task.keep else None,
     )  # fmt: skip
 
+
+FINER, MISSED = 8, 1e-3
+"""How many times as many samples one run is looked at by, and the share of a measure that they may change untold."""
 
 _ALONE = Lock()
 """Of parts that run on threads, one at a time asks `simulate`."""

@@ -27,6 +27,7 @@ from symdyn.simulation.equations.contact_modes import check_names
 from symdyn.simulation.equations.control_loop import Loop, held_columns, hidden, sampled_rows
 from symdyn.simulation.equations.controller import Placed, placed, placed_function, read_feedback
 from symdyn.simulation.equations.implicit import differences
+from symdyn.simulation.equations.linear_feedback import Schedule
 from symdyn.simulation.equations.saturation import saturation_report
 from symdyn.simulation.equations.settling import begun
 from symdyn.simulation.equations.system import Projection, StateEquations
@@ -293,7 +294,7 @@ def ready(
     check_names(whole)
     initial = replace(initial, s=np.append(initial.s, np.zeros(len(whole.states) - len(scene.states))))
     system = state_equations(whole, given, events, problem.whole)
-    system = replace(system, loop=outside.begun(whole, initial, until))
+    system = replace(system, loop=outside.begun(whole, initial, until, system.hidden))
     own = np.zeros(0) if system.loop is None else system.loop.z[: system.nz]
     x = np.concatenate([initial.q, initial.u, initial.s, own, np.zeros(int(system.works))])
     if system.contacts is None:
@@ -366,15 +367,20 @@ class Control:
         feedback, found = self.controller.feedback, []
         if len(feedback.initial) and not (self.sampled and feedback.delay):
             found.append("feedback: initial has no effect: without a period and a delay the first force acts at once")
+        if isinstance(feedback.law, Schedule) and feedback.law.end < times[-1]:
+            found.append(
+                f"feedback: the motion that is followed ends at t = {feedback.law.end:g} s, not at rest where forces "
+                "hold it: its last forces, place and velocities stay from then on"
+            )
         return found if self.sampled is None else found + hidden(self.sampled, times)
 
-    def begun(self, scene: Scene, initial: Start, until: float) -> Loop | None:
-        """Return them at work at the start of a run, None where there are none."""
+    def begun(self, scene: Scene, initial: Start, until: float, hidden: int = 0) -> Loop | None:
+        """Return them at work at the start of a run, None where there are none; see `Loop` for `hidden`."""
         if not self.laws:
             return None
         first, *beside = self.laws
         n, nu = len(scene.velocities), len(scene.velocities) + len(scene.states)
-        found = Loop(first, len(scene.coordinates), nu, until, n + len(scene.inputs), beside)
+        found = Loop(first, len(scene.coordinates), nu, until, n + len(scene.inputs), beside, hidden)
         with np.errstate(all="ignore"):  # what has no value is told
             found.start(initial.q, np.append(initial.u, initial.s))
         return found

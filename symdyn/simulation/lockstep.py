@@ -41,7 +41,7 @@ from symdyn.simulation.equations.monitors import SLACK, STOPS, limits_of
 from symdyn.simulation.forward import dies_out_fast
 from symdyn.simulation.integrate.integration import DOUBLES, END, INTERRUPTED
 from symdyn.simulation.integrate.watch import CLOSER, FIRST, ROUNDING, Looks
-from symdyn.simulation.measures import Sums
+from symdyn.simulation.measures import FOLDS, Sums
 from symdyn.simulation.prescribed.forces import Forces
 from symdyn.simulation.prescribed.formulas_in_time import read_seen
 
@@ -299,6 +299,8 @@ def shape(task: Task) -> str:
         return "a force is a function"
     if task.feedback is not None:
         return "a controller acts that is more than gains"
+    if whole := {fold for one in task.measures for _, fold, _ in one.folds if FOLDS[fold].whole}:
+        return f"{', '.join(sorted(whole))} is known of whole runs"
     columns = {name for one in task.insides for name in one.symbols if name in LETTERS.columns and name not in ENERGIES}
     if columns:
         return f"{', '.join(sorted(columns))} is known of whole runs"
@@ -373,7 +375,7 @@ def _sums(kept: Any, t: Any) -> Sums:
     lost = ~np.isfinite(area)
     for one in (least, most, when_least, when_most, area, squares):
         one[lost] = np.nan
-    return Sums(first, last, least, most, when_least, when_most, area, squares, t.copy())
+    return Sums(first, last, least, most, when_least, when_most, area, squares, t.copy(), np.full(t.shape, np.nan))
 
 
 MODE = RunMode("lockstep", "64 runs in lockstep by DOP853", "compiled", 4096, ready, refuses, ("dop853",))

@@ -5,7 +5,8 @@
     rms(q1_dot)/max(abs(F))
 
 A fold sees the samples alone, `every` seconds apart, as who reads `simulate`'s rows does: a peak between two of them is
-missed by what the curve bends between. Integrals, and so `mean` and `rms`, are sums of trapezoids.
+missed by what the curve bends between, which many runs tell where it is more than 0.1 %. Integrals, and so `mean` and
+`rms`, are sums of trapezoids.
 """
 
 from __future__ import annotations
@@ -41,6 +42,8 @@ class Sums:
         when_least, when_most: when these were met first, s.
         area, squares: integrals of it and of its square, by trapezoids.
         span: how long the runs took, s.
+        settled: when the formula stays within `BAND` of its way from the first to the last value, s; NaN where it still
+            leaves that in the last tenth of the run.
     """
 
     first: Array
@@ -52,6 +55,11 @@ class Sums:
     area: Array
     squares: Array
     span: Array
+    settled: Array
+
+
+BAND, LATEST = 0.02, 0.9
+"""What is near the last value, over the way to it, and the share of a run after which nothing counts as settled."""
 
 
 @dataclass(frozen=True)
@@ -62,11 +70,15 @@ class Fold:
         text: what it is, one line.
         of: the number, from what was kept.
         unit: of it, from that of the formula.
+        whole: whether it takes all samples at once.
+        peaks: whether a peak between two samples changes it.
     """
 
     text: str
     of: Callable[[Sums], Array]
     unit: Callable[[str], str] = lambda unit: unit
+    whole: bool = False
+    peaks: bool = False
 
 
 def _seconds(unit: str) -> str:
@@ -78,8 +90,8 @@ def _seconds(unit: str) -> str:
 
 
 FOLDS: Mapping[str, Fold] = {
-    "max": Fold("largest value", lambda s: s.most),
-    "min": Fold("smallest value", lambda s: s.least),
+    "max": Fold("largest value", lambda s: s.most, peaks=True),
+    "min": Fold("smallest value", lambda s: s.least, peaks=True),
     "mean": Fold("mean over time", lambda s: np.where(s.span > 0, s.area / np.where(s.span > 0, s.span, 1.0), s.first)),
     "rms": Fold(
         "root of the mean square over time",
@@ -90,6 +102,7 @@ FOLDS: Mapping[str, Fold] = {
     "integral": Fold("integral over time", lambda s: s.area, _seconds),
     "when_max": Fold("time of the largest value, s", lambda s: s.when_most, lambda unit: "s"),
     "when_min": Fold("time of the smallest value, s", lambda s: s.when_least, lambda unit: "s"),
+    "settling_time": Fold("time from which it stays near its end, s", lambda s: s.settled, lambda unit: "s", True),
 }
 """Folds by name."""
 
@@ -195,7 +208,23 @@ def sums_of(t: Array, y: Array) -> Sums:
     with np.errstate(all="ignore"):
         area, squares = (((x[..., :-1] + x[..., 1:]) / 2 * dt).sum(axis=-1) for x in (y, y**2))
     span = np.full(y.shape[:-1], t[-1] - t[0])
-    return Sums(y[..., 0], y[..., -1], y.min(axis=-1), y.max(axis=-1), at(low), at(high), area, squares, span)
+    return Sums(
+        y[..., 0], y[..., -1], y.min(axis=-1), y.max(axis=-1), at(low), at(high), area, squares, span, _settled(t, y)
+    )
+
+
+def _settled(t: Array, y: Array) -> Array:
+    """Return from when on formulas stay near their ends, straight between samples, as of `Sums`."""
+    off = y - y[..., -1:]
+    band = BAND * np.abs(off[..., 0])
+    out = np.abs(off) > band[..., None]
+    last = len(t) - 1 - out[..., ::-1].argmax(axis=-1)
+    k = np.minimum(last, len(t) - 2)
+    here, after = (np.take_along_axis(off, one[..., None], axis=-1)[..., 0] for one in (k, k + 1))
+    with np.errstate(all="ignore"):
+        part = (np.abs(here) - band) / (np.abs(here) - np.sign(here) * after)
+        found = np.where(out.any(axis=-1), t[k] + part * (t[k + 1] - t[k]), t[0])
+    return np.where(np.isnan(y).any(axis=-1) | (found > t[0] + LATEST * (t[-1] - t[0])), np.nan, found)
 
 
 def fold_over(fold: str, t: Array, y: Array) -> Array:
@@ -203,7 +232,7 @@ def fold_over(fold: str, t: Array, y: Array) -> Array:
     if len(t) > 1:
         return FOLDS[fold].of(sums_of(t, y))
     one, zero = y[:, 0], np.zeros(len(y))
-    return FOLDS[fold].of(Sums(one, one, one, one, zero + t[0], zero + t[0], zero, zero, zero))
+    return FOLDS[fold].of(Sums(one, one, one, one, zero + t[0], zero + t[0], zero, zero, zero, zero + t[0]))
 
 
 def sums_over(insides: Sequence[Quantity], run: Trajectory) -> Mapping[Quantity, Sums]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from symdyn.algebra import Array
 from symdyn.arguments import check_arguments, native, walked
 from symdyn.emit import write_file
 from symdyn.errors import EmitError, SimulateError, UnknownNameError, choice, listed, quoted
+from symdyn.rounding import in_digits
 from symdyn.shown import Shown
 from symdyn.study.design import SALTELLI, Indices, indices
 from symdyn.table import Table
@@ -29,6 +30,8 @@ NOT_MADE, ENDED, STOPPED, FAILED = range(4)
 
 WORDS = {NOT_MADE: "not made", ENDED: "end", STOPPED: "stopped", FAILED: "failed"}
 """How a run ended, by its code: at the time that was asked for, earlier because something stopped it, or nowhere."""
+
+SHOWN = 20  # rows of a table
 
 MOST_TOLD = 10
 """Runs of a sweep that did not end whose words are kept, those with the lowest numbers."""
@@ -52,6 +55,23 @@ class Ends:
     qd: Array
     times: Array
     samples: Array | None = None
+
+
+class Rows(NamedTuple):
+    """Names of columns and numbers, shape (N, columns), the last one the code of each run; shown as a table."""
+
+    names: tuple[str, ...]
+    numbers: Array
+
+    def __repr__(self) -> str:
+        more = len(self.numbers) - SHOWN
+        return repr(self.written) + (f"\n ... {more} rows more" if more > 0 else "")
+
+    @property
+    def written(self) -> Table[str]:
+        """The first rows as text, how each run ended in words."""
+        rows = [(*(in_digits(x, 6) for x in row), WORDS[int(code)]) for *row, code in self.numbers[:SHOWN].tolist()]
+        return Table(self.names, rows, range(len(self.names) - 1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,9 +243,10 @@ class Runs(Shown):
         known = self.known(name)
         return (float(known.min()), float(known.max())) if known.size else (np.nan, np.nan)
 
-    def table(self) -> tuple[tuple[str, ...], Array]:
+    def table(self) -> Rows:
         """Return names of columns and the numbers, shape (N, columns); the last one is the code of each run."""
-        return (*self.columns, "ended"), np.column_stack([*(self[name] for name in self), self.codes.astype(float)])
+        numbers = np.column_stack([*(self[name] for name in self), self.codes.astype(float)])
+        return Rows((*self.columns, "ended"), numbers)
 
     def to_csv(self, file: str | Path | None = None) -> str:
         """Return the table as CSV with every digit, `ended` in words; written to a file if one is given.

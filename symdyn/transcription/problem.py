@@ -366,6 +366,7 @@ def collocation(
     holds = tuple(f"input {one.name} is held at {spell(one.value)} {one.unit}".rstrip() for one in kept)
     rests = f'at rest at the end, where positions are given: {listed(resting)} = 0; end_rates="free" leaves them free'
     notes = (
+        *([] if cost or final_cost else ["no cost: any motion that keeps all conditions will do"]),
         *([rests] if resting else []), *holds, *first.notes,
         *taken(scene, free, {k: x for k, x in given.items() if isinstance(x, Mapping)}), *remarks(functions),
     )  # fmt: skip
@@ -415,12 +416,13 @@ def _read(
         f"what is to be found are drives, and inputs that are free: {argument('free', kept[0].name)}" if kept else ""
     )
     held = f"and no inputs, {listed(one.name for one in kept)}: they keep their values; {instead}" if kept else ""
+    last = f"and no force, whose cost is over time: {argument('cost')}{'; ' * bool(held)}"
     words, more = {"running": "cost", "final": "final cost"}, {"running": (*_drives(scene), *inputs)}
     found = {}
     for name, texts in given.items():
         allowed = (*state, *more.get(name, ()))
         told = [formula_text(one) for one in texts if one]
-        found[name] = _formulas(scene, told, allowed, words.get(name, name), faults, held)
+        found[name] = _formulas(scene, told, allowed, words.get(name, name), faults, last * (name == "final") + held)
     return found
 
 

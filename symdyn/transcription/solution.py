@@ -137,7 +137,8 @@ class Solution(Shown):
         found = f"{in_digits(self.objective, 9)}, {self.status} after {self.iterations} iterations"
         left = f"; not given at the end: {listed(self.problem.ends[1])}" if self.problem.ends[1] else ""
         others = f"; {len(self.optima)} optima from {self.searched.starts} starts" if self.others else ""
-        return f"<Solution of {self.problem.scene.name}: {found}{others}{left}>"
+        cost = "".join(f"; {one}" for one in self.problem.notes if one.startswith("no cost"))
+        return f"<Solution of {self.problem.scene.name}: {found}{cost}{others}{left}>"
 
     def __getitem__(self, name: str | Sequence[str]) -> Array:
         """Return a column of its run, or several; errors as there."""

@@ -97,9 +97,9 @@ class Collocation(Shown):
         unknown, (given, left) = ", ".join([*self.drives, *self.free]) or "none", self.ends
         end = f"\n    at the end {listed(given)}" if given else ""
         end += f"; not given: {listed(left)}" if left else ""
-        span = f"{len(self.grid.widths)} intervals of {self.duration:g} s in all"
-        counts = f"{self.size} unknowns, {self.rows} equations"
-        return f"<Collocation of {self.scene.name}: {span}; {counts}; unknown: {unknown}{end}>"
+        unknown += "".join(f"; {one}" for one in self.notes if one.startswith("no cost"))
+        span = f"{len(self.grid.widths)} intervals of {self.duration:g} s in all; {self.size} unknowns"
+        return f"<Collocation of {self.scene.name}: {span}, {self.rows} equations; unknown: {unknown}{end}>"
 
     @property
     def ends(self) -> tuple[list[str], list[str]]:

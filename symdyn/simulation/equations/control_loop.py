@@ -78,7 +78,8 @@ class Computed(NamedTuple):
 class Loop:
     """A controller in a run to the time `until`, of a scene with nq coordinates, and nu velocities and states.
 
-    It returns as many driving forces and inputs as `size` says.
+    The last `hidden` of the states are modes of contacts, which no law is told. It returns as many driving forces and
+    inputs as `size` says.
 
     Attributes:
         beside: functions that forces are given by, which are added; they act all the time and have no limits or states.
@@ -90,11 +91,12 @@ class Loop:
     """
 
     def __init__(
-        self, placed: Placed, nq: int, nu: int, until: float, size: int, beside: Sequence[Placed] = ()
+        self, placed: Placed, nq: int, nu: int, until: float, size: int, beside: Sequence[Placed] = (), hidden: int = 0
     ) -> None:
         """Take a controller; it says nothing before `start`."""
         self.placed, self.nq, self.nu, self.until, self.size = placed, nq, nu, until, size
-        self.beside = tuple(Loop(one, nq, nu, until, size) for one in beside)
+        self.told = nu - hidden
+        self.beside = tuple(Loop(one, nq, nu, until, size, (), hidden) for one in beside)
         feedback = placed.feedback
         self.law, self.period = feedback.law, feedback.period
         self.nz, self.z = 0, NOTHING
@@ -207,6 +209,7 @@ class Loop:
         Raises:
             ControllerError: it raised something, returned what is no force, or measures what has no value.
         """
+        u = u[: self.told]
         y, r = self._measure(t, q, u)
         if not isinstance(self.law, LinearLaw):
             q, u = (y[: self.nq], y[self.nq :]) if len(y) else (q, u)
@@ -280,18 +283,22 @@ class Loop:
         if not self.nz or signals is None or not isinstance(law, LinearLaw):
             return np.zeros((0, self.nq + self.nu))
         rows, free = self._slopes(t, q, u, z)
-        found: Array = np.hstack([law.B @ signals.slopes(t, q, u), law.A])
+        found = np.hstack([law.B @ self._unmoved(signals.slopes(t, q, u[: self.told])), law.A])
         return found + law.tracking @ ((free - 1.0)[:, None] * rows)
 
     def _slopes(self, t: float, q: Array, u: Array, z: Array) -> tuple[Array, Array]:
         """Return ∂v/∂(q, u, z), shape (m, nq + nv + nz), and 1 for what is not cut, 0 for what is, shape (m,)."""
-        signals, law = self.placed.signals, self.law
+        signals, law, u = self.placed.signals, self.law, u[: self.told]
         command = self.computed(t, q, u, z).command
         free = ((np.array(self.placed.least) < command) & (command < np.array(self.placed.most))).astype(float)
         if signals is not None and isinstance(law, LinearLaw):
-            return np.hstack([law.D @ signals.slopes(t, q, u), law.C]), free
+            return np.hstack([law.D @ self._unmoved(signals.slopes(t, q, u)), law.C]), free
         own = getattr(law, "slope", None)
-        return (self._differences(t, q, u) if own is None else np.array(own(t, q, u))), free
+        return self._unmoved(self._differences(t, q, u) if own is None else np.array(own(t, q, u))), free
+
+    def _unmoved(self, slopes: Array) -> Array:
+        """Return slopes of what a law is told, with zeros for modes of contacts, shape (.., nq + nu)."""
+        return np.hstack([slopes, np.zeros((len(slopes), self.nu - self.told))])
 
     def _differences(self, t: float, q: Array, u: Array) -> Array:
         x, columns = np.concatenate([q, u]), []

@@ -180,7 +180,8 @@ def _led(scene: Scene, law: Gains | Schedule, reference: object) -> Gains | Sche
             x[k] = x0
         return replace(gains, q0=x[: len(gains.q0)], u0=x[len(gains.q0) :])
 
-    return at(0.0) if isinstance(law, Gains) and not laws else Schedule(at, law.inputs)
+    end = law.end if isinstance(law, Schedule) else math.inf
+    return at(0.0) if isinstance(law, Gains) and not laws else Schedule(at, law.inputs, end)
 
 
 def _read(scene: Scene, what: object) -> Feedback:

@@ -15,6 +15,7 @@ Reference: Bullo and Murray, Tracking for fully actuated mechanical systems, Aut
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -122,10 +123,12 @@ class Schedule:
     Attributes:
         at: the gains at a time, s.
         inputs: names of the forces.
+        end: when what is followed ends without rest, s; infinite where it does not.
     """
 
     at: Callable[[float], Gains]
     inputs: tuple[str, ...]
+    end: float = math.inf
 
     @property
     def initial(self) -> tuple[float, ...]:

@@ -74,5 +74,5 @@ def _between_points(scene: Scene, graph: Graph) -> Iterator[tuple[str, Expr]]:
         if FORCES[strut.kind].pull.over is None:
             yield f"{words}, and so no direction", graph.one / square
         else:
-            words = f"{words}, where it pulls (with free = 0 it would not)"
+            words = f"{words}, where it pulls (with free = 0 it would not; else set its ends apart)"
             yield f"{words}, and so no direction", pull(strut, square, graph.zero)
