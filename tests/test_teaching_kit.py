@@ -159,7 +159,7 @@ def test_a_log_is_off_until_a_student_agrees_and_is_never_sent() -> None:
     )
     own = (folder("templates") / "teach" / "log.js").read_text("utf-8")
     assert scripts.count("localStorage") == own.count("localStorage") == 3
-    assert "localStorage" not in html_page(Handout(symdyn.example("pendulum")).document)
+    assert "localStorage" not in html_page(Handout(symdyn.example("pendulum")).document())
 
 
 def test_the_log_is_told_as_it_is_written_and_read() -> None:
