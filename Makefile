@@ -49,7 +49,8 @@ types: $(READY)  ## mypy on all of it, pyright on the code of README and docs
 doctest: $(READY)
 	$(BIN)/python -m pytest --doctest-modules --doctest-ignore-import-errors symdyn  # of what is not installed: JAX, PyTorch
 	$(BIN)/python -m pytest --doctest-glob='*.md' README.md CONTRIBUTING.md docs/index.md docs/python.md docs/equations.md docs/regressors.md \
-		docs/identify.md docs/sweeps.md docs/simulate.md docs/control.md docs/excitation.md docs/units.md docs/verify.md docs/questions.md docs/robots.md
+		docs/identify.md docs/sweeps.md docs/simulate.md docs/control.md docs/excitation.md docs/units.md docs/verify.md docs/questions.md docs/robots.md \
+		docs/teaching/README.md
 
 wheel: $(READY)  ## the sdist, the wheel that it builds, and that wheel alone in an empty environment
 	$(BIN)/python tests/wheel.py
@@ -71,7 +72,7 @@ docs: $(READY)  ## the site of documentation, in build/site, with the playground
 	@echo build/site/index.html
 
 notebooks: $(READY)  ## run every notebook of docs and write what its cells show
-	$(BIN)/python tests/notebooks.py docs/notebooks/*.ipynb docs/gallery/*.ipynb
+	$(BIN)/python tests/notebooks.py docs/notebooks/*.ipynb docs/gallery/*.ipynb docs/teaching/*.ipynb
 
 closed-forms: $(READY)  ## time of all coefficients in closed form
 	$(BIN)/python benchmarks/closed_forms.py

@@ -42,7 +42,7 @@
       reason.hidden = false;
       verdict.append(` ${box.value}) `, reason);
     }
-    return word === "answer.right";
+    return {right: word === "answer.right", typed: boxes.map(box => box.value).join(", ")};
   }
   function shown(inside) {
     const math = document.createElementNS("http://www.w3.org/1998/Math/MathML", "math");
@@ -67,22 +67,28 @@
       echo.querySelector("span").replaceChildren(shown(read));
       echo.classList.toggle("read", read !== "");
     });
-    let tries = 0;
+    let tries = 0, right = false;
     form.addEventListener("submit", event => {
       event.preventDefault();
-      let right;
-      if (Object.prototype.hasOwnProperty.call(choices, form.dataset.key)) right = chosen(form, verdict);
+      let told;
+      if (Object.prototype.hasOwnProperty.call(choices, form.dataset.key)) told = chosen(form, verdict);
       else {
-        const told = Answers.judge(form.dataset.key, form.elements.answer.value);
-        right = told.right;
+        told = {...Answers.judge(form.dataset.key, form.elements.answer.value), typed: form.elements.answer.value};
         verdict.textContent = [told.text, told.stars].filter(Boolean).join(" ");
-        tries += !right;
+        tries += !told.right;
         differing(told, tries, verdict);
       }
+      right = told.right;
+      const causes = told.rules || [told.rule].filter(Boolean);
+      Log.add({event: "answer", question: form.dataset.key, typed: told.typed, right, causes, told: verdict.textContent});
       verdict.className = "verdict " + (right ? "right" : "wrong");
       if (right) solution.open = true;
     });
-    solution.addEventListener("toggle", () => { if (solution.open) found(form); });
+    solution.addEventListener("toggle", () => {
+      if (!solution.open) return;
+      if (!right) Log.add({event: "solution", question: form.dataset.key});
+      found(form);
+    });
     if (solution.open) found(form);  // as the browser keeps it
   }
   progress.querySelector("button").addEventListener("click", next);
