@@ -21,10 +21,11 @@ from symdyn.arguments import argument
 from symdyn.dynamics.mechanism.linear_solve import RowSolve
 from symdyn.dynamics.mechanism.state import INPUTS, STATES, TIME
 from symdyn.dynamics.outputs import recursive_derivatives
-from symdyn.dynamics.outputs.output import Constrained, Formulation, Output, Size
+from symdyn.dynamics.outputs.output import Constrained, Formulation, Output, Size, by_loop
 from symdyn.dynamics.outputs.result_labels import Axis
 from symdyn.dynamics.outputs.tangent_space import COLUMNS, FREE, SWEEPS, TangentSpace
 from symdyn.dynamics.outputs.workspace import Workspace
+from symdyn.dynamics.recursive.derivative_sweeps import derivatives_loop
 from symdyn.errors import DerivationError, listed
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable, substitute
 from symdyn.scene import Quantity, Scene
@@ -201,6 +202,11 @@ JACOBIANS: dict[str, dict[str, tuple[Callable[..., list[Expr]], Callable[..., Ro
 Each takes the workspace and the arguments along which J is wanted, some of the output's in their order.
 """
 
+LOOPS: dict[str, dict[str, Callable[..., Sequence[Expr]]]] = {
+    "inverse_dynamics": {"derivatives_loop": derivatives_loop},
+}
+"""Formulations of the whole of J that go over a table of joints, by both names."""
+
 SIZES: dict[str, Size] = {"inverse_dynamics": Size((0, 37)), "forward_dynamics": Size((0, 45), 1.5)}
 """What a block of J takes in the formulations of JACOBIANS."""
 
@@ -305,8 +311,9 @@ def derivatives(name: str, row: Output, only: str = "") -> Output:
         )
         for formulation, sweep in SWEEPS.items()
     }
+    over = {} if only else {one: by_loop(loop) for one, loop in LOOPS.get(name, {}).items()}
     size = SIZES.get(name, row.size.columns(EACH)).times(len(along))
-    return jacobian_row(row, FREE, along, f"{way}, all else held,", {**by_hand, **by_sweeps}, size=size)
+    return jacobian_row(row, FREE, along, f"{way}, all else held,", {**by_hand, **by_sweeps, **over}, size=size)
 
 
 def by_parameters(name: str, row: Output, only: str = "") -> Output:
