@@ -409,6 +409,12 @@ class Counts:
             handed.add(row.parent)
             found += Counts(sincos=1) if not row.slides else Counts()
             found += Counts() if row.at_zero or row.slides else FROM_ZERO
+        if loop.goes_through_pairs:
+            (pairs,) = filter(None, (one.pairs for one in sweeps(loop.kinds[0])))
+            beyond = loop.table.carried
+            for row, many in zip(loop.table.rows, beyond, strict=True):
+                if row.parent:
+                    found += _count(pairs.of(loop.table.rows[row.parent - 1].slides)).times(many)
         return found
 
     @property
@@ -418,6 +424,10 @@ class Counts:
 
     def __add__(self, other: Counts) -> Counts:
         return Counts(*(int(getattr(self, name)) + int(getattr(other, name)) for name in COSTS))
+
+    def times(self, many: int) -> Counts:
+        """Return those of so many."""
+        return Counts(*(many * int(getattr(self, name)) for name in COSTS))
 
     def __sub__(self, other: Counts) -> Counts:
         return Counts(*(int(getattr(self, name)) - int(getattr(other, name)) for name in COSTS))
@@ -441,8 +451,13 @@ def _count_sweeps(sweeps: tuple[Sweep, ...]) -> Counts:
     """Return the operations of sweeps at a joint, as they are printed: each is a function of its own."""
     found = Counts()
     for one in sweeps:
-        found += Counts(**Counter(name for node in reachable(one.results) if (name := CATEGORY[node.op])))
+        found += _count(one.results)
     return found
+
+
+@cache
+def _count(results: tuple[Expr, ...]) -> Counts:
+    return Counts(**Counter(name for node in reachable(results) if (name := CATEGORY[node.op])))
 
 
 def _time(argument: str) -> int:

@@ -102,8 +102,8 @@ def _inward(kind: RowKind, graph: Graph) -> tuple[tuple[Expr, ...], Pairs]:
     handed = (*inertia, *flat(*near.P, near.momentum, moment, wrench[1]))
     n, f, G, n1, f1, n0, f0 = vectors(symbols(graph, CARRIED, GOES))
     shifted = Contribution((n, f), G, (n1, f1), (n0, f0)).shifted(by)
-    found = {slides: _both_ways(shifted, subspace(graph, ABOVE, slides)) for slides in (False, True)}
-    return handed, Pairs(_flat(one), own, _flat(shifted), found, KEPT, MANY)
+    turn, slide = (_both_ways(shifted, subspace(graph, ABOVE, slides)) for slides in (False, True))
+    return handed, Pairs(_flat(one), own, _flat(shifted), (turn, slide), KEPT, MANY)
 
 
 def _both_ways(one: Contribution, S: Subspace) -> tuple[Expr, ...]:

@@ -37,14 +37,14 @@ class Pairs:
         own: entries of the joint and itself, by positions, rates, accelerations.
         goes: what that becomes at the parent, of a turn and of a slide, of `carried0`, ..., of what the joint keeps and
             of `above0`, ..., which its parent does.
-        found: entries of the parent, a turn or a slide, and the one carried, in the order of `BOTH_WAYS`.
+        found: entries of the parent, a turn, then a slide, and the one carried, in the order of `BOTH_WAYS`.
         keeps, kept: how symbols begin of what a joint keeps, and how many.
     """
 
     starts: tuple[Expr, ...]
     own: tuple[Expr, Expr, Expr]
     goes: tuple[Expr, ...]
-    found: Mapping[bool, tuple[Expr, ...]]
+    found: tuple[tuple[Expr, ...], tuple[Expr, ...]]
     keeps: str
     kept: int
 

@@ -173,6 +173,11 @@ class TableLoop:
         """The kind of every row."""
         return kinds_of(self.table)
 
+    @property
+    def goes_through_pairs(self) -> bool:
+        """Whether its result is of pairs of joints, in three blocks of columns."""
+        return any(one.pairs for one in self.algorithm.sweeps(self.kinds[0]))
+
     def may_fail(self, scene: Scene) -> bool:
         """Tell whether it may not exist: it divides by pivots, and one at a position drawn at random is near zero."""
         if not self.algorithm.divides:

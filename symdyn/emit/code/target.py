@@ -220,7 +220,7 @@ def _loop(routine: Routine, loop: TableLoop, name: str, first: int) -> FunctionT
         formulation=f"a loop over a table of {joints} joints, not lines: {why}",
         inputs=tuple((f"{a.name}_{k}", a.name, k) for a in function.arguments for k in range(first, first + joints)),
         steps=(),
-        outputs=tuple(Line(str(index), "") for (index,) in _indices(function.shape, first)),
+        outputs=tuple(Line(", ".join(map(str, index)), "") for index in _indices(function.shape, first)),
         unused=(),
         counts=str(Counts.of_loop(loop)),
         operations=frozenset(),
