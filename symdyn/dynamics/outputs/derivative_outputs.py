@@ -24,8 +24,10 @@ from symdyn.dynamics.outputs import recursive_derivatives
 from symdyn.dynamics.outputs.output import Constrained, Formulation, Output, Size, by_loop
 from symdyn.dynamics.outputs.result_labels import Axis
 from symdyn.dynamics.outputs.tangent_space import COLUMNS, FREE, SWEEPS, TangentSpace
+from symdyn.dynamics.outputs.tree_formulations import forward_loop
 from symdyn.dynamics.outputs.workspace import Workspace
-from symdyn.dynamics.recursive.derivative_sweeps import derivatives_loop
+from symdyn.dynamics.recursive.derivative_sweeps import rnea_derivatives_loop
+from symdyn.dynamics.recursive.table_loops import aba_derivatives_loop
 from symdyn.errors import DerivationError, listed
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable, substitute
 from symdyn.scene import Quantity, Scene
@@ -202,8 +204,13 @@ JACOBIANS: dict[str, dict[str, tuple[Callable[..., list[Expr]], Callable[..., Ro
 Each takes the workspace and the arguments along which J is wanted, some of the output's in their order.
 """
 
-LOOPS: dict[str, dict[str, Callable[..., Sequence[Expr]]]] = {
-    "inverse_dynamics": {"derivatives_loop": derivatives_loop},
+LOOPS: dict[str, dict[str, Formulation]] = {
+    "inverse_dynamics": {"rnea_derivatives_loop": by_loop(rnea_derivatives_loop)},
+    "forward_dynamics": {
+        "aba_derivatives_loop": Formulation(
+            partial(forward_loop, compute=aba_derivatives_loop), up_to=0, loop=aba_derivatives_loop
+        )
+    },
 }
 """Formulations of the whole of J that go over a table of joints, by both names."""
 
@@ -311,7 +318,7 @@ def derivatives(name: str, row: Output, only: str = "") -> Output:
         )
         for formulation, sweep in SWEEPS.items()
     }
-    over = {} if only else {one: by_loop(loop) for one, loop in LOOPS.get(name, {}).items()}
+    over = {} if only else LOOPS.get(name, {})
     size = SIZES.get(name, row.size.columns(EACH)).times(len(along))
     return jacobian_row(row, FREE, along, f"{way}, all else held,", {**by_hand, **by_sweeps, **over}, size=size)
 

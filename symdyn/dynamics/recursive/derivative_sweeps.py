@@ -5,8 +5,8 @@ stand here too. There contributions are turned from frame to frame. Here all vec
 origin of the frame at hand, so that contributions are but shifted on their way to the ground; and those of all joints
 beyond one take the same shift, side by side.
 
-    outward     from R, ω, ω̇, a of the parent: the joint's, its origin p in the parent's frame, and u
-    inward      composite body and wrench of all beyond: A, G, F₁, F₀ of the joint, and its derivatives by itself
+    frames      from R, ω, ω̇, a of the parent: the joint's, its origin p in the parent's frame, and u
+    bodies      composite body and wrench of all beyond: A, G, F₁, F₀ of the joint, and its derivatives by itself
     pairs       of a joint and of all beyond: shifted to the origin of its parent, and derivatives with the parent
 """
 
@@ -41,7 +41,7 @@ COMPOSITE, GOES = 28, 21
 """Numbers of a composite body (m, h, J, P, l: 1, 3, 6, 9, 3) and a wrench, and of A, G, F₁, F₀."""
 
 
-def derivatives_loop(table: JointTable, q: Sequence[Expr], qd: Sequence[Expr], qdd: Sequence[Expr]) -> list[Expr]:
+def rnea_derivatives_loop(table: JointTable, q: Sequence[Expr], qd: Sequence[Expr], qdd: Sequence[Expr]) -> list[Expr]:
     """Return the derivatives of inverse dynamics by q, q̇ and q̈, shape (n, 3 n), row by row, by the loop."""
     return over_table(table, derivative_sweeps, {"q": q, "qd": qd, "qdd": qdd})
 
@@ -50,15 +50,15 @@ def derivatives_loop(table: JointTable, q: Sequence[Expr], qd: Sequence[Expr], q
 def derivative_sweeps(kind: RowKind) -> tuple[Sweep, ...]:
     """Return the sweeps at a joint of a kind, on a graph of their own."""
     graph = Graph()
-    motion, kept = _outward(kind, graph)
-    handed, pairs = _inward(kind, graph)
+    motion, kept = _frames(kind, graph)
+    handed, pairs = _bodies(kind, graph)
     return (
-        Sweep("outward", "motion", motion, ground=15, ones=(0, 4, 8), keeps=KEPT, kept=kept),
-        Sweep("inward", "beyond", handed, inward=True, pairs=pairs),
+        Sweep("frames", "motion", motion, ground=15, ones=(0, 4, 8), keeps=KEPT, kept=kept),
+        Sweep("bodies", "beyond", handed, inward=True, pairs=pairs),
     )
 
 
-def _outward(kind: RowKind, graph: Graph) -> tuple[tuple[Expr, ...], tuple[Expr, ...]]:
+def _frames(kind: RowKind, graph: Graph) -> tuple[tuple[Expr, ...], tuple[Expr, ...]]:
     """Return R, ω, ω̇, a of a joint's frame, and what it keeps."""
     *rows, w, dw, a = vectors(symbols(graph, "motion", MOTION))
     X, qd, qdd = transform_of(kind, graph), graph.symbol("qd"), graph.symbol("qdd")
@@ -80,7 +80,7 @@ def _outward(kind: RowKind, graph: Graph) -> tuple[tuple[Expr, ...], tuple[Expr,
     return motion, (*motion, *flat(p, scale(2, u), dz, ddz, beside))
 
 
-def _inward(kind: RowKind, graph: Graph) -> tuple[tuple[Expr, ...], Pairs]:
+def _bodies(kind: RowKind, graph: Graph) -> tuple[tuple[Expr, ...], Pairs]:
     """Return the composite body and the wrench about the parent's origin, and what is of pairs."""
     *rows, w, dw, a = vectors(symbols(graph, KEPT, MOTION))
     R = GeneralTurn(Mat(rows))

@@ -7,7 +7,7 @@ expressions is proved of that loop. A sweep back may do something to each pair o
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
@@ -39,6 +39,7 @@ class Pairs:
             of `above0`, ..., which its parent does.
         found: entries of the parent, a turn, then a slide, and the one carried, in the order of `BOTH_WAYS`.
         keeps, kept: how symbols begin of what a joint keeps, and how many.
+        solved: whether blocks x, y, M become -M⁻¹ x, -M⁻¹ y, M⁻¹.
     """
 
     starts: tuple[Expr, ...]
@@ -47,6 +48,7 @@ class Pairs:
     found: tuple[tuple[Expr, ...], tuple[Expr, ...]]
     keeps: str
     kept: int
+    solved: bool = False
 
     def of(self, slides: bool) -> tuple[Expr, ...]:
         """Return all of a pair whose parent slides or turns."""
@@ -69,6 +71,7 @@ class Sweep:
         result: the entry of the result, where it finds that.
         ones: places of a motion that the ground has a one in.
         pairs: what it does for pairs of joints, going back.
+        finds: the argument that later sweeps read what it finds as, which then is no entry of the result.
     """
 
     name: str
@@ -81,6 +84,7 @@ class Sweep:
     result: Expr | None = None
     ones: tuple[int, ...] = ()
     pairs: Pairs | None = None
+    finds: str = ""
 
     @property
     def results(self) -> tuple[Expr, ...]:
@@ -183,12 +187,16 @@ def _walked(
             if sweep.inward and held[p] is not nothing:
                 handed = [plus(a, b) for a, b in zip(held[p], handed, strict=True)]
             held[p if sweep.inward else i] = handed
-            if sweep.result is not None:
+            if sweep.finds:
+                here[sweep.finds] = found[-1]
+            elif sweep.result is not None:
                 results[i - 1] = found[-1]
             if sweep.pairs:
                 at_joint.append((i, found[len(nothing) + len(sweep.kept) :]))
         if first.pairs:
             results = _paired(table, first.pairs, dict(at_joint), known, zero, put)
+            if first.pairs.solved:
+                results = _solved(table, results, zero, one, put)
     return results
 
 
@@ -219,6 +227,60 @@ def _paired(
             results[((i - 1) * 3 + 2) * n + parent - 1] = entries[0]
             below = parent
     return results
+
+
+def _solved(
+    table: JointTable,
+    entries: Sequence[T],
+    zero: T,
+    one: T,
+    put: Callable[[Sequence[Expr], Mapping[str, T]], list[T]],
+) -> list[T]:
+    """Return -M⁻¹ x, -M⁻¹ y, M⁻¹ of blocks x, y, M, row by row: M = Lᵀ D L, whose L has entries for ancestors alone."""
+    n, parents = len(table.rows), [row.parent - 1 for row in table.rows]
+    rows = [list(entries[k * 3 * n : k * 3 * n + 2 * n]) for k in range(n)]
+    L = [list(entries[k * 3 * n + 2 * n : (k + 1) * 3 * n]) for k in range(n)]
+    lessened, scaled = _lessened(), _scaled()
+
+    def ancestors(k: int) -> Iterator[int]:
+        while (k := parents[k]) >= 0:
+            yield k
+
+    def less(x: T, f: T, y: T) -> T:
+        return put(lessened, {"x": x, "f": f, "y": y})[0]
+
+    def over(x: T, d: T, sign: int = 0) -> T:
+        return put(scaled, {"x": x, "d": d})[sign]
+
+    for k in reversed(range(n)):
+        for i in ancestors(k):
+            f = over(L[k][i], L[k][k])
+            for j in (i, *ancestors(i)):
+                L[i][j] = less(L[i][j], f, L[k][j])
+            L[k][i] = f
+    for k in range(n):
+        rows[k] += [one if j == k else zero for j in range(n)]
+    for k in reversed(range(n)):
+        for i in ancestors(k):
+            rows[i] = [less(x, L[k][i], y) for x, y in zip(rows[i], rows[k], strict=True)]
+    for k in range(n):
+        rows[k] = [over(x, L[k][k], int(c < 2 * n)) for c, x in enumerate(rows[k])]
+        for i in ancestors(k):
+            rows[k] = [less(x, L[k][i], y) for x, y in zip(rows[k], rows[i], strict=True)]
+    return [entry for row in rows for entry in row]
+
+
+@cache
+def _lessened() -> tuple[Expr, ...]:
+    graph = Graph()
+    return (graph.symbol("x") - graph.symbol("f") * graph.symbol("y"),)
+
+
+@cache
+def _scaled() -> tuple[Expr, ...]:
+    graph = Graph()
+    quotient = graph.symbol("x") / graph.symbol("d")
+    return quotient, -quotient
 
 
 @cache

@@ -17,6 +17,8 @@ A joint waits for the one before it, so as much as possible is computed beforeha
 keeps what vanishes along that axis, and goes on beside the division. U / D is turned into the parent's frame, where it
 gives q̈ before accelerations are turned.
 
+Derivatives of forward dynamics are at its q̈ those of inverse dynamics, multiplied by -M⁻¹, and M⁻¹.
+
 Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 5.3.
 """
 
@@ -91,6 +93,23 @@ def forward_sweeps(kind: RowKind) -> tuple[Sweep, ...]:
         Sweep("inward", "inertia", inertia, inward=True, keeps="share", kept=(*flat(*share), u_D)),
         Sweep("besides", "besides", flat(*beyond), ground=3, result=qdd),
     )
+
+
+def aba_derivatives_loop(
+    table: JointTable, q: Sequence[Expr], qd: Sequence[Expr], tau: Sequence[Expr]
+) -> list[Expr]:
+    """Return the derivatives of forward dynamics by q, q̇ and τ, shape (n, 3 n), row by row, by the loop."""
+    return over_table(table, forward_derivative_sweeps, {"q": q, "qd": qd, "tau": tau})
+
+
+@cache
+def forward_derivative_sweeps(kind: RowKind) -> tuple[Sweep, ...]:
+    """Return the sweeps at a joint of a kind: those that find q̈, and there those of the derivatives of τ."""
+    *before, last = forward_sweeps(kind)
+    *frames, bodies = derivative_sweeps(kind)
+    assert bodies.pairs is not None, "they go through pairs"
+    solved = replace(bodies, pairs=replace(bodies.pairs, solved=True))
+    return (*before, replace(last, finds="qdd"), *frames, solved)
 
 
 def _apart(X: JointTransform) -> tuple[JointTransform, JointTransform]:
@@ -238,5 +257,6 @@ TABLE_LOOPS = {
     # of trees with many kinds of joints and of bodies with many zeros a little later than of others.
     "rnea_loop": LoopAlgorithm(inverse_sweeps, 64, SOONER),
     "aba_loop": LoopAlgorithm(forward_sweeps, 40, SOONER, divides=True),
-    "derivatives_loop": LoopAlgorithm(derivative_sweeps, 16, SOONER),
+    "rnea_derivatives_loop": LoopAlgorithm(derivative_sweeps, 16, SOONER),
+    "aba_derivatives_loop": LoopAlgorithm(forward_derivative_sweeps, 16, SOONER, divides=True),
 }

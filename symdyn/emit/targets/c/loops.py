@@ -161,7 +161,7 @@ class SweepText:
         ground: where it starts with the acceleration of the ground, rows and entries of that.
         ones: where it starts with a one.
         reads: arguments that it reads.
-        finds: whether it writes entries of the result.
+        finds: where it writes an entry of every joint: "out", or what later sweeps read as an argument; "" for none.
         pairs: steps of pairs whose parent turns, or slides.
     """
 
@@ -172,7 +172,7 @@ class SweepText:
     ground: tuple[tuple[int, int], ...]
     ones: tuple[int, ...]
     reads: tuple[str, ...]
-    finds: bool
+    finds: str
     pairs: tuple[StepText, ...] = ()
 
 
@@ -186,6 +186,7 @@ class PairsText:
         found: entries of a pair: rows and blocks as in `BOTH_WAYS`.
         in_order: whether that order is the one of the table.
         branched: whether a joint is neither carried by another one nor carries it.
+        solved: whether equations with M are solved at the end.
     """
 
     pitch: int
@@ -193,6 +194,7 @@ class PairsText:
     found: tuple[tuple[bool, int], ...]
     in_order: bool
     branched: bool
+    solved: bool
 
     @property
     def rows(self) -> int:
@@ -213,6 +215,7 @@ class LoopText:
         width: bytes of a number.
         place: rows of work space of a place, where what is handed on waits for others.
         own: rows that a joint keeps from sweep to sweep.
+        found: what is found on the way and read like an argument.
         pairs: where pairs of joints are gone through.
         sincos, parts: as of functions in stages: it takes sines by a routine of our own, and is not in parts.
     """
@@ -226,6 +229,7 @@ class LoopText:
     width: int
     place: int
     own: int
+    found: tuple[str, ...] = ()
     sincos: bool = True
     parts: tuple[()] = ()
     pairs: PairsText | None = None
@@ -252,26 +256,26 @@ def loop_text(loop: TableLoop, given: Sequence[str], scene: Scene, printer: Prin
     last = {row.parent: i for i, row in enumerate(table.rows) if row.parent != i}  # of children that do not follow
     more = [(int(i + 1 in last), int(last.get(row.parent) == i)) for i, row in enumerate(table.rows)]
     steps = list(zip(*(loop.algorithm.sweeps(kind) for kind in known), strict=True))
+    found = tuple(ways[0].finds for ways in steps if ways[0].finds)
     at = {
-        **{name: f"*{name}" for name in ("cosine", "sine", *given)},
+        **{name: f"*{name}" for name in ("cosine", "sine", *given, *found)},
         **{name: f"joint->{name}" for name in ("c", "s", "x", "y", "z", "offset", "rotor")},
         **{f"b{k}": f"joint->b[{k}]" for k in range(table.MOMENTS)},
         **{f"matrix{k}": f"matrix[{k}]" for k in range(9)},
         **{f"{ways[0].keeps}{k}": _row("kept", k) for ways in steps for k in range(len(ways[0].kept))},
     }
-    sweeps = tuple(_sweep(given, ways, printer, at, known) for ways in steps)
+    sweeps = tuple(_sweep((*given, *found), ways, printer, at, known) for ways in steps)
     pairs = None
-    if (found := steps[-1][0].pairs) is not None:
+    if (last := steps[-1][0].pairs) is not None:
         spans = _spans(table)
-        pairs = _pairs_text(found, spans, width)
+        pairs = _pairs_text(last, spans, width)
         more = [(*flags, *span) for flags, span in zip(more, spans, strict=True)]
     rows = rows_of(loop, scene, printer, [known.index(one) for one in kinds], more)
     place, own = max(one.rows for one in sweeps), max(len(ways[0].kept) for ways in steps)
-    space = room(
-        len(kinds), width, own * len(kinds) + place * (rows.places + 1) + (pairs.rows if pairs else 0), not pairs
-    )
+    besides = (pairs.rows if pairs else 0) + len(found) * len(kinds)
+    space = room(len(kinds), width, own * len(kinds) + place * (rows.places + 1) + besides, not pairs)
     turns = sum(not one.slides for one in known)
-    return LoopText(rows, space, tuple(given), sweeps, turns, len(known), width, place, own, pairs=pairs)
+    return LoopText(rows, space, tuple(given), sweeps, turns, len(known), width, place, own, found, pairs=pairs)
 
 
 def _pairs_text(pairs: Pairs, spans: Sequence[tuple[int, int, int]], width: int) -> PairsText:
@@ -279,7 +283,7 @@ def _pairs_text(pairs: Pairs, spans: Sequence[tuple[int, int, int]], width: int)
     n, whole = len(spans), LINE // width
     in_order = all(joint == k for k, (_, _, joint) in enumerate(spans))
     branched = any(end < n for _, end, _ in spans)
-    return PairsText(-(-n // whole) * whole, len(pairs.starts), BOTH_WAYS, in_order, branched)
+    return PairsText(-(-n // whole) * whole, len(pairs.starts), BOTH_WAYS, in_order, branched, pairs.solved)
 
 
 def _spans(table: JointTable) -> list[tuple[int, int, int]]:
@@ -311,7 +315,7 @@ def _sweep(
         tuple((handed.index(row), k) for row, k in start if row in handed),
         tuple(handed.index(row) for row in first.ones if row in handed),
         tuple(name for name in given if name in reads),
-        first.result is not None,
+        first.finds or ("" if first.result is None else "out"),
         tuple(_pair(first.pairs, slides, printer) for slides in sorted({one.slides for one in kinds})) if first.pairs else (),
     )
 
