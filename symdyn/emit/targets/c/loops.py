@@ -29,6 +29,9 @@ GROUP = 8
 TILE = 32
 """Rows of work space of entries of states that lie apart."""
 
+PANEL = 4
+"""Vectors of right sides that are solved together, of the widest kind: one alone waits for itself."""
+
 NUMBERS = 9
 """Numbers of a row before those of its body: two of a turn, three of a shift, two of a turn, offset and rotor."""
 
@@ -186,7 +189,7 @@ class PairsText:
         found: entries of a pair: rows and blocks as in `BOTH_WAYS`.
         in_order: whether that order is the one of the table.
         branched: whether a joint is neither carried by another one nor carries it.
-        solved: whether equations with M are solved at the end.
+        solved: how many columns of right sides with M are solved together at the end, 0 for none at all.
     """
 
     pitch: int
@@ -194,7 +197,7 @@ class PairsText:
     found: tuple[tuple[bool, int], ...]
     in_order: bool
     branched: bool
-    solved: bool
+    solved: int
 
     @property
     def rows(self) -> int:
@@ -236,7 +239,7 @@ class LoopText:
 
     def lanes(self, line: int) -> int:
         """Return how many states a vector of so many bytes holds, as far as there is room."""
-        return min(self.room.lanes, line // self.width)
+        return min(self.room.lanes or LINE, line // self.width)
 
     @property
     def crowded(self) -> bool:
@@ -283,7 +286,7 @@ def _pairs_text(pairs: Pairs, spans: Sequence[tuple[int, int, int]], width: int)
     n, whole = len(spans), LINE // width
     in_order = all(joint == k for k, (_, _, joint) in enumerate(spans))
     branched = any(end < n for _, end, _ in spans)
-    return PairsText(-(-n // whole) * whole, len(pairs.starts), BOTH_WAYS, in_order, branched, pairs.solved)
+    return PairsText(-(-n // whole) * whole, len(pairs.starts), BOTH_WAYS, in_order, branched, PANEL * whole * pairs.solved)
 
 
 def _spans(table: JointTable) -> list[tuple[int, int, int]]:
