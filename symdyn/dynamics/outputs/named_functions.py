@@ -21,7 +21,8 @@ from symdyn.dynamics.mechanism.linear_solve import RowSolve
 from symdyn.dynamics.mechanism.state import INPUTS, STATES, TIME, letters_of, symbols_of
 from symdyn.dynamics.outputs.contact_rows import Touch, touching
 from symdyn.dynamics.outputs.workspace import Workspace
-from symdyn.dynamics.recursive.table_loops import Sweep, TableLoop
+from symdyn.dynamics.recursive.sweeps import Sweep
+from symdyn.dynamics.recursive.table_loops import TableLoop
 from symdyn.errors import UnknownNameError, choice, listed
 from symdyn.graph import Expr, Graph, Op, reachable, substitute
 from symdyn.scene import Scene, SceneUnits

@@ -17,7 +17,6 @@ from typing import TypeVar
 from symdyn.dynamics.recursive.joint_table import JointTable, RowKind, kinds_of, names_of
 from symdyn.graph import Algebra, Expr, Graph, Op, reachable, repeated, substitute
 
-
 CARRIED, ABOVE = "carried", "above"
 """How symbols begin of what goes along with a joint towards the ground, and of what a parent keeps, before numbers."""
 
@@ -294,4 +293,3 @@ def _turn(slides: bool, at_zero: bool) -> tuple[Expr, Expr]:
 
 def _named(name: str, entries: Sequence[T]) -> dict[str, T]:
     return {f"{name}{k}": x for k, x in enumerate(entries)}
-

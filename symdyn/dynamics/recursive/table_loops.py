@@ -95,9 +95,7 @@ def forward_sweeps(kind: RowKind) -> tuple[Sweep, ...]:
     )
 
 
-def aba_derivatives_loop(
-    table: JointTable, q: Sequence[Expr], qd: Sequence[Expr], tau: Sequence[Expr]
-) -> list[Expr]:
+def aba_derivatives_loop(table: JointTable, q: Sequence[Expr], qd: Sequence[Expr], tau: Sequence[Expr]) -> list[Expr]:
     """Return the derivatives of forward dynamics by q, q̇ and τ, shape (n, 3 n), row by row, by the loop."""
     return over_table(table, forward_derivative_sweeps, {"q": q, "qd": qd, "tau": tau})
 
@@ -257,6 +255,6 @@ TABLE_LOOPS = {
     # of trees with many kinds of joints and of bodies with many zeros a little later than of others.
     "rnea_loop": LoopAlgorithm(inverse_sweeps, 64, SOONER),
     "aba_loop": LoopAlgorithm(forward_sweeps, 40, SOONER, divides=True),
-    "rnea_derivatives_loop": LoopAlgorithm(derivative_sweeps, 16, SOONER),
-    "aba_derivatives_loop": LoopAlgorithm(forward_derivative_sweeps, 16, SOONER, divides=True),
+    "rnea_derivatives_loop": LoopAlgorithm(derivative_sweeps, 20, SOONER),
+    "aba_derivatives_loop": LoopAlgorithm(forward_derivative_sweeps, 32, SOONER, divides=True),
 }

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from symdyn.algebra import constants
 from symdyn.dynamics import Sweep, TableLoop
 from symdyn.dynamics.recursive.derivative_sweeps import KEPT
-from symdyn.dynamics.recursive.joint_table import JointTable, RowKind
+from symdyn.dynamics.recursive.joint_table import JointTable
 from symdyn.dynamics.recursive.sweeps import ABOVE, BOTH_WAYS, CARRIED, Pairs
 from symdyn.emit.code.spelling import Printer
 from symdyn.graph import Expr, Op, reachable
@@ -165,7 +165,7 @@ class SweepText:
         ones: where it starts with a one.
         reads: arguments that it reads.
         finds: where it writes an entry of every joint: "out", or what later sweeps read as an argument; "" for none.
-        pairs: steps of pairs whose parent turns, or slides.
+        pairs: whether pairs of joints are gone through after its steps.
     """
 
     name: str
@@ -176,7 +176,7 @@ class SweepText:
     ones: tuple[int, ...]
     reads: tuple[str, ...]
     finds: str
-    pairs: tuple[StepText, ...] = ()
+    pairs: bool
 
 
 @dataclass(frozen=True)
@@ -184,6 +184,7 @@ class PairsText:
     """Pairs of joints and all that they carry, in an order in which what one carries stands together.
 
     Attributes:
+        steps: of a parent that turns, then of one that slides, of those that there are.
         pitch: numbers from a row of what goes along to the next; there are as many as joints, to whole vectors.
         goes: rows of what goes along with a joint.
         found: entries of a pair: rows and blocks as in `BOTH_WAYS`.
@@ -192,6 +193,7 @@ class PairsText:
         solved: how many columns of right sides with M are solved together at the end, 0 for none at all.
     """
 
+    steps: tuple[StepText, ...]
     pitch: int
     goes: int
     found: tuple[tuple[bool, int], ...]
@@ -242,6 +244,12 @@ class LoopText:
         return min(self.room.lanes or LINE, line // self.width)
 
     @property
+    def stack(self) -> int:
+        """Bytes of work space of one call, of the way that takes most."""
+        panel = self.pairs.solved + 4 if self.pairs and self.pairs.solved else 0  # factors and whose they are besides
+        return self.width * (max(self.room.one, self.room.lockstep) + panel * len(self.rows.joints))
+
+    @property
     def crowded(self) -> bool:
         """Whether steps keep more numbers than registers hold unless they come in the right order."""
         return self.place > FEW
@@ -257,7 +265,9 @@ def loop_text(loop: TableLoop, given: Sequence[str], scene: Scene, printer: Prin
     table, kinds = loop.table, loop.kinds
     known = sorted(set(kinds))
     last = {row.parent: i for i, row in enumerate(table.rows) if row.parent != i}  # of children that do not follow
-    more = [(int(i + 1 in last), int(last.get(row.parent) == i)) for i, row in enumerate(table.rows)]
+    more: list[tuple[int, ...]] = [
+        (int(i + 1 in last), int(last.get(row.parent) == i)) for i, row in enumerate(table.rows)
+    ]
     steps = list(zip(*(loop.algorithm.sweeps(kind) for kind in known), strict=True))
     found = tuple(ways[0].finds for ways in steps if ways[0].finds)
     at = {
@@ -267,11 +277,12 @@ def loop_text(loop: TableLoop, given: Sequence[str], scene: Scene, printer: Prin
         **{f"matrix{k}": f"matrix[{k}]" for k in range(9)},
         **{f"{ways[0].keeps}{k}": _row("kept", k) for ways in steps for k in range(len(ways[0].kept))},
     }
-    sweeps = tuple(_sweep((*given, *found), ways, printer, at, known) for ways in steps)
+    sweeps = tuple(_sweep((*given, *found), ways, printer, at) for ways in steps)
     pairs = None
     if (last := steps[-1][0].pairs) is not None:
         spans = _spans(table)
-        pairs = _pairs_text(last, spans, width)
+        ways = tuple(_pair(last, slides, printer) for slides in sorted({one.slides for one in known}))
+        pairs = _pairs_text(last, ways, spans, width)
         more = [(*flags, *span) for flags, span in zip(more, spans, strict=True)]
     rows = rows_of(loop, scene, printer, [known.index(one) for one in kinds], more)
     place, own = max(one.rows for one in sweeps), max(len(ways[0].kept) for ways in steps)
@@ -281,12 +292,15 @@ def loop_text(loop: TableLoop, given: Sequence[str], scene: Scene, printer: Prin
     return LoopText(rows, space, tuple(given), sweeps, turns, len(known), width, place, own, found, pairs=pairs)
 
 
-def _pairs_text(pairs: Pairs, spans: Sequence[tuple[int, int, int]], width: int) -> PairsText:
+def _pairs_text(
+    pairs: Pairs, steps: tuple[StepText, ...], spans: Sequence[tuple[int, int, int]], width: int
+) -> PairsText:
     """Return how pairs of joints with such spans are gone through."""
     n, whole = len(spans), LINE // width
     in_order = all(joint == k for k, (_, _, joint) in enumerate(spans))
     branched = any(end < n for _, end, _ in spans)
-    return PairsText(-(-n // whole) * whole, len(pairs.starts), BOTH_WAYS, in_order, branched, PANEL * whole * pairs.solved)
+    pitch, panel = -(-n // whole) * whole, PANEL * whole * pairs.solved
+    return PairsText(steps, pitch, len(pairs.starts), BOTH_WAYS, in_order, branched, panel)
 
 
 def _spans(table: JointTable) -> list[tuple[int, int, int]]:
@@ -301,9 +315,7 @@ def _spans(table: JointTable) -> list[tuple[int, int, int]]:
     return [(first[i], first[i] + many[i], who[i - 1]) for i in range(1, n + 1)]
 
 
-def _sweep(
-    given: Sequence[str], ways: Sequence[Sweep], printer: Printer, at: Mapping[str, str], kinds: Sequence[RowKind]
-) -> SweepText:
+def _sweep(given: Sequence[str], ways: Sequence[Sweep], printer: Printer, at: Mapping[str, str]) -> SweepText:
     """Return a sweep; of what might be handed on only what a joint of any kind reads is."""
     first = ways[0]
     reads = set[str]().union(*(one.reads for one in ways))
@@ -319,7 +331,7 @@ def _sweep(
         tuple(handed.index(row) for row in first.ones if row in handed),
         tuple(name for name in given if name in reads),
         first.finds or ("" if first.result is None else "out"),
-        tuple(_pair(first.pairs, slides, printer) for slides in sorted({one.slides for one in kinds})) if first.pairs else (),
+        first.pairs is not None,
     )
 
 
