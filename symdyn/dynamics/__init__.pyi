@@ -45,5 +45,5 @@ from .outputs.unique_reactions import (
     unique_reactions as unique_reactions,
 )
 from .outputs.workspace import Workspace as Workspace
-from .recursive.sweeps import Sweep as Sweep
+from .recursive.sweeps import Pairs as Pairs, Sweep as Sweep
 from .recursive.table_loops import TableLoop as TableLoop

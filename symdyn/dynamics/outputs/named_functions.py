@@ -19,9 +19,8 @@ from symdyn.dynamics.mechanism.cost import CATEGORY, FREE, WEIGHTS as COSTS
 from symdyn.dynamics.mechanism.linear_solve import RowSolve
 from symdyn.dynamics.mechanism.state import INPUTS, STATES, TIME, letters_of, symbols_of
 from symdyn.dynamics.outputs.contact_rows import Touch, touching
-from symdyn.dynamics.outputs.loop_counts import count_loop
 from symdyn.dynamics.outputs.workspace import Workspace
-from symdyn.dynamics.recursive.table_loops import TableLoop
+from symdyn.dynamics.recursive.table_loops import TableLoop, count_loop
 from symdyn.errors import UnknownNameError, choice, listed
 from symdyn.graph import Expr, Graph, Op, reachable, substitute
 from symdyn.scene import Scene, SceneUnits

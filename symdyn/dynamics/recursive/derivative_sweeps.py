@@ -27,7 +27,7 @@ from symdyn.dynamics.recursive.joint_table import (
 )
 from symdyn.dynamics.recursive.links import GeneralTurn, Moments, plus, power
 from symdyn.dynamics.recursive.rnea_derivatives import Composite, Contribution, OriginShift, Subspace, single_body
-from symdyn.dynamics.recursive.sweeps import ABOVE, CARRIED, Pairs, Sweep, over_table
+from symdyn.dynamics.recursive.sweeps import Pairs, Sweep, over_table
 from symdyn.graph import Expr, Graph
 from symdyn.spatial import Mat, Vec, add, cross, dot, scale, zero_vector
 
@@ -100,9 +100,9 @@ def _bodies(kind: RowKind, graph: Graph) -> tuple[tuple[Expr, ...], Pairs]:
     (Jx, Jxy, Jxz), (_, Jy, Jyz), (_, _, Jz) = near.body.J
     inertia = near.body.m, *near.body.h, Jx, Jy, Jz, Jxy, Jxz, Jyz
     handed = (*inertia, *flat(*near.P, near.momentum, moment, wrench[1]))
-    n, f, G, n1, f1, n0, f0 = vectors(symbols(graph, CARRIED, GOES))
+    n, f, G, n1, f1, n0, f0 = vectors(symbols(graph, Pairs.CARRIED, GOES))
     shifted = Contribution((n, f), G, (n1, f1), (n0, f0)).shifted(by)
-    turn, slide = (_both_ways(shifted, subspace(graph, ABOVE, slides)) for slides in (False, True))
+    turn, slide = (_both_ways(shifted, subspace(graph, Pairs.ABOVE, slides)) for slides in (False, True))
     return handed, Pairs(_flat(one), own, _flat(shifted), (turn, slide), KEPT, MANY)
 
 

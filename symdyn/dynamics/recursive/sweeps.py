@@ -12,19 +12,10 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
 from operator import add, attrgetter
-from typing import TypeVar
+from typing import ClassVar, TypeVar
 
 from symdyn.dynamics.recursive.joint_table import JointTable, RowKind, kinds_of, names_of
 from symdyn.graph import Algebra, Expr, Graph, Op, reachable, repeated, substitute
-
-CARRIED, ABOVE = "carried", "above"
-"""How symbols begin of what goes along with a joint towards the ground, and of what a parent keeps, before numbers."""
-
-BOTH_WAYS = ((True, 2), (True, 1), (True, 0), (False, 1), (False, 0))
-"""Entries of a pair: whether of the joint's row and the column of one that it carries or the reverse, and the block.
-
-Blocks are by positions, rates and accelerations; the last is symmetric.
-"""
 
 
 @dataclass(frozen=True)
@@ -48,6 +39,14 @@ class Pairs:
     keeps: str
     kept: int
     solved: bool = False
+
+    CARRIED: ClassVar[str] = "carried"
+    ABOVE: ClassVar[str] = "above"
+    BOTH_WAYS: ClassVar = ((True, 2), (True, 1), (True, 0), (False, 1), (False, 0))
+    """Of each entry whether the row is the joint's and the column that of one it carries, or the reverse, and the block.
+
+    Blocks are by positions, rates and accelerations; the last is symmetric.
+    """
 
     def of(self, slides: bool) -> tuple[Expr, ...]:
         """Return all of a pair whose parent slides or turns."""
@@ -216,11 +215,11 @@ def _paired(
             results[((i - 1) * 3 + block) * n + i - 1] = entry
         below = i
         while parent := table.rows[below - 1].parent:
-            here = {**known[below - 1], **_named(CARRIED, carried)}
-            here |= {f"{ABOVE}{k}": known[parent - 1][f"{pairs.keeps}{k}"] for k in range(pairs.kept)}
+            here = {**known[below - 1], **_named(Pairs.CARRIED, carried)}
+            here |= {f"{Pairs.ABOVE}{k}": known[parent - 1][f"{pairs.keeps}{k}"] for k in range(pairs.kept)}
             carried_on = put(pairs.of(table.rows[parent - 1].slides), here)
             carried, entries = carried_on[:many], carried_on[many:]
-            for entry, (up, block) in zip(entries, BOTH_WAYS, strict=True):
+            for entry, (up, block) in zip(entries, Pairs.BOTH_WAYS, strict=True):
                 row, column = (parent, i) if up else (i, parent)
                 results[((row - 1) * 3 + block) * n + column - 1] = entry
             results[((i - 1) * 3 + 2) * n + parent - 1] = entries[0]

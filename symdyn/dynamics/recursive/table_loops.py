@@ -25,11 +25,13 @@ Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 5.3.
 from __future__ import annotations
 
 import random
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import TypeVar
 
+from symdyn.dynamics.mechanism.cost import CATEGORY
 from symdyn.dynamics.recursive.derivative_sweeps import derivative_sweeps
 from symdyn.dynamics.recursive.joint_table import (
     ORIGIN,
@@ -46,10 +48,10 @@ from symdyn.dynamics.recursive.joint_table import (
     vectors,
 )
 from symdyn.dynamics.recursive.links import JointTransform, Twist, base_motion, plus, propagate
-from symdyn.dynamics.recursive.sweeps import Sweep, Sweeps, over_table, values_over_table
+from symdyn.dynamics.recursive.sweeps import Pairs, Sweep, Sweeps, over_table, values_over_table
 from symdyn.dynamics.recursive.tree_dynamics import ArticulatedInertia, across_locked, along_z, articulated_inertia
 from symdyn.errors import NoValueError
-from symdyn.graph import Algebra, Expr, Graph, evaluate
+from symdyn.graph import Algebra, Expr, Graph, evaluate, reachable
 from symdyn.scene import Scene
 from symdyn.spatial import Mat, zero_vector
 
@@ -258,3 +260,49 @@ TABLE_LOOPS = {
     "rnea_derivatives_loop": LoopAlgorithm(derivative_sweeps, 20, SOONER),
     "aba_derivatives_loop": LoopAlgorithm(forward_derivative_sweeps, 32, SOONER, divides=True),
 }
+
+FROM_ZERO = Counter(multiplications=4, additions=2)
+"""What a turn that is not zero where q is costs besides."""
+
+
+def count_loop(loop: TableLoop) -> Counter[str]:
+    """Return the operations of one call; what several hand to one joint is added."""
+    found, handed, rows = Counter[str](), set[int](), loop.table.rows
+    for row, kind in zip(rows, loop.kinds, strict=True):
+        sweeps = loop.algorithm.sweeps(kind)
+        found += _count_sweeps(sweeps)
+        if row.parent in handed:
+            inward = (one for one in sweeps if one.inward)
+            found += Counter(additions=sum(not x.is_zero for one in inward for x in one.handed))
+        handed.add(row.parent)
+        found += Counter(sincos=int(not row.slides))
+        found += Counter() if row.at_zero or row.slides else FROM_ZERO
+    for pairs in (one.pairs for one in loop.algorithm.sweeps(loop.kinds[0]) if one.pairs):
+        found += _count_pairs(loop, pairs)
+    return found
+
+
+def _count_pairs(loop: TableLoop, pairs: Pairs) -> Counter[str]:
+    """Return the operations of all pairs, and of equations with M where they are solved, all columns alike."""
+    found, rows, n = Counter[str](), loop.table.rows, len(loop.table.rows)
+    depth, products = [0], 0
+    for row, many in zip(rows, loop.table.carried, strict=True):
+        depth.append(depth[row.parent] + 1)
+        products += (many - 1) * (depth[-1] + 6 * n)
+        if row.parent:
+            one = _count(pairs.of(rows[row.parent - 1].slides))
+            found += Counter({name: many * number for name, number in one.items()})
+    if pairs.solved:
+        found += Counter(multiplications=products, additions=products, divisions=sum(depth) - n + 3 * n * n)
+    return found
+
+
+@cache
+def _count_sweeps(sweeps: tuple[Sweep, ...]) -> Counter[str]:
+    """Return the operations of sweeps at a joint, as they are printed: each is a function of its own."""
+    return sum((_count(one.results) for one in sweeps), Counter[str]())
+
+
+@cache
+def _count(results: tuple[Expr, ...]) -> Counter[str]:
+    return Counter(name for node in reachable(results) if (name := CATEGORY[node.op]))

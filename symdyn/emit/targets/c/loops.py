@@ -9,10 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from symdyn.algebra import constants
-from symdyn.dynamics import Sweep, TableLoop
-from symdyn.dynamics.recursive.derivative_sweeps import KEPT
-from symdyn.dynamics.recursive.joint_table import JointTable
-from symdyn.dynamics.recursive.sweeps import ABOVE, BOTH_WAYS, CARRIED, Pairs
+from symdyn.dynamics import Pairs, Sweep, TableLoop
 from symdyn.emit.code.spelling import Printer
 from symdyn.graph import Expr, Op, reachable
 from symdyn.scene import Scene
@@ -132,9 +129,6 @@ def _places(parents: Sequence[int]) -> tuple[list[tuple[int, int]], int]:
 
 ROW = ("joint", "matrix")
 """How numbers begin that are the same for all states."""
-
-JOINTS = (f"{KEPT}[", f"{ABOVE}[")
-"""How numbers begin that are the same for all that a joint carries."""
 
 
 FEW = 24
@@ -280,7 +274,7 @@ def loop_text(loop: TableLoop, given: Sequence[str], scene: Scene, printer: Prin
     sweeps = tuple(_sweep((*given, *found), ways, printer, at) for ways in steps)
     pairs = None
     if (last := steps[-1][0].pairs) is not None:
-        spans = _spans(table)
+        spans = _spans(loop)
         ways = tuple(_pair(last, slides, printer) for slides in sorted({one.slides for one in known}))
         pairs = _pairs_text(last, ways, spans, width)
         more = [(*flags, *span) for flags, span in zip(more, spans, strict=True)]
@@ -300,11 +294,12 @@ def _pairs_text(
     in_order = all(joint == k for k, (_, _, joint) in enumerate(spans))
     branched = any(end < n for _, end, _ in spans)
     pitch, panel = -(-n // whole) * whole, PANEL * whole * pairs.solved
-    return PairsText(steps, pitch, len(pairs.starts), BOTH_WAYS, in_order, branched, panel)
+    return PairsText(steps, pitch, len(pairs.starts), Pairs.BOTH_WAYS, in_order, branched, panel)
 
 
-def _spans(table: JointTable) -> list[tuple[int, int, int]]:
+def _spans(loop: TableLoop) -> list[tuple[int, int, int]]:
     """Return, by joint, its number in an order where what it carries follows it, where that ends, and who is there."""
+    table = loop.table
     n, many, parents = len(table.rows), [0, *table.carried], [row.parent for row in table.rows]
     first, free = [0] * (n + 1), [0] * (n + 1)
     for i, parent in enumerate(parents, 1):
@@ -337,11 +332,11 @@ def _sweep(given: Sequence[str], ways: Sequence[Sweep], printer: Printer, at: Ma
 
 def _pair(pairs: Pairs, slides: bool, printer: Printer) -> StepText:
     """Return the step of pairs whose parent slides or turns, at `k` of rows that lie side by side."""
-    rows = {f"{CARRIED}{r}": f"{CARRIED}[{r} * pitch + k]" for r in range(len(pairs.starts))}
-    at = rows | {f"{name}{k}": _row(name, k) for name in (pairs.keeps, ABOVE) for k in range(pairs.kept)}
+    rows = {f"{Pairs.CARRIED}{r}": f"{Pairs.CARRIED}[{r} * pitch + k]" for r in range(len(pairs.starts))}
+    at = rows | {f"{name}{k}": _row(name, k) for name in (pairs.keeps, Pairs.ABOVE) for k in range(pairs.kept)}
     results = [*zip(rows.values(), pairs.goes, strict=True)]
     results += [(f"found[{r} * pitch + k]", x) for r, x in enumerate(pairs.found[slides])]
-    return _written(results, printer, at, JOINTS)
+    return _written(results, printer, at, (f"{pairs.keeps}[", f"{Pairs.ABOVE}["))
 
 
 def _row(of: str, place: int) -> str:
