@@ -43,7 +43,7 @@ class Pairs:
     CARRIED: ClassVar[str] = "carried"
     ABOVE: ClassVar[str] = "above"
     BOTH_WAYS: ClassVar = ((True, 2), (True, 1), (True, 0), (False, 1), (False, 0))
-    """Of each entry whether the row is the joint's and the column that of one it carries, or the reverse, and the block.
+    """Of each entry whether it is in the row of the joint and the column of one it carries, or not, and the block.
 
     Blocks are by positions, rates and accelerations; the last is symmetric.
     """
