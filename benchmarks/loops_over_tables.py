@@ -1,20 +1,26 @@
-"""Long chains as a loop over a table, beside lines: run by `benchmarks/large_mechanisms.py`."""
+"""Long chains as a loop over a table, beside lines and Pinocchio: run by `benchmarks/large_mechanisms.py`."""
 
 from __future__ import annotations
 
 import ctypes
+import os
 import resource
+import subprocess
+import sys
+import tempfile
 import time
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from statistics import median
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from bars import Bar
 from native import address, loops as clock
 
+import symdyn
 from symdyn.emit import emit
 from symdyn.program import formulate, lower
 from symdyn.runtime import bind_rows, build
@@ -41,9 +47,111 @@ FASTER = 1.1
 """Of forward dynamics, one state: lines of the shortest of the chains at least so many times the loop."""
 
 
+DERIVATIVES = (f"{ID}_derivatives", f"{FD}_derivatives")
+
+FIRST = {64: 1.0, 256: 3.0, 1024: 12.0}
+"""Processor seconds at most from a file to the first result of anything, compiler included, by joints."""
+
+MEGABYTES = 500
+
+FEW = 64
+"""Joints up to which derivatives are held to Pinocchio's."""
+
+MOST = 256
+"""Joints up to which both are compared: a model of 1,024 took Pinocchio 24 GB and more."""
+
+PAIRS = 101
+"""Interleaved pairs of calls of 0.3 ms or so: a busy machine then seldom stops one of them."""
+
+
 def loops(paths: dict[int, Path]) -> list[Bar]:
     """Print a row a chain and way, and return the bars; `paths` are scenes by their joints."""
-    return _loops(paths, ID) + _loops(paths, FD)
+    return [*_first_results(paths), *_beside_pinocchio(paths), *_loops(paths, ID), *_loops(paths, FD)]
+
+
+def _first_results(paths: dict[int, Path]) -> list[Bar]:
+    """Return bars of processes that read a file and call one function once, with an empty cache of compiled code."""
+    print(f"\n{'joints':>8}  {'output':32}{'to a result, s':>16}{'MB':>8}")
+    found = []
+    for joints, path in paths.items():
+        for output in (ID, FD, *DERIVATIVES):
+            with tempfile.TemporaryDirectory() as cache:
+                given = [sys.executable, "-c", FIRST_RESULT, str(path), output]
+                told = subprocess.run(
+                    given, env={**os.environ, "XDG_CACHE_HOME": cache}, capture_output=True, check=True
+                )
+            seconds, megabytes = map(float, told.stdout.split())
+            print(f"{joints:8}  {output:32}{seconds:16.2f}{megabytes:8.0f}", flush=True)
+            if joints in FIRST:
+                text, most = f"{output} of a chain of {joints}, file to result", FIRST[joints]
+                reached = seconds <= most and megabytes <= MEGABYTES
+                told_as = f"{seconds:.2f} s, {megabytes:.0f} MB"
+                found.append(Bar(text, f"≤ {most:g} s, ≤ {MEGABYTES} MB", told_as, reached))
+    return found
+
+
+FIRST_RESULT = """
+import resource, sys, time
+import numpy as np
+import symdyn
+before = time.process_time()
+scene = symdyn.scene.read(sys.argv[1])
+function = getattr(symdyn.load(scene, functions=sys.argv[2]), sys.argv[2])
+function(*np.random.default_rng(0).uniform(-1, 1, (3, len(scene.velocities))))
+spent, compiler = time.process_time() - before, resource.getrusage(resource.RUSAGE_CHILDREN)
+print(spent + compiler.ru_utime + compiler.ru_stime, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+"""
+
+
+def _beside_pinocchio(paths: dict[int, Path]) -> list[Bar]:
+    """Return bars of the derivatives of one state, called from Python, in interleaved pairs; [] without Pinocchio."""
+    try:
+        import pinocchio
+    except ImportError:
+        return []
+    print(f"\n{'joints':>8}  {'output':32}{'symdyn, us':>12}{'Pinocchio, us':>15}{'ratio':>8}")
+    found = []
+    for joints, path in ((joints, path) for joints, path in paths.items() if joints <= MOST):
+        model = _pinocchio_chain(joints)
+        data, state = model.createData(), np.random.default_rng(joints).uniform(-1, 1, (3, joints))
+        theirs = dict(
+            zip(DERIVATIVES, (pinocchio.computeRNEADerivatives, pinocchio.computeABADerivatives), strict=True)
+        )
+        for output in DERIVATIVES:
+            functions = symdyn.load(read(path), functions=output)
+            mine, out = getattr(functions, output), np.zeros((joints, 3 * joints))
+            calls = (partial(mine, *state, out=out), partial(theirs[output], model, data, *state))
+            many = max(1, 300 // joints)
+            times = [[_each(call, many) for call in calls] for _ in range(PAIRS)]
+            ours, other = map(median, zip(*times, strict=True))
+            ratio = median(a / b for a, b in times)
+            print(f"{joints:8}  {output:32}{ours:12.1f}{other:15.1f}{ratio:8.2f}", flush=True)
+            if joints <= FEW:
+                found.append(
+                    Bar(f"{output} of a chain of {joints}, Pinocchio's time", "≤ 1", f"{ratio:.2f}", ratio <= 1)
+                )
+    return found
+
+
+def _each(call: Callable[[], object], many: int) -> float:
+    start = time.process_time()
+    for _ in range(many):
+        call()
+    return (time.process_time() - start) / many * 1e6
+
+
+def _pinocchio_chain(joints: int) -> Any:
+    """Return the model of `large_mechanisms.chain`."""
+    import pinocchio as pin
+
+    model = pin.Model()
+    model.gravity = pin.Motion(np.array([0.0, 0, -9.81, 0, 0, 0]))
+    inertia = pin.Inertia(1.0, np.array([0.1, 0, 0]), np.diag([0.1] * 3))
+    for i in range(joints):
+        turn = pin.JointModelRY() if i % 2 else pin.JointModelRZ()
+        last = model.addJoint(i, turn, pin.SE3(np.eye(3), np.array([0.2, 0, 0])), f"j{i}")
+        model.appendBodyToJoint(last, inertia, pin.SE3.Identity())
+    return model
 
 
 def _loops(paths: dict[int, Path], output: str) -> list[Bar]:

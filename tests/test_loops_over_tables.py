@@ -11,16 +11,17 @@ from importlib import import_module
 import numpy as np
 import pytest
 from mechanisms import random_tree
+from oracles import BIG
 
 import symdyn
-from symdyn.dynamics import OUTPUTS, Workspace, derive_one, formulations_of, kept_in_lines
+from symdyn.dynamics import Workspace, derive_one, formulations_of, kept_in_lines, row_of
 from symdyn.dynamics.outputs.named_functions import Argument, Counts, Function
 from symdyn.dynamics.recursive.joint_table import JointRow, JointTable, kinds_of, lacking
 from symdyn.dynamics.recursive.table_loops import TABLE_LOOPS, TableLoop, aba_loop, rnea_loop
 from symdyn.emit import TARGETS, emit
 from symdyn.emit.targets.c.loops import LINE, STACK, _places, room
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Graph
+from symdyn.graph import Expr, Graph, evaluate
 from symdyn.program import Program, formulate, in_lines, lower
 from symdyn.runtime.c_module import build
 from symdyn.scene import Quantity, Scene, body, revolute, scene as declared
@@ -31,6 +32,10 @@ from symdyn.verify.written import READERS, languages, printed, prove_texts
 
 ID, LOOP = "inverse_dynamics", "rnea_loop"
 FD, FORWARD = "forward_dynamics", "aba_loop"
+DID, DFD = f"{ID}_derivatives", f"{FD}_derivatives"
+DERIVATIVES = pytest.mark.parametrize(
+    ("name", "loop"), [(DID, "rnea_derivatives_loop"), (DFD, "aba_derivatives_loop")], ids=[DID, DFD]
+)
 BOTH = pytest.mark.parametrize(("name", "loop", "lines"), [(ID, LOOP, "rnea"), (FD, FORWARD, "aba")])
 
 SEEDS = range(4)
@@ -65,6 +70,17 @@ def test_a_loop_over_the_table_is_what_the_other_formulations_derive(
     one, other = (derive_one(w, name, formulation).entries for formulation in (loop, lines))
 
     _, (found,) = prove([Claim(name, loop, lines, one, other)], seed=1)
+
+    assert found.verdict == "proved"
+
+
+@DERIVATIVES
+@pytest.mark.parametrize("seed", [*SEEDS[:2], *(pytest.param(seed, marks=pytest.mark.slow) for seed in SEEDS[2:])])
+def test_derivatives_over_the_table_are_those_of_lines(seed: int, name: str, loop: str) -> None:
+    w = Workspace(with_rotors(tree(seed, 6)))
+    one, other = (derive_one(w, name, formulation).entries for formulation in (loop, "recursive"))
+
+    _, (found,) = prove([Claim(name, loop, "lines", one, other)], seed=1)
 
     assert found.verdict == "proved"
 
@@ -131,6 +147,72 @@ def test_one_state_and_many_have_the_same_bits(name: str, loop: str, lines: str)
     one = [module(*state) for state in given.swapaxes(0, 1)]
 
     assert (module(*given) == one).all()
+
+
+@pytest.mark.slow
+@DERIVATIVES
+@pytest.mark.runs("cc")
+@pytest.mark.parametrize("seed", SEEDS)
+def test_derivatives_in_c_are_differences_of_60_digits(seed: int, name: str, loop: str) -> None:
+    """At a random state, at rest and at zero; rows and columns of many states have the bits of one."""
+    scene = with_rotors(tree(seed, 12))
+    n = len(scene.velocities)
+    module = getattr(build(emit(lower(formulate(scene, [name], loop, lines=False)), "c", option="batch")), name)
+    given = np.random.default_rng(seed).uniform(-2, 2, (3, 3, n))
+    given[1:, 1], given[:, 2] = 0, 0
+
+    many = module(*given)
+
+    for k, state in enumerate(given.swapaxes(0, 1)):
+        assert (many[k] == module(*state)).all()
+        wanted = differences(scene, name.removesuffix("_derivatives"), state)
+        assert np.abs(many[k] - wanted).max() <= 1e-13 * np.abs(wanted).max() * (50 if name == DFD else 1)
+
+
+def differences(scene: Scene, name: str, state: np.ndarray) -> np.ndarray:
+    """Return central differences of an output by its lines, in arithmetic of 60 digits."""
+    (routine,) = lower(formulate(scene, [name], {ID: "rnea", FD: "crba"}[name])).routines
+    symbols = [x for argument in routine.function.arguments for x in argument.symbols]
+    step, at, columns = BIG.number("1e-20"), [BIG.number(float(x)) for x in state.ravel()], []
+    for k in range(len(symbols)):
+        ends = [[x + sign * step * (j == k) for j, x in enumerate(at)] for sign in (1, -1)]
+        values = [dict(zip(symbols, end, strict=True)) for end in ends]
+        up, down = (evaluate(routine.function.entries, BIG, one) for one in values)
+        columns.append([float((a - b) / (2 * step)) for a, b in zip(up, down, strict=True)])
+    return np.array(columns).T
+
+
+@DERIVATIVES
+@pytest.mark.long
+@pytest.mark.runs("cc")
+def test_derivatives_of_a_chain_of_64_are_those_of_pinocchio(name: str, loop: str) -> None:
+    pin = pytest.importorskip("pinocchio")
+    n, model = 64, pin.Model()
+    model.gravity = pin.Motion(np.array([0.0, 0, -9.81, 0, 0, 0]))
+    turns = [pin.JointModelRZ, pin.JointModelRY]
+    inertia = pin.Inertia(1.0, np.array([0.1, 0, 0]), np.diag([0.1] * 3))
+    for i in range(n):
+        pin_joint = model.addJoint(i, turns[i % 2](), pin.SE3(np.eye(3), np.array([0.2, 0, 0])), f"j{i}")
+        model.appendBodyToJoint(pin_joint, inertia, pin.SE3.Identity())
+    bodies = [body(f"b{i}", mass=1, com=["1/10", 0, 0], inertia=["1/10"] * 3, about="com") for i in range(n)]
+    joints = [
+        revolute(f"j{i}", f"b{i - 1}" if i else "ground", f"b{i}", axis=[0, i % 2, 1 - i % 2], origin=["1/5", 0, 0])
+        for i in range(n)
+    ]
+    scene = declared("chain", bodies=bodies, joints=joints, gravity=[0, 0, "-9.81"])
+    state, data = np.random.default_rng(0).uniform(-1, 1, (3, n)), model.createData()
+
+    found = getattr(symdyn.load(scene, functions=name), name)(*state)
+
+    if name == DID:
+        pin.computeRNEADerivatives(model, data, *state)
+        blocks = [data.dtau_dq, data.dtau_dv, data.M]
+    else:
+        pin.computeABADerivatives(model, data, *state)
+        blocks = [data.ddq_dq, data.ddq_dv, data.Minv]
+    blocks[2] = np.triu(blocks[2]) + np.triu(blocks[2], 1).T
+    for mine, theirs in zip(np.hsplit(found, 3), blocks, strict=True):
+        assert np.abs(mine - theirs).max() <= 1e-10 * np.abs(theirs).max()
 
 
 def long_tree(joints: int) -> Scene:
@@ -285,7 +367,10 @@ def test_the_operations_that_are_told_are_those_of_the_loop(
 
 def test_every_loop_has_its_row_and_every_row_its_loop() -> None:
     formulations = {
-        name for row in OUTPUTS.values() for name, formulation in row.formulations.items() if formulation.loop
+        name
+        for output in (ID, FD, DID, DFD)
+        for name, formulation in row_of(output)[0].formulations.items()
+        if formulation.loop
     }
 
     assert formulations == set(TABLE_LOOPS)

@@ -46,4 +46,5 @@ from .outputs.unique_reactions import (
     unique_reactions as unique_reactions,
 )
 from .outputs.workspace import Workspace as Workspace
-from .recursive.table_loops import Sweep as Sweep, TableLoop as TableLoop
+from .recursive.sweeps import Pairs as Pairs, Sweep as Sweep
+from .recursive.table_loops import TableLoop as TableLoop

@@ -21,10 +21,13 @@ from symdyn.arguments import argument
 from symdyn.dynamics.mechanism.linear_solve import RowSolve
 from symdyn.dynamics.mechanism.state import INPUTS, STATES, TIME
 from symdyn.dynamics.outputs import held_outputs, recursive_derivatives
-from symdyn.dynamics.outputs.output import Constrained, Formulation, Output, Size
+from symdyn.dynamics.outputs.output import Constrained, Formulation, Output, Size, by_loop
 from symdyn.dynamics.outputs.result_labels import Axis
 from symdyn.dynamics.outputs.tangent_space import COLUMNS, FREE, SWEEPS, TangentSpace
+from symdyn.dynamics.outputs.tree_formulations import forward_loop
 from symdyn.dynamics.outputs.workspace import Workspace
+from symdyn.dynamics.recursive.derivative_sweeps import rnea_derivatives_loop
+from symdyn.dynamics.recursive.table_loops import aba_derivatives_loop
 from symdyn.errors import DerivationError, listed
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable, substitute
 from symdyn.scene import Quantity, Scene
@@ -202,6 +205,16 @@ JACOBIANS: dict[str, dict[str, tuple[Callable[..., list[Expr]], Callable[..., Ro
 Each takes the workspace and the arguments along which J is wanted, some of the output's in their order.
 """
 
+LOOPS: dict[str, dict[str, Formulation]] = {
+    "inverse_dynamics": {"rnea_derivatives_loop": by_loop(rnea_derivatives_loop)},
+    "forward_dynamics": {
+        "aba_derivatives_loop": Formulation(
+            partial(forward_loop, compute=aba_derivatives_loop), up_to=0, loop=aba_derivatives_loop
+        )
+    },
+}
+"""Formulations of the whole of J that go over a table of joints, by both names."""
+
 SIZES: dict[str, Size] = {"inverse_dynamics": Size((0, 37)), "forward_dynamics": Size((0, 45), 1.5)}
 """What a block of J takes in the formulations of JACOBIANS."""
 
@@ -306,8 +319,9 @@ def derivatives(name: str, row: Output, only: str = "") -> Output:
         )
         for formulation, sweep in SWEEPS.items()
     }
+    over = {} if only else LOOPS.get(name, {})
     size = SIZES.get(name, row.size.columns(EACH)).times(len(along))
-    return jacobian_row(row, FREE, along, f"{way}, all else held,", {**by_hand, **by_sweeps}, size=size)
+    return jacobian_row(row, FREE, along, f"{way}, all else held,", {**by_hand, **by_sweeps, **over}, size=size)
 
 
 def by_parameters(name: str, row: Output, only: str = "") -> Output:

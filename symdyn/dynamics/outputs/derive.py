@@ -128,11 +128,12 @@ def _named(
     """Return entries, or none of a loop, with all that is said of them."""
     made = _called(workspace, request, row, place, over_time(workspace, entries))
     unique = row.unique(workspace) if row.unique else ()
-    text = made.text + (row.remark(workspace, *([place] if row.place else [])) if row.remark else "")
+    loop = workspace.table_loop(formulation) if row.formulations[formulation].loop else None
+    remark = row.remark if loop is None else None  # a table holds nothing that a remark would be about
+    text = made.text + (remark(workspace, *([place] if row.place else [])) if remark else "")
     text += _chosen(workspace, row) + _loose(made.labels, unique)
     opens = DRIVES in row.arguments and MODES[0] not in row.arguments and workspace.scene.unilaterals
     text += "; all contacts open" if opens else ""
-    loop = workspace.table_loop(formulation) if row.formulations[formulation].loop else None
     solve = row.formulations[formulation].solve
     rows = solve(workspace) if solve else None
     return replace(

@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 from typing import Any
 
 from symdyn.arguments import check_arguments
@@ -21,7 +20,7 @@ from symdyn.dynamics.mechanism.linear_solve import RowSolve
 from symdyn.dynamics.mechanism.state import INPUTS, STATES, TIME, letters_of, symbols_of
 from symdyn.dynamics.outputs.contact_rows import Touch, touching
 from symdyn.dynamics.outputs.workspace import Workspace
-from symdyn.dynamics.recursive.table_loops import Sweep, TableLoop
+from symdyn.dynamics.recursive.table_loops import TableLoop, count_loop
 from symdyn.errors import UnknownNameError, choice, listed
 from symdyn.graph import Expr, Graph, Op, reachable, substitute
 from symdyn.scene import Scene, SceneUnits
@@ -399,17 +398,7 @@ class Counts:
     @classmethod
     def of_loop(cls, loop: TableLoop) -> Counts:
         """Return the operations of one call of a loop over a table; what several hand to one joint is added."""
-        sweeps = loop.algorithm.sweeps
-        found, handed = Counts(), set[int]()
-        for row, kind in zip(loop.table.rows, loop.kinds, strict=True):
-            found += _count_sweeps(sweeps(kind))
-            if row.parent in handed:
-                inward = (one for one in sweeps(kind) if one.inward)
-                found += Counts(additions=sum(not x.is_zero for one in inward for x in one.handed))
-            handed.add(row.parent)
-            found += Counts(sincos=1) if not row.slides else Counts()
-            found += Counts() if row.at_zero or row.slides else FROM_ZERO
-        return found
+        return cls(**count_loop(loop))
 
     @property
     def cost(self) -> int:
@@ -430,19 +419,6 @@ class Counts:
             *(f"{self.others} other" for _ in range(bool(self.others))),
         )
         return ", ".join(words)
-
-
-FROM_ZERO = Counts(4, 2)
-"""What a turn that is not zero where q is costs besides in a loop over a table."""
-
-
-@cache
-def _count_sweeps(sweeps: tuple[Sweep, ...]) -> Counts:
-    """Return the operations of sweeps at a joint, as they are printed: each is a function of its own."""
-    found = Counts()
-    for one in sweeps:
-        found += Counts(**Counter(name for node in reachable(one.results) if (name := CATEGORY[node.op])))
-    return found
 
 
 def _time(argument: str) -> int:

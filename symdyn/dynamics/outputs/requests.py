@@ -357,9 +357,9 @@ def known_formulation(
     )
     if formulation is not None and formulation not in known:
         loop = any(
-            formulation in OUTPUTS[name].formulations and OUTPUTS[name].formulations[formulation].loop
-            for name in outputs
-            if name in OUTPUTS
+            name == formulation and one.loop
+            for request in outputs
+            for name, one in row_of(request_of(request, scene))[0].formulations.items()
         )
         why = lacking(scene) if loop else ""
         raise DerivationError(
@@ -384,7 +384,7 @@ def looped(workspace: Workspace, request: str, formulation: str | None) -> str:
 
 def kept_in_lines(scene: Scene, outputs: Sequence[str]) -> str:
     """Return why large functions that might be loops over a table are lines, "" where there are none."""
-    rows = {name: OUTPUTS[name] for name in outputs if name in OUTPUTS}
+    rows = {name: row_of(request_of(name, scene))[0] for name in outputs}
     fewest = {
         name: TABLE_LOOPS[formulation].fewest
         for name, row in rows.items()
@@ -414,7 +414,8 @@ def too_large(workspace: Workspace, request: str) -> str:
     ask += ", or take arrays of symdyn.runtime.second_derivatives" * (request == f"forward_dynamics{PACKED_TENSOR}")
     return (
         f"{workspace.scene.name}: {request} would take some {float(f'{size:.1e}'):,.0f} operations, and {PLENTY:,} are "
-        f"the most that are written as lines; {ask}; inverse_dynamics and forward_dynamics are loops at any length"
+        f"the most that are written as lines; {ask}; inverse and forward dynamics and derivatives of them are loops "
+        "in C at any length"
     )
 
 

@@ -13,7 +13,7 @@ rates of the sine and the cosine. In derivatives of turns there are turns again.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import combinations, product
 from typing import NamedTuple
 
@@ -45,10 +45,10 @@ def forward_aba(w: Workspace) -> list[Expr]:
     return aba(w.recursion_tree, w.state.qd, [tau + force - pull for tau, force, pull in given], w.unrotated_loads)
 
 
-def forward_loop(w: Workspace) -> list[Expr]:
-    """Return q̈ by that algorithm, joint by joint from the table."""
+def forward_loop(w: Workspace, compute: Callable[..., list[Expr]] = aba_loop) -> list[Expr]:
+    """Return q̈ by that algorithm, or what another one computes, joint by joint from the table."""
     try:
-        return aba_loop(w.joint_table, w.state.q, w.state.qd, w.state.tau)
+        return compute(w.joint_table, w.state.q, w.state.qd, w.state.tau)
     except ZeroDivisionError:
         w.once(forward_aba)  # which tells the joint that moves no mass
         raise

@@ -77,6 +77,14 @@ class JointTable:
     MOMENTS: ClassVar[int] = 7
     """Numbers of a body that a row of code has room for."""
 
+    @property
+    def carried(self) -> list[int]:
+        """How many joints each of them carries, itself among them."""
+        many = [1] * (len(self.rows) + 1)
+        for i in range(len(self.rows), 0, -1):
+            many[self.rows[i - 1].parent] += many[i]
+        return many[1:]
+
     def numbers(self, scene: Scene) -> list[Fraction]:
         """Return the acceleration of the ground and then every entry of every row, parameters with their values.
 

@@ -1,9 +1,6 @@
 """Loops over a table of joints: inverse and forward dynamics as sweeps, one row a joint.
 
-A sweep is a pass out to the tips or back. Its steps are expressions of the numbers of a row, one set for each kind of
-row. C prints them as a loop, and `over_table` puts the numbers of a table into them: what is proved of these
-expressions is proved of that loop. A formulation of `OUTPUTS` that goes over a table has its row here, by its name, and
-nowhere else.
+A formulation of an output that goes over a table has its row here, by its name, and nowhere else.
 
 Inverse dynamics has the steps of `rnea` (see there for U and the moments):
 
@@ -20,19 +17,22 @@ A joint waits for the one before it, so as much as possible is computed beforeha
 keeps what vanishes along that axis, and goes on beside the division. U / D is turned into the parent's frame, where it
 gives q̈ before accelerations are turned.
 
+Derivatives of forward dynamics are at its q̈ those of inverse dynamics, multiplied by -M⁻¹, and M⁻¹.
+
 Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 5.3.
 """
 
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from functools import cache
-from operator import add, attrgetter
 from typing import TypeVar
 
+from symdyn.dynamics.mechanism.cost import CATEGORY
+from symdyn.dynamics.recursive.derivative_sweeps import derivative_sweeps
 from symdyn.dynamics.recursive.joint_table import (
     ORIGIN,
     JointTable,
@@ -48,149 +48,14 @@ from symdyn.dynamics.recursive.joint_table import (
     vectors,
 )
 from symdyn.dynamics.recursive.links import JointTransform, Twist, base_motion, plus, propagate
+from symdyn.dynamics.recursive.sweeps import Pairs, Sweep, Sweeps, over_table, values_over_table
 from symdyn.dynamics.recursive.tree_dynamics import ArticulatedInertia, across_locked, along_z, articulated_inertia
 from symdyn.errors import NoValueError
-from symdyn.graph import Algebra, Expr, Graph, Op, evaluate, reachable, repeated, substitute
+from symdyn.graph import Algebra, Expr, Graph, evaluate, reachable
 from symdyn.scene import Scene
 from symdyn.spatial import Mat, zero_vector
 
-
-@dataclass(frozen=True)
-class Sweep:
-    """What one sweep does at a joint of a kind: expressions of symbols on one graph.
-
-    Attributes:
-        name: of the sweep.
-        takes: how symbols begin of what the joint before hands on, or all behind it together: "motion" of motion0 ..
-        handed: what is handed on, as many.
-        inward: whether it goes from the tips to the ground.
-        ground: where the acceleration of the ground begins among the numbers of a motion that it starts with; none of
-            these is another than zero, and all are if it has no place.
-        keeps: how symbols begin by which a later sweep reads what this one keeps.
-        kept: what it keeps, in place of what others before it kept.
-        result: the entry of the result, where it finds that.
-    """
-
-    name: str
-    takes: str
-    handed: tuple[Expr, ...]
-    inward: bool = False
-    ground: int | None = None
-    keeps: str = ""
-    kept: tuple[Expr, ...] = ()
-    result: Expr | None = None
-
-    @property
-    def results(self) -> tuple[Expr, ...]:
-        """All that it computes."""
-        return (*self.handed, *self.kept, *([] if self.result is None else [self.result]))
-
-    @property
-    def reads(self) -> set[str]:
-        """Names of the symbols that it reads."""
-        return {str(node.value) for node in reachable(self.results) if node.op is Op.SYMBOL}
-
-
-Sweeps = Callable[[RowKind], tuple[Sweep, ...]]
-
 T = TypeVar("T")
-
-
-def over_table(table: JointTable, sweeps: Sweeps, given: Mapping[str, Sequence[Expr]]) -> list[Expr]:
-    """Return the entries of the result of a loop; `given` are its arguments by name, q among them, shapes (n,)."""
-    graph = given["q"][0].graph
-
-    def put(nodes: Sequence[Expr], here: Mapping[str, Expr]) -> list[Expr]:
-        home = nodes[0].graph
-        return substitute(nodes, {home.symbol(name): x for name, x in here.items()}, graph)
-
-    return _walked(
-        table,
-        sweeps,
-        [dict(zip(names_of(row), row.entries, strict=True)) for row in table.rows],
-        table.ground,
-        given,
-        graph.zero,
-        add,
-        put,
-    )
-
-
-def values_over_table(
-    table: JointTable,
-    sweeps: Sweeps,
-    numbers: Sequence[T],
-    given: Mapping[str, Sequence[T]],
-    algebra: Algebra[T],
-) -> list[T]:
-    """Return the same over an algebra, without a graph of it; `numbers` are the ground's and those of every row.
-
-    Raises:
-        what the algebra does where there is no value.
-    """
-    left = iter(numbers)
-    ground = [next(left) for _ in table.ground]
-    steps: dict[tuple[Expr, ...], Callable[[Mapping[str, T]], list[T]]] = {}
-
-    def put(nodes: Sequence[Expr], here: Mapping[str, T]) -> list[T]:
-        whole = tuple(nodes)
-        if whole not in steps:
-            steps[whole] = repeated(whole, algebra, attrgetter("value"))
-        return steps[whole](here)
-
-    rows = [{name: next(left) for name in names_of(row)} for row in table.rows]
-    return _walked(table, sweeps, rows, ground, given, algebra.constant(Fraction(0)), algebra.add, put)
-
-
-def _walked(
-    table: JointTable,
-    sweeps: Sweeps,
-    rows: Sequence[Mapping[str, T]],
-    ground: Sequence[T],
-    given: Mapping[str, Sequence[T]],
-    zero: T,
-    plus: Callable[[T, T], T],
-    put: Callable[[Sequence[Expr], Mapping[str, T]], list[T]],
-) -> list[T]:
-    """Return the result: `put` gives expressions their values, where names of rows and arguments have theirs."""
-    order, kinds = range(1, len(rows) + 1), kinds_of(table)
-    known: list[dict[str, T]] = []
-    for k, row in enumerate(table.rows):
-        here = {**rows[k], **{name: entries[k] for name, entries in given.items()}}
-        c, s = put(_turn(row.slides, row.at_zero), here)
-        known.append({**here, "cosine": c, "sine": s})
-    results = [zero] * len(rows)
-    for number, first in enumerate(sweeps(kinds[0])):
-        nothing = [zero] * len(first.handed)
-        held: list[list[T]] = [nothing] * (len(rows) + 1)
-        if first.ground is not None:
-            held[0] = [*nothing[: first.ground], *ground, *nothing[first.ground + 3 :]]
-        for i in reversed(order) if first.inward else order:
-            p, here, sweep = table.rows[i - 1].parent, known[i - 1], sweeps(kinds[i - 1])[number]
-            here |= _named(sweep.takes, held[i if sweep.inward else p])
-            found = put(sweep.results, here)
-            handed, kept = found[: len(nothing)], found[len(nothing) : len(nothing) + len(sweep.kept)]
-            here |= _named(sweep.keeps, kept)
-            if sweep.inward and held[p] is not nothing:
-                handed = [plus(a, b) for a, b in zip(held[p], handed, strict=True)]
-            held[p if sweep.inward else i] = handed
-            if sweep.result is not None:
-                results[i - 1] = found[-1]
-    return results
-
-
-@cache
-def _turn(slides: bool, at_zero: bool) -> tuple[Expr, Expr]:
-    """Return cosine and sine of the turn of a joint, a slide's at zero."""
-    graph = Graph()
-    q, c0, s0 = (graph.symbol(name) for name in ("q", "c0", "s0"))
-    c, s = (graph.one, graph.zero) if slides else (graph.cos(q), graph.sin(q))
-    return (c, s) if at_zero else (c * c0 - s * s0, s * c0 + c * s0)
-
-
-def _named(name: str, entries: Sequence[T]) -> dict[str, T]:
-    return {f"{name}{k}": x for k, x in enumerate(entries)}
-
 
 INERTIA, BESIDES = 27, 6
 """Numbers of an articulated inertia (I, H, M, bias: 6, 9, 6, 6), and of accelerations."""
@@ -230,6 +95,21 @@ def forward_sweeps(kind: RowKind) -> tuple[Sweep, ...]:
         Sweep("inward", "inertia", inertia, inward=True, keeps="share", kept=(*flat(*share), u_D)),
         Sweep("besides", "besides", flat(*beyond), ground=3, result=qdd),
     )
+
+
+def aba_derivatives_loop(table: JointTable, q: Sequence[Expr], qd: Sequence[Expr], tau: Sequence[Expr]) -> list[Expr]:
+    """Return the derivatives of forward dynamics by q, q̇ and τ, shape (n, 3 n), row by row, by the loop."""
+    return over_table(table, forward_derivative_sweeps, {"q": q, "qd": qd, "tau": tau})
+
+
+@cache
+def forward_derivative_sweeps(kind: RowKind) -> tuple[Sweep, ...]:
+    """Return the sweeps at a joint of a kind: those that find q̈, and there those of the derivatives of τ."""
+    *before, last = forward_sweeps(kind)
+    *frames, bodies = derivative_sweeps(kind)
+    assert bodies.pairs is not None, "they go through pairs"
+    solved = replace(bodies, pairs=replace(bodies.pairs, solved=True))
+    return (*before, replace(last, finds="qdd"), *frames, solved)
 
 
 def _apart(X: JointTransform) -> tuple[JointTransform, JointTransform]:
@@ -312,6 +192,11 @@ class TableLoop:
         """The kind of every row."""
         return kinds_of(self.table)
 
+    @property
+    def goes_through_pairs(self) -> bool:
+        """Whether its result is of pairs of joints, in three blocks of columns."""
+        return any(one.pairs for one in self.algorithm.sweeps(self.kinds[0]))
+
     def may_fail(self, scene: Scene) -> bool:
         """Tell whether it may not exist: it divides by pivots, and one at a position drawn at random is near zero."""
         if not self.algorithm.divides:
@@ -372,4 +257,52 @@ TABLE_LOOPS = {
     # of trees with many kinds of joints and of bodies with many zeros a little later than of others.
     "rnea_loop": LoopAlgorithm(inverse_sweeps, 64, SOONER),
     "aba_loop": LoopAlgorithm(forward_sweeps, 40, SOONER, divides=True),
+    "rnea_derivatives_loop": LoopAlgorithm(derivative_sweeps, 20, SOONER),
+    "aba_derivatives_loop": LoopAlgorithm(forward_derivative_sweeps, 32, SOONER, divides=True),
 }
+
+FROM_ZERO = Counter(multiplications=4, additions=2)
+"""What a turn that is not zero where q is costs besides."""
+
+
+def count_loop(loop: TableLoop) -> Counter[str]:
+    """Return the operations of one call; what several hand to one joint is added."""
+    found, handed, rows = Counter[str](), set[int](), loop.table.rows
+    for row, kind in zip(rows, loop.kinds, strict=True):
+        sweeps = loop.algorithm.sweeps(kind)
+        found += _count_sweeps(sweeps)
+        if row.parent in handed:
+            inward = (one for one in sweeps if one.inward)
+            found += Counter(additions=sum(not x.is_zero for one in inward for x in one.handed))
+        handed.add(row.parent)
+        found += Counter(sincos=int(not row.slides))
+        found += Counter() if row.at_zero or row.slides else FROM_ZERO
+    for pairs in (one.pairs for one in loop.algorithm.sweeps(loop.kinds[0]) if one.pairs):
+        found += _count_pairs(loop, pairs)
+    return found
+
+
+def _count_pairs(loop: TableLoop, pairs: Pairs) -> Counter[str]:
+    """Return the operations of all pairs, and of equations with M where they are solved, all columns alike."""
+    found, rows, n = Counter[str](), loop.table.rows, len(loop.table.rows)
+    depth, products = [0], 0
+    for row, many in zip(rows, loop.table.carried, strict=True):
+        depth.append(depth[row.parent] + 1)
+        products += (many - 1) * (depth[-1] + 6 * n)
+        if row.parent:
+            one = _count(pairs.of(rows[row.parent - 1].slides))
+            found += Counter({name: many * number for name, number in one.items()})
+    if pairs.solved:
+        found += Counter(multiplications=products, additions=products, divisions=sum(depth) - n + 3 * n * n)
+    return found
+
+
+@cache
+def _count_sweeps(sweeps: tuple[Sweep, ...]) -> Counter[str]:
+    """Return the operations of sweeps at a joint, as they are printed: each is a function of its own."""
+    return sum((_count(one.results) for one in sweeps), Counter[str]())
+
+
+@cache
+def _count(results: tuple[Expr, ...]) -> Counter[str]:
+    return Counter(name for node in reachable(results) if (name := CATEGORY[node.op]))

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import prod
 
 from symdyn.arguments import argument
 from symdyn.dynamics import Argument, TableLoop
@@ -220,7 +221,7 @@ def _loop(routine: Routine, loop: TableLoop, name: str, first: int) -> FunctionT
         formulation=f"a loop over a table of {joints} joints, not lines: {why}",
         inputs=tuple((f"{a.name}_{k}", a.name, k) for a in function.arguments for k in range(first, first + joints)),
         steps=(),
-        outputs=tuple(Line(str(index), "") for (index,) in _indices(function.shape, first)),
+        outputs=(Line("", ""),) * prod(function.shape),
         unused=(),
         counts=str(Counts.of_loop(loop)),
         operations=frozenset(),

@@ -71,7 +71,7 @@ PART = re.compile(r"([0-9]+)\*sizeof\*([a-z]+)")
 """How much of a local array is copied, without its spaces."""
 
 UNKNOWN = re.compile(
-    rb"\bSYMDYN_(ALIGNED|ALONE|PART|CROWDED|EACH|SHOWN|INLINED|RESTRICT)\b"
+    rb"\bSYMDYN_(ALIGNED|ALONE|PART|CROWDED|EACH|APART|SHOWN|INLINED|RESTRICT)\b"
     rb'|(?<=#ifdef __cplusplus\n)(extern "C" \{|\})(?=\n#endif\n)'
 )
 """What grammars know nothing of: macros for attributes and for a loop of fixed text, a brace in a condition."""

@@ -120,6 +120,7 @@ def _write_c(draft: Draft) -> dict[str, str]:
         for text, code in zip(page.functions, codes, strict=True)
     ]
     values["loops"] = any(function.loop for function in page.functions)
+    values["paired"] = any(function.loop and function.loop.goes_through_pairs for function in page.functions)
     values["cut"] = values["loops"] or any(many and many.parts for many in values["codes"])
     values["columns"] = batch and not all(function.loop for function in page.functions)
     lined = [many for many, text in zip(values["codes"], page.functions, strict=True) if not text.loop]

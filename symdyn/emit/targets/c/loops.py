@@ -9,9 +9,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from symdyn.algebra import constants
-from symdyn.dynamics import Sweep, TableLoop
+from symdyn.dynamics import Pairs, Sweep, TableLoop
 from symdyn.emit.code.spelling import Printer
-from symdyn.graph import Op, reachable
+from symdyn.graph import Expr, Op, reachable
 from symdyn.scene import Scene
 
 LINE = 64
@@ -25,6 +25,9 @@ GROUP = 8
 
 TILE = 32
 """Rows of work space of entries of states that lie apart."""
+
+PANEL = 4
+"""Vectors of right sides that are solved together, of the widest kind: one alone waits for itself."""
 
 NUMBERS = 9
 """Numbers of a row before those of its body: two of a turn, three of a shift, two of a turn, offset and rotor."""
@@ -81,13 +84,16 @@ def rows_of(
     return Rows(tuple(rows), turns, ground, any(not row.at_zero for row in table.rows), most)
 
 
-def room(joints: int, width: int, rows: int) -> Room:
-    """Return the work space of sines and cosines of all joints and of so many rows; a number takes `width` bytes."""
+def room(joints: int, width: int, rows: int, besides: bool = True) -> Room:
+    """Return the work space of sines and cosines of all joints and of so many rows; a number takes `width` bytes.
+
+    States stand side by side if they do `besides`.
+    """
 
     def work(lanes: int) -> int:
         return 2 * (-(-joints * lanes // GROUP) * GROUP) + (rows + TILE * (lanes > 1)) * lanes
 
-    lanes = LINE // width
+    lanes = LINE // width if besides else 0
     while lanes and work(lanes) * width > STACK:
         lanes //= 2
     lanes = lanes if lanes > 1 else 0
@@ -150,8 +156,10 @@ class SweepText:
         steps: at a joint of every kind.
         rows: how many rows are handed on.
         ground: where it starts with the acceleration of the ground, rows and entries of that.
+        ones: where it starts with a one.
         reads: arguments that it reads.
-        finds: whether it writes entries of the result.
+        finds: where it writes an entry of every joint: "out", or what later sweeps read as an argument; "" for none.
+        pairs: whether pairs of joints are gone through after its steps.
     """
 
     name: str
@@ -159,8 +167,38 @@ class SweepText:
     steps: tuple[StepText, ...]
     rows: int
     ground: tuple[tuple[int, int], ...]
+    ones: tuple[int, ...]
     reads: tuple[str, ...]
-    finds: bool
+    finds: str
+    pairs: bool
+
+
+@dataclass(frozen=True)
+class PairsText:
+    """Pairs of joints and all that they carry, in an order in which what one carries stands together.
+
+    Attributes:
+        steps: of a parent that turns, then of one that slides, of those that there are.
+        pitch: numbers from a row of what goes along to the next; there are as many as joints, to whole vectors.
+        goes: rows of what goes along with a joint.
+        found: entries of a pair: rows and blocks as in `BOTH_WAYS`.
+        in_order: whether that order is the one of the table.
+        branched: whether a joint is neither carried by another one nor carries it.
+        solved: how many columns of right sides with M are solved together at the end, 0 for none at all.
+    """
+
+    steps: tuple[StepText, ...]
+    pitch: int
+    goes: int
+    found: tuple[tuple[bool, int], ...]
+    in_order: bool
+    branched: bool
+    solved: int
+
+    @property
+    def rows(self) -> int:
+        """Rows of work space, of numbers."""
+        return (self.goes + len(self.found)) * self.pitch
 
 
 @dataclass(frozen=True)
@@ -176,6 +214,8 @@ class LoopText:
         width: bytes of a number.
         place: rows of work space of a place, where what is handed on waits for others.
         own: rows that a joint keeps from sweep to sweep.
+        found: what is found on the way and read like an argument.
+        pairs: where pairs of joints are gone through.
         sincos, parts: as of functions in stages: it takes sines by a routine of our own, and is not in parts.
     """
 
@@ -188,12 +228,20 @@ class LoopText:
     width: int
     place: int
     own: int
+    found: tuple[str, ...] = ()
     sincos: bool = True
     parts: tuple[()] = ()
+    pairs: PairsText | None = None
 
     def lanes(self, line: int) -> int:
         """Return how many states a vector of so many bytes holds, as far as there is room."""
-        return min(self.room.lanes, line // self.width)
+        return min(self.room.lanes or LINE, line // self.width)
+
+    @property
+    def stack(self) -> int:
+        """Bytes of work space of one call, of the way that takes most."""
+        panel = self.pairs.solved + 4 if self.pairs and self.pairs.solved else 0  # factors and whose they are besides
+        return self.width * (max(self.room.one, self.room.lockstep) + panel * len(self.rows.joints))
 
     @property
     def crowded(self) -> bool:
@@ -211,21 +259,55 @@ def loop_text(loop: TableLoop, given: Sequence[str], scene: Scene, printer: Prin
     table, kinds = loop.table, loop.kinds
     known = sorted(set(kinds))
     last = {row.parent: i for i, row in enumerate(table.rows) if row.parent != i}  # of children that do not follow
-    more = [(int(i + 1 in last), int(last.get(row.parent) == i)) for i, row in enumerate(table.rows)]
-    rows = rows_of(loop, scene, printer, [known.index(one) for one in kinds], more)
+    more: list[tuple[int, ...]] = [
+        (int(i + 1 in last), int(last.get(row.parent) == i)) for i, row in enumerate(table.rows)
+    ]
     steps = list(zip(*(loop.algorithm.sweeps(kind) for kind in known), strict=True))
+    found = tuple(ways[0].finds for ways in steps if ways[0].finds)
     at = {
-        **{name: f"*{name}" for name in ("cosine", "sine", *given)},
+        **{name: f"*{name}" for name in ("cosine", "sine", *given, *found)},
         **{name: f"joint->{name}" for name in ("c", "s", "x", "y", "z", "offset", "rotor")},
         **{f"b{k}": f"joint->b[{k}]" for k in range(table.MOMENTS)},
         **{f"matrix{k}": f"matrix[{k}]" for k in range(9)},
         **{f"{ways[0].keeps}{k}": _row("kept", k) for ways in steps for k in range(len(ways[0].kept))},
     }
-    sweeps = tuple(_sweep(given, ways, printer, at) for ways in steps)
+    sweeps = tuple(_sweep((*given, *found), ways, printer, at) for ways in steps)
+    pairs = None
+    if (last := steps[-1][0].pairs) is not None:
+        spans = _spans(loop)
+        ways = tuple(_pair(last, slides, printer) for slides in sorted({one.slides for one in known}))
+        pairs = _pairs_text(last, ways, spans, width)
+        more = [(*flags, *span) for flags, span in zip(more, spans, strict=True)]
+    rows = rows_of(loop, scene, printer, [known.index(one) for one in kinds], more)
     place, own = max(one.rows for one in sweeps), max(len(ways[0].kept) for ways in steps)
-    space = room(len(kinds), width, own * len(kinds) + place * (rows.places + 1))
+    besides = (pairs.rows if pairs else 0) + len(found) * len(kinds)
+    space = room(len(kinds), width, own * len(kinds) + place * (rows.places + 1) + besides, not pairs)
     turns = sum(not one.slides for one in known)
-    return LoopText(rows, space, tuple(given), sweeps, turns, len(known), width, place, own)
+    return LoopText(rows, space, tuple(given), sweeps, turns, len(known), width, place, own, found, pairs=pairs)
+
+
+def _pairs_text(
+    pairs: Pairs, steps: tuple[StepText, ...], spans: Sequence[tuple[int, int, int]], width: int
+) -> PairsText:
+    """Return how pairs of joints with such spans are gone through."""
+    n, whole = len(spans), LINE // width
+    in_order = all(joint == k for k, (_, _, joint) in enumerate(spans))
+    branched = any(end < n for _, end, _ in spans)
+    pitch, panel = -(-n // whole) * whole, PANEL * whole * pairs.solved
+    return PairsText(steps, pitch, len(pairs.starts), Pairs.BOTH_WAYS, in_order, branched, panel)
+
+
+def _spans(loop: TableLoop) -> list[tuple[int, int, int]]:
+    """Return, by joint, its number in an order where what it carries follows it, where that ends, and who is there."""
+    table = loop.table
+    n, many, parents = len(table.rows), [0, *table.carried], [row.parent for row in table.rows]
+    first, free = [0] * (n + 1), [0] * (n + 1)
+    for i, parent in enumerate(parents, 1):
+        first[i] = free[parent]
+        free[parent] += many[i]
+        free[i] = first[i] + 1
+    who = {first[i]: i - 1 for i in range(1, n + 1)}
+    return [(first[i], first[i] + many[i], who[i - 1]) for i in range(1, n + 1)]
 
 
 def _sweep(given: Sequence[str], ways: Sequence[Sweep], printer: Printer, at: Mapping[str, str]) -> SweepText:
@@ -241,9 +323,20 @@ def _sweep(given: Sequence[str], ways: Sequence[Sweep], printer: Printer, at: Ma
         tuple(_step(one, handed, printer, here) for one in ways),
         len(handed),
         tuple((handed.index(row), k) for row, k in start if row in handed),
+        tuple(handed.index(row) for row in first.ones if row in handed),
         tuple(name for name in given if name in reads),
-        first.result is not None,
+        first.finds or ("" if first.result is None else "out"),
+        first.pairs is not None,
     )
+
+
+def _pair(pairs: Pairs, slides: bool, printer: Printer) -> StepText:
+    """Return the step of pairs whose parent slides or turns, at `k` of rows that lie side by side."""
+    rows = {f"{Pairs.CARRIED}{r}": f"{Pairs.CARRIED}[{r} * pitch + k]" for r in range(len(pairs.starts))}
+    at = rows | {f"{name}{k}": _row(name, k) for name in (pairs.keeps, Pairs.ABOVE) for k in range(pairs.kept)}
+    results = [*zip(rows.values(), pairs.goes, strict=True)]
+    results += [(f"found[{r} * pitch + k]", x) for r, x in enumerate(pairs.found[slides])]
+    return _written(results, printer, at, (f"{pairs.keeps}[", f"{Pairs.ABOVE}["))
 
 
 def _row(of: str, place: int) -> str:
@@ -255,13 +348,22 @@ def _step(sweep: Sweep, handed: Iterable[int], printer: Printer, at: Mapping[str
     results = [(_row("now", place), sweep.handed[k]) for place, k in enumerate(handed)]
     results += [(_row("kept", k), x) for k, x in enumerate(sweep.kept)]
     results += [] if sweep.result is None else [("*result", sweep.result)]
+    if sweep.pairs:
+        results += [(_row("starts", k), x) for k, x in enumerate((*sweep.pairs.starts, *sweep.pairs.own))]
+    return _written(results, printer, at, ROW)
+
+
+def _written(
+    results: Sequence[tuple[str, Expr]], printer: Printer, at: Mapping[str, str], same: tuple[str, ...]
+) -> StepText:
+    """Return lines that write results at places; what begins so is the same wherever they run side by side."""
     nodes = reachable([entry for _, entry in results])
     known = constants([node for node in nodes if node.op is Op.CONSTANT])
     symbols = {node: str(node.value) for node in nodes if node.op is Op.SYMBOL}
     work = [node for node in nodes if node.args and node.op is not Op.NEG]
     names = {node: f"{name}1" if at[name].startswith("*") else name for node, name in symbols.items()}
     names |= {node: f"x{k}" for k, node in enumerate(work, 1)}
-    whole = {node for node, name in symbols.items() if at[name].startswith(ROW)} | set(known)
+    whole = {node for node, name in symbols.items() if at[name].startswith(same)} | set(known)
     for node in nodes:
         if node.args and whole.issuperset(node.args):
             whole.add(node)
