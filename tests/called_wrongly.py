@@ -45,6 +45,7 @@ LINE = 1600
 
 T = [0.0, 0.1]
 MOTION = {"x": "t", "theta": "0"}
+POSES = {"x": [0.0, 0.1, 0.2], "theta": [0.0, 0.1, 0.3], "tip.y": [0.5, 0.4975, 0.4777]}
 SERIES = {name: np.linspace(0, 2, 41) ** k for k, name in enumerate(("t", "x", "theta", "F"), 1)}
 
 
@@ -60,7 +61,7 @@ DOORS: dict[str, list[dict[str, Any]]] = {
     "SymdynError": [{}],
     "Problem": [{}],
     "animation": [{"times": T, "positions": [[0, 0], [0, 0.1]]}],
-    "calibrate": [{"data": {"x": [0.0, 0.1, 0.2], "theta": [0.0, 0.1, 0.3], "tip.y": [0.0, 0.1, 0.2]}, "point": "tip"}],
+    "calibrate": [{"data": POSES, "point": "tip"}],
     "certify": [{"outputs": ["mass_matrix"], "targets": ["numpy"]}],
     "closed_form": [{}],
     "collocation": [{"until": 1, "intervals": 2}],

@@ -248,7 +248,7 @@ def calibrate(
     check_arguments(calibrate, locals(), IdentifyError)
     model = GeometricModel.of(scene_of(scene, values), point)
     poses = Poses(*read_poses(model, data, units or {}))
-    return _searched(model, poses, _asked(model, poses, parameters), outliers)
+    return _searched(model, poses, _asked(model, poses, parameters), bool(outliers))
 
 
 @dataclass(frozen=True)
@@ -306,6 +306,8 @@ def _asked(model: GeometricModel, poses: Poses, parameters: str | Sequence[str] 
             )
             faults.append(f"parameters: {why}; {choice(pattern, moving)}")
         found |= dict.fromkeys(hits)
+    if not found and not faults:
+        faults.append(f"parameters: none is named; give {listed(moving[:9])}")
     if faults:
         raise IdentifyError(faults)
     return list(found)

@@ -148,6 +148,10 @@ class Grid:
         """Points where phases behind the first begin, shape (phases - 1,); the point before each ends a phase."""
         return np.flatnonzero(np.diff(self.phase)) + 1
 
+    def behind(self, nodes: Mapping[str, Array]) -> dict[str, Array]:
+        """Return what holds at the ends of intervals."""
+        return {kind: x if kind == "free" else x[self.ends] for kind, x in nodes.items()}
+
 
 def grid(method: Method, meshes: Sequence[Array]) -> Grid:
     """Return the grid of a method over phases, one behind the other, each a mesh of rising shares of time, 0 … 1."""
@@ -355,7 +359,7 @@ class Slopes:
         if not self._timed:
             found.append(-(p.between[1] @ p.rates(stages)))
         if "pull" in p.locals:
-            found.append(-p.locals["pull"].slopes(p.behind(at["node"])))
+            found.append(-p.locals["pull"].slopes(p.grid.behind(at["node"])))
         for name in self._rowwise:
             values = p.locals[name].slopes(at[PLACES[name]])
             _, known, chain = p.wires[name]

@@ -162,7 +162,7 @@ class Collocation(Shown):
         rates = (sums @ self.rates(at["stage"])).reshape(defects.shape)
         defects[:] = (between @ z).reshape(defects.shape) - self.lasting(z, self.interval_phases, 2) * rates
         if "pull" in self.locals:
-            defects[:, -1] -= self.locals["pull"].value(self.behind(at["node"]))
+            defects[:, -1] -= self.locals["pull"].value(self.grid.behind(at["node"]))
         for name in ROWWISE:
             if name in self.locals:
                 self._part(g, self.row[name])[:] = self.locals[name].value(at[PLACES[name]])
@@ -444,7 +444,3 @@ class Collocation(Shown):
     def _check_where(self, where: str) -> None:
         if not isinstance(where, str) or where not in self._slices:
             raise ArgumentError(f"where = {quoted(where)}: give {', '.join(self._slices)}")
-
-    def behind(self, nodes: Mapping[str, Array]) -> dict[str, Array]:
-        """Return what holds at the ends of intervals."""
-        return {kind: x if kind == "free" else x[self.grid.ends] for kind, x in nodes.items()}
