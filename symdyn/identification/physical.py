@@ -327,9 +327,11 @@ def _weighed(prior: Array, combinations: Array, estimate: Array, covariance: Arr
     reach = np.abs(combinations) @ np.abs(prior)
     least = SHARPEST * np.maximum(np.abs(estimate), reach)
     least = np.maximum(least, 1e-3 * float(least.max()) or SHARPEST)
-    chol = np.linalg.cholesky(covariance + np.diag(least**2))
-    off = estimate - combinations @ prior
-    return np.linalg.solve(chol, combinations), np.linalg.solve(chol, off)
+    sizes = np.sqrt(np.diag(covariance) + least**2)
+    w, V = np.linalg.eigh((covariance + np.diag(least**2)) / np.outer(sizes, sizes))
+    floor = len(w) * np.finfo(np.float64).eps * w[-1]  # rounding may have made the least negative
+    half = (V / np.sqrt(np.maximum(w, floor))).T / sizes
+    return half @ combinations, half @ (estimate - combinations @ prior)
 
 
 def _metric(
