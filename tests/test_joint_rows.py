@@ -5,6 +5,7 @@ The fields that every row says are checked on a type from outside, in `recipes/c
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from dataclasses import MISSING, fields, replace
 
@@ -89,6 +90,7 @@ def test_a_type_does_what_its_row_may_say(field: str) -> None:
 @pytest.mark.parametrize(("field", "kind"), [(field, kind) for field, (kinds, _) in CHECKS.items() for kind in kinds])
 def test_a_row_without_such_a_field_fails_its_check(field: str, kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(JOINTS, kind, replace(JOINTS[kind], **{field: DEFAULTS[field]}))
+    monkeypatch.setattr(sys.modules[__name__], "TEXT", f"{TEXT}# without {field}\n")  # a text that nobody has read
 
     with pytest.raises((AssertionError, SceneError, ValueError, pytest.fail.Exception)):
         CHECKS[field][1]()
