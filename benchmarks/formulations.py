@@ -93,6 +93,8 @@ def measured(scene: Scene, formulation: str) -> Page:
         return Page(fault=f"it takes longer than {LIMIT} s")
     except SymdynError as fault:
         return Page(fault=" ".join(str(fault).removeprefix(f"{scene.name}: ").split()))
+    finally:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0)  # or it ends what this process does next
 
 
 def _late(*_: object) -> None:

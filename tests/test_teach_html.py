@@ -314,7 +314,7 @@ def test_what_is_typed_is_shown_and_hints_say_more_with_every_try(browser: Any, 
         assert page.locator(".progress output").inner_text().startswith("0 of ")
         box.fill("m2 h2^2 + m2 h1 h2 cos(q2)")
         box.press("Enter")
-        assert page.locator(".progress output").inner_text().startswith("1 of ")
+        page.wait_for_function("document.querySelector('.progress output').textContent.startsWith('1 of ')")
         page.locator(".progress button").click()
         assert page.evaluate("document.activeElement.closest('form') !== null")
 
