@@ -18,6 +18,7 @@ from symdyn.transcription import Collocation, Solution, along
 from symdyn.transcription.solution import lagrangian
 
 pytestmark = [pytest.mark.runs("cc"), pytest.mark.long]
+IPOPT = pytest.mark.targets  # it comes with CasADi
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
@@ -168,6 +169,7 @@ def bounced() -> Solution:
     return bounce()[0].solve()
 
 
+@IPOPT
 def test_a_bounce_of_least_effort_is_the_closed_form(bounced):
     _, cost, v = bounce()
     (impact,) = bounced.impacts
@@ -182,6 +184,7 @@ def test_a_bounce_of_least_effort_is_the_closed_form(bounced):
     assert impact.words.startswith("floor strikes at t = 0.7 s, -4.32978 to 2.16489 m/s")
 
 
+@IPOPT
 def test_a_run_under_the_forces_goes_through_the_impact(bounced):
     again = bounced.simulated(rtol=1e-11)
 
@@ -192,6 +195,7 @@ def test_a_run_under_the_forces_goes_through_the_impact(bounced):
     assert {*bounced.run.names} <= {*again.names}
 
 
+@IPOPT
 def test_phases_are_parts_of_the_run(bounced):
     first, second = bounced.phases
 
@@ -202,6 +206,7 @@ def test_phases_are_parts_of_the_run(bounced):
     assert not second["mode_floor"].any()
 
 
+@IPOPT
 def test_a_free_time_of_the_impact_is_where_effort_is_least():
     free = symdyn.collocation(read_text(BALL), 1.6, 6, cost="F**2", end={"z": 0.7}, phases=[{}, {"strikes": "floor"}])
     found = free.solve()
@@ -250,6 +255,7 @@ def fallen() -> Solution:
     return problem.solve()
 
 
+@IPOPT
 def test_the_impact_is_that_of_the_formula(fallen):
     (k,), run = switches(fallen), fallen.run
     formula = symdyn.load(fallen.scene, ["impact:tip"]).impact_tip(run.q[k], run.qd[k])
@@ -257,6 +263,7 @@ def test_the_impact_is_that_of_the_formula(fallen):
     assert np.append(run.qd[k + 1], fallen.impacts[0].impulse) == pytest.approx(formula, abs=1e-8)
 
 
+@IPOPT
 def test_a_run_strikes_and_sticks_as_was_found(fallen):
     again = fallen.simulated(rtol=1e-10)
 
@@ -266,6 +273,7 @@ def test_a_run_strikes_and_sticks_as_was_found(fallen):
     assert again.q[-1] == pytest.approx(fallen.run.q[-1], abs=1e-6)
 
 
+@IPOPT
 def test_what_is_closed_keeps_the_laws_of_contact(fallen):
     run, closed = fallen.run, fallen.run["mode_tip"] == 1
 
@@ -277,6 +285,7 @@ def test_what_is_closed_keeps_the_laws_of_contact(fallen):
 
 
 @pytest.mark.parametrize("text", [BLOCK, CART], ids=["contact", "joint"])
+@IPOPT
 def test_a_block_is_pushed_as_the_closed_form_says(text):
     """F = μ m g + m a slides it by 1 m: T⁴ = 36 (m/(μ m g))², and the cost is 4/3 (μ m g)² T."""
     name = "sole" if text == BLOCK else "rail_friction"
@@ -294,6 +303,7 @@ def test_a_block_is_pushed_as_the_closed_form_says(text):
     assert again.q[-1] == pytest.approx(found.run.q[-1], abs=1e-6)
 
 
+@IPOPT
 def test_what_slips_the_other_way_inside_of_intervals_is_told():
     """Signs hold at ends of intervals alone: a way back along a slip that goes forth was solved with success."""
     there = [{"slips": {"sole": 1}}], [{"slips": {"sole": -1}}]
@@ -306,6 +316,7 @@ def test_what_slips_the_other_way_inside_of_intervals_is_told():
     assert not any("inside of an interval" in note for note in right.notes)
 
 
+@IPOPT
 def test_a_ball_is_thrown_and_caught():
     phases = [
         {"closed": "palm", "duration": (0.1, 0.6)}, {"duration": 0.5},
@@ -324,6 +335,7 @@ def test_a_ball_is_thrown_and_caught():
     assert again.q[-1] == pytest.approx([0, 0], abs=1e-6)
 
 
+@IPOPT
 def test_a_closed_mechanism_bounces_off_a_stop():
     """All of it is struck: multipliers of the loop have impulses."""
     text = (EXAMPLES / "four_bar.toml").read_text()
@@ -381,12 +393,14 @@ def test_what_phases_do_not_know_is_refused(text: str, given: dict[str, Any], wo
 @pytest.mark.parametrize(
     ("start", "closed", "words"), [(-0.2, "", "a contact is below its plane"), (0.2, "floor", "loops do not close")]
 )
+@IPOPT
 def test_a_start_off_its_phase_is_told(start, closed, words):
     problem = symdyn.collocation(read_text(BALL), 1, 3, start={"z": start}, phases=[{"closed": closed}])
     with pytest.raises(SimulateError, match=words):
         problem.solve()
 
 
+@IPOPT
 def test_an_end_off_its_phase_is_told_by_the_phase():
     """Its time is a guess while durations are free: t = 1.001 s was told of a motion of 1 s."""
     problem = symdyn.collocation(read_text(BALL), 1, 3, end={"z": -1}, phases=[{}, {"strikes": "floor"}])
@@ -413,6 +427,7 @@ length = 1
 """
 
 
+@IPOPT
 def test_a_rope_becomes_taut_as_in_a_run():
     phases = [{}, {"closed": "r", "duration": (0.1, 1)}]
     found = symdyn.collocation(read_text(ROPE), 1.5, 5, cost="F**2", end={"z": -1}, phases=phases).solve()
@@ -457,6 +472,7 @@ friction = 0.5
 """
 
 
+@IPOPT
 def test_what_may_slip_any_way_sticks_in_a_round_cone():
     given = {"start_rates": {"x": 0.4, "y": -0.2}, "phases": [{}, {"closed": "floor"}]}
     found = symdyn.collocation(read_text(SPACE), 1.0, 5, cost="U**2 + V**2 + W**2", **given).solve()
@@ -469,6 +485,7 @@ def test_what_may_slip_any_way_sticks_in_a_round_cone():
         symdyn.collocation(read_text(SPACE), 1.0, 5, phases=[{"slips": {"floor": 1}}])
 
 
+@IPOPT
 def test_what_has_no_cost_and_no_bends_is_solved():
     phases = [{"duration": 0.7}, {"duration": 0.3, "strikes": "floor"}]
     found = symdyn.collocation(read_text(BALL), 1, 4, phases=phases).solve()
@@ -477,6 +494,7 @@ def test_what_has_no_cost_and_no_bends_is_solved():
     assert found.violation < 1e-7
 
 
+@IPOPT
 def test_a_solution_is_a_guess_for_the_next(bounced):
     again = bounced.problem.solve(guess=bounced.z)
 
