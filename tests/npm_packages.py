@@ -16,7 +16,13 @@ from patience import HANG
 from programs import path_of
 
 ROOT = Path(__file__).parent.parent
-PACKAGES = {"axe-core": "4.10.3", "gltf-validator": "2.0.0-dev.3.10", "puppeteer-core": "24.43.1", "three": "0.187.0"}
+PACKAGES = {
+    "axe-core": "4.10.3",
+    "gltf-validator": "2.0.0-dev.3.10",
+    "mathlive": "0.111.1",
+    "puppeteer-core": "24.43.1",
+    "three": "0.187.0",
+}
 
 
 def packages() -> Path:

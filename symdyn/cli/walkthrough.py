@@ -24,7 +24,7 @@ def run(options: argparse.Namespace) -> int:
         asked = Handout(
             scene, options.language, options.detail, options.until, options.formulation, options.seed,
             practised(options), options.grade or 2, split(options.ask) or (), options.sheet or "",
-            options.variants or 1,
+            options.variants or 1, options.math_editor or "",
         )  # fmt: skip
         if options.format == (SLIDERS,):
             print_paths(*placed({f"{page_stem(asked.shown.name)}.html": asked.page()}, options.output))
@@ -63,6 +63,9 @@ def check_output(options: argparse.Namespace) -> None:
             f"--variants are of a question for a learning platform; give --format {' or '.join(Handout.platforms)}"
         )
     target = Path(options.output)
+    ending = ENDINGS.get(target.suffix.lower(), "md")
+    if options.math_editor and not (practised(options) and "html" in (options.format or (ending,))):
+        raise EmitError("--math-editor is for a page that asks; give --format html and --exercises with it")
     if target.suffix and not target.is_dir() and len(options.format or ()) > 1:
         raise EmitError(f"{target.name}: {len(options.format)} formats are that many files; give a folder with -o")
     if target.suffix and target.suffix.lower() not in ENDINGS and not options.format and not target.is_dir():

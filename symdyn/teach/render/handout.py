@@ -32,6 +32,7 @@ from symdyn.teach.practice.questions import sheet
 from symdyn.teach.practice.quiz import Variant as Asked
 from symdyn.teach.practice.variants import Variant, variant, with_changes
 from symdyn.teach.render import PLATFORMS, asked, rendered
+from symdyn.teach.render.math_editor import with_math_editor
 from symdyn.teach.render.page import interactive_page
 from symdyn.teach.render.quiz_text import Quiz
 from symdyn.unlocked import cached_property
@@ -238,6 +239,7 @@ class Handout:
         grades: those that there are; platforms: formats of `files` that are questions for learning platforms.
         sheet: the exercises to print, "questions" with room to write, or "solutions"; "" for the whole lesson.
         variants: how many a question for a learning platform draws from: the one of `seed` and those that follow it.
+        math_editor: MathLive's folder, for a page that takes formulas in two dimensions, see `with_math_editor`.
     """
 
     grades: ClassVar[tuple[int, ...]] = tuple(GRADES)
@@ -254,6 +256,7 @@ class Handout:
     ask: tuple[str, ...] = ()
     sheet: str = ""
     variants: int = 1
+    math_editor: str = ""
 
     @cached_property
     def variant(self) -> Variant | None:
@@ -301,5 +304,9 @@ class Handout:
             else:
                 document = document or self.document()
                 progress("writing")
-                found |= rendered(document, one)
+                files = rendered(document, one)
+                if one == "html" and self.math_editor:
+                    editor = self.math_editor
+                    files = {name: with_math_editor(str(text), document, editor) for name, text in files.items()}
+                found |= files
         return found
