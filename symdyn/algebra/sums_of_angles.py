@@ -292,6 +292,9 @@ def _eliminate(poly: Poly, kind: str, angle: Angle) -> Poly:
     for monomial, coefficient in poly.items():
         powers = dict(monomial)
         total = powers.pop(gone, 0)
+        if total < 2:
+            accumulate(result, monomial, coefficient)
+            continue
         if total % 2:
             powers[gone] = 1
         base, factor = powers.get(kept, 0), coefficient
@@ -370,7 +373,7 @@ def take_out(items: Sequence[Item]) -> tuple[Fraction, dict[int, int], list[Item
     rest: list[Item] = []
     for a, factors in items:
         left = {word: power - common.get(word, 0) for word, power in factors.items()} if common else factors
-        rest.append((a / number, {word: power for word, power in left.items() if power}))
+        rest.append((a if number == 1 else a / number, {word: power for word, power in left.items() if power}))
     return number, common, rest
 
 

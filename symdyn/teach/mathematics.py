@@ -182,6 +182,7 @@ _AFTER = re.compile(rf"(\\(?:{NAMES})(?:\^(?:\d|{{\d+}}))?) (?=[\w\\])")
 _ACCENTED = re.compile(r"<mover>((?:(?!</?mover>).)*)<mo>([¨˙])</mo></mover>")
 _BRACED = re.compile(r"<munder><munder>(.*?)<mo>⏟</mo></munder>")
 _NUMBERED = re.compile(r"&#x0*([0-9A-Fa-f]+);")
+_DECIMAL = re.compile(r"\d+\.\d+(?![\de])")  # not the width of a space, 0.167em
 _OPERATOR = re.compile(r"\s*([=+-]|\\approx(?![A-Za-z])|)\s*(.*?)\s*", re.DOTALL)
 _THIN = '<mspace width="0.167em" />'
 _THIN_AFTER = re.compile(rf"(<mn>[^<]*|<mi>[^<]{{2,}})(</m[in]>){_THIN}")
@@ -245,13 +246,19 @@ def _depths(piece: str) -> list[int]:
     return [0, *accumulate(1 if x == "(" else -1 for x in piece if x in "()")]
 
 
-@cache
 def inner(latex: str) -> str:
-    """Return the MathML of a formula without the element around it.
+    """Return the MathML of a formula without the element around it; formulas that differ in decimals alone share one.
 
     Raises:
         EmitError: latex2mathml is not installed.
     """
+    decimals = iter(_DECIMAL.findall(latex))
+    return _DECIMAL.sub(lambda _: next(decimals), _inner(_DECIMAL.sub("0.0", latex)))
+
+
+@cache
+def _inner(latex: str) -> str:
+    """Return the MathML of a formula in which decimals are 0.0."""
     try:
         from latex2mathml.converter import convert
     except ModuleNotFoundError as fault:
