@@ -1,6 +1,7 @@
 "use strict";
 // Answers in two dimensions: a field of MathLive stands for each box, which keeps what is typed, in LaTeX, for the judge.
 (() => {
+  if (window !== window.top && window.origin === "null") return; // in a sandbox, where MathLive fails: typed as text
   const {letters, words, keys} = EDITOR, {commands} = QUESTIONS.grammar;
   const read = name => Object.hasOwn(commands, name) ? commands[name][0] : "";
 
@@ -25,9 +26,9 @@
 
   function begin() {
     Object.assign(MathfieldElement, {fontsDirectory: null, soundsDirectory: null, locale: document.documentElement.lang});
+    for (const box of document.querySelectorAll('form.blank input[type="text"]')) edited(box);
     const all = [...new Set(Object.values(letters))], rows = Array.from({length: Math.ceil(all.length / 8)}, (_, k) => all.slice(8 * k, 8 * k + 8));
     mathVirtualKeyboard.layouts = [{label: words.letters, rows}, {label: "+ ( )", rows: keys}];
-    for (const box of document.querySelectorAll('form.blank input[type="text"]')) edited(box);
   }
 
   function edited(box) {
