@@ -15,8 +15,6 @@ from symdyn.errors import SymdynError
 from symdyn.extras import install
 from symdyn.resources import example_files, folder
 
-SHELLS = ("bash", "zsh", "fish")
-
 FILES, FOLDERS = ("SCENE", "FILE", "OUT", "DIR|FILE", "F", "M"), ("DIR",)
 """What stands for a file or a folder in help texts, where it is completed as such."""
 
