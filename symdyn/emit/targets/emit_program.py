@@ -23,6 +23,7 @@ from symdyn.emit.targets.gpu import END, GPU, launchers
 from symdyn.emit.targets.javascript import JS
 from symdyn.emit.targets.json_graph import JSON
 from symdyn.emit.targets.python_modules import CASADI, HEYOKA, NUMPY
+from symdyn.emit.targets.ros2 import ROS2
 from symdyn.emit.targets.rust import RUST, TYPES
 from symdyn.emit.targets.ufunc import UFUNC
 from symdyn.errors import EmitError, choice
@@ -61,6 +62,7 @@ TARGETS = Targets(
         RUST,
         HEYOKA,
         FMU,
+        ROS2,
         JSON,
     )
 )
