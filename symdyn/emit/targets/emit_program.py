@@ -16,6 +16,7 @@ from symdyn.arguments import argument
 from symdyn.emit.code.spelling import ShortSines, find_real
 from symdyn.emit.code.target import Sources, Target
 from symdyn.emit.render import render
+from symdyn.emit.targets.acados import ACADOS
 from symdyn.emit.targets.array_languages import JULIA, MATLAB
 from symdyn.emit.targets.c.c_and_cpp import CPP, C, namespace
 from symdyn.emit.targets.fmu import FMU
@@ -62,6 +63,7 @@ TARGETS = Targets(
         RUST,
         HEYOKA,
         FMU,
+        ACADOS,
         ROS2,
         JSON,
     )
