@@ -3,8 +3,8 @@
 Run: python benchmarks/acados_model.py PYTHON, the last one a Python that has acados: `pip install comma-deps-acados`
 there, or its Python package with ACADOS_SOURCE_DIR and LD_LIBRARY_PATH set.
 Each line of integrators: how far the end of a step of 0.1 s is from `simulate` at 1e-12, and by differences its first
-sensitivities from that; the Hessian from differences of acados' own adjoint. Then an optimum by SQP with exact Hessians:
-status, iterations, residual, seconds, and the bytes of C that compute the Hessian of one evaluation.
+sensitivities from that; the Hessian from differences of acados' own adjoint. Then an optimum by SQP with exact
+Hessians: status, iterations, residual, seconds, and the bytes of C that compute the Hessian of one evaluation.
 """
 
 from __future__ import annotations
@@ -66,7 +66,10 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         models = []
         for name, (steps, x, u) in MODELS.items():
-            assert generate(["generate", str(EXAMPLES / f"{name}.toml"), "--target", "acados", "-o", folder, "--quiet"]) == 0
+            assert (
+                generate(["generate", str(EXAMPLES / f"{name}.toml"), "--target", "acados", "-o", folder, "--quiet"])
+                == 0
+            )
             models.append({"name": name, "x": x, "u": u, "T": T, "steps": steps})
         given = json.dumps({"folder": folder, "models": models})
         command = [python, str(HERE / "peers" / "acados_model.py")]
@@ -82,8 +85,8 @@ def main() -> None:
             size = np.abs(one["S_hess"]).max()
             print(f"{name:10} {kind}  end {told[0]:.1e}  S_forw {told[1]:.1e}  S_hess {told[2]:.1e} of {size:.1e}")
         one = found[name]["optimum"]
-        print(f"{name:10} SQP  status {one['status']}, {one['iterations']} iterations, residual {one['residuals']:.0e}, "
-              f"cost {one['cost']:.6g}, {one['seconds'] * 1e3:.1f} ms, built in {one['built']:.1f} s, "
+        print(f"{name:10} SQP  status {one['status']}, {one['iterations']} iterations, "
+              f"residual {one['residuals']:.0e}, cost {one['cost']:.6g}, {one['seconds'] * 1e3:.1f} ms, built in {one['built']:.1f} s, "
               f"{one['bytes'] / 1e3:.0f} kB of C a Hessian")  # fmt: skip
 
 

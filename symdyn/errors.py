@@ -198,7 +198,7 @@ ELSEWHERE = {
     **dict.fromkeys(("slide", "slider", "translational"), "prismatic"),
     **{"ball": "spherical", "floating": "free", "weld": "fixed", "screw": "helical", "hooke": "universal"},
     **dict.fromkeys(("actuated", "passive", "active", "actuator"), "drive"),
-    **{"python": "numpy", "py": "numpy", "javascript": "js", "c++": "cpp", "cuda": "gpu", "simulink": "fmu", "ros": "ros2"},
+    **{"python": "numpy", "py": "numpy", "javascript": "js", "c++": "cpp", "cuda": "gpu", "simulink": "fmu"},
     **dict.fromkeys(("t", "tend", "t-end", "t-final", "tfinal", "t-span", "tspan", "duration", "stop-time"), "until"),
     **dict.fromkeys(("dt", "ts", "max-step", "t-eval"), "every period"),
     **dict.fromkeys(("params", "parameters", "values", "set", "bind"), "bind values parameters"),

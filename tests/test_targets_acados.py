@@ -125,9 +125,7 @@ SCENES = ["cart_pole", "puma560", "two_link", "double_pendulum", "quadruped", "f
 
 @casadis
 @pytest.mark.parametrize("name", [*SCENES, "four_bar", "rolling_disc", "states/servo", "states/dc_motor"])
-def test_both_forms_are_the_equations_of_motion(
-    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_both_forms_are_the_equations_of_motion(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     import casadi
 
     path = EXAMPLES / f"{name}.toml"

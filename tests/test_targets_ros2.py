@@ -7,9 +7,11 @@ import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 from xml.etree import ElementTree
+from xml.sax.saxutils import quoteattr
 
 import numpy as np
 import pytest
+from hostile import in_markdown
 
 import symdyn
 from symdyn.cli import main
@@ -32,9 +34,15 @@ mass = 1
 com = [0, "1/4", "1/5"]
 inertia = [0.1, 0.1, 0.1]
 inertia_about = "com"
+[bodies.stand]
+[joints.weld]
+type = "fixed"
+parent = "ground"
+child = "stand"
+origin = { xyz = [0, 0, 2] }
 [joints.turn]
 type = "revolute"
-parent = "ground"
+parent = "stand"
 child = "a"
 axis = [0, 1, 0]
 damping = 2
@@ -63,6 +71,7 @@ def written(folder: Path) -> Path:
     return path
 
 
+@pytest.mark.long
 def test_what_describes_the_package_agrees_with_what_it_holds(tmp_path: Path) -> None:
     assert generated(tmp_path / "p", written(tmp_path)) == 0
     package = ElementTree.parse(tmp_path / "p" / "package.xml").getroot()
@@ -80,27 +89,33 @@ def test_what_describes_the_package_agrees_with_what_it_holds(tmp_path: Path) ->
         assert exported in (tmp_path / "p" / "src" / f"{kind}.cpp").read_text()
 
 
+@pytest.mark.long
 def test_a_description_that_somebody_made_theirs_is_left_as_it_is(tmp_path: Path) -> None:
-    generated(tmp_path, EXAMPLES / "puma560.toml")
-    theirs = "".join(
-        line for line in (tmp_path / "package.xml").open(encoding="utf-8") if "Written by symdyn" not in line
-    )
+    generated(tmp_path, written(tmp_path))
+    whole = (tmp_path / "package.xml").read_text(encoding="utf-8").splitlines(keepends=True)
+    theirs = "".join(line for line in whole if "Written by symdyn" not in line)
     (tmp_path / "package.xml").write_text(theirs, encoding="utf-8")
-    generated(tmp_path, EXAMPLES / "puma560.toml")
+    generated(tmp_path, written(tmp_path))
 
     assert (tmp_path / "package.xml").read_text(encoding="utf-8") == theirs
 
 
-REFUSED = [
-    ("four_bar", "", "closed loops"),
-    ("free_body", "", "joints that have several coordinates"),
-    ("rolling_disc", "", "forces beside gravity"),
-    ("states/servo", "", "states of one's own"),
-    ("two_link", "", "m1, m2, h1, h2, g without a value; give --bind m1=1,m2=1,h1=1,h2=1,g=1"),
-    ("two_link", "--functions pose:tool", "is made of mass_matrix, .*; leave --functions out"),
-    ("puma560", "--static", "is about motion; leave --static out"),
-    ("puma560", "--real float", "takes double alone"),
-]
+@pytest.mark.long
+def test_a_robot_may_be_called_anything(tmp_path: Path) -> None:
+    name = "R */ int canary; /* ]]> <canary/> & \" ' --> `canary` [x](canary) $(canary) \\"
+    robot = GRIPPER.read_text(encoding="utf-8").replace('name="gripper arm"', f"name={quoteattr(name)}")
+    (tmp_path / "r.urdf").write_text(robot, encoding="utf-8")
+    assert generated(tmp_path / "p", tmp_path / "r.urdf") == 0
+
+    for path in (tmp_path / "p").rglob("*.*"):
+        text = path.read_text(encoding="utf-8")
+        if path.suffix == ".xml":
+            assert "canary" not in {one.tag for one in ElementTree.fromstring(text).iter()}
+        elif path.suffix == ".md":
+            assert in_markdown(text) == []
+        else:
+            code = re.sub(r"/\*.*?\*/|//[^\n]*", "", text, flags=re.DOTALL)
+            assert not re.search(r"(?<!\w)canary", code), path
 
 
 @pytest.mark.parametrize(("scene", "words", "told"), REFUSED)
@@ -206,7 +221,7 @@ def test_joints_that_rub_have_their_friction_apart_from_torques(driver: str, tmp
     assert told.count(" right") > 10
     assert "WRONG" not in told
     scene = read(path)
-    compared(driver, tmp_path / "p", scene, ["a", "b", "m1"], states_of(scene))
+    compared(driver, tmp_path / "p", scene, ["stand", "a", "b", "m1"], states_of(scene))
 
 
 @programs
@@ -257,7 +272,8 @@ def test_parameters_descriptions_and_frames_are_looked_at(driver: str, tmp_path:
     (before,) = asked(driver, tmp_path, f"J tool {row([0, 0])}")
     assert before is None
 
-    J = symdyn.load(EXAMPLES / "two_link.toml", ["jacobian:tool"])["jacobian:tool"](np.array([0.2, 0.7]), np.array([1, 2, 1, 0.5, 9.81]))
+    f, params = symdyn.load(EXAMPLES / "two_link.toml", ["jacobian:tool"]), np.array([1, 2, 1, 0.5, 9.81])
+    J = f["jacobian:tool"](np.array([0.2, 0.7]), params)
     _, found = asked(driver, tmp_path, "number kinematics.alpha 0.5\nbegin -", f"inverse tool {row([0.2, 0.7])}")
     close(found, np.linalg.solve(J.T @ J + 0.5 * np.eye(2), J.T))
 

@@ -25,10 +25,7 @@ FORWARD, INVERSE, RATES, WHOLE_STATE = "forward_dynamics", "inverse_dynamics", "
 
 def needed(scene: Scene) -> tuple[str, ...]:
     """Return the functions that the model of a scene is made of: what moves it first."""
-    if scene.states or scene.is_constrained:
-        found = [WHOLE_STATE if scene.states else FORWARD]
-    else:
-        found = [FORWARD, INVERSE]
+    found = [WHOLE_STATE] if scene.states else [FORWARD] if scene.is_constrained else [FORWARD, INVERSE]
     if OUTPUTS[RATES].exists(scene):
         return (*found, RATES)
     if len(found) > 1:
@@ -45,8 +42,8 @@ def _write(draft: Draft) -> dict[str, Contents]:
     timed = [r.function.name for r in program.routines if any(one.name == TIME for one in r.function.arguments)]
     if timed:
         raise EmitError(
-            f"{scene.name}: {', '.join(timed)} depend on time, which acados' explicit integrators do not know; make what "
-            "is prescribed an input, in [inputs]"
+            f"{scene.name}: {', '.join(timed)} depend on time, which acados' explicit integrators do not know; make it "
+            "an input, in [inputs]"
         )
     pairs = list(zip(program.routines, draft.page.functions, strict=True))
     calls = {
@@ -75,7 +72,7 @@ def _write(draft: Draft) -> dict[str, Contents]:
         "jacobian": FORWARD in jacobians(program, CASADI.keywords),
     }
     module = {f"{draft.stem}_acados.py": render("acados/module.py.jinja", values)}
-    return module | CASADI.write(CASADI.draft(program, draft.real, draft.page.command))
+    return {**module, **CASADI.write(CASADI.draft(program, draft.real, draft.page.command))}
 
 
 ACADOS = Target(

@@ -27,7 +27,6 @@ from symdyn.errors import EmitError, listed
 from symdyn.program import Program, Routine
 from symdyn.scene import Quantity, Scene
 
-
 CALLS = {
     "mass_matrix": "dynamics.getInertiaMatrix(q)",
     "velocity_forces": "dynamics.getCoriolisVector(q, qd)",
@@ -52,7 +51,9 @@ def needed(scene: Scene) -> tuple[str, ...]:
     """
     several = [joint.name for joint in scene.moving if not joint.coordinate]
     led = [joint.name for joint in scene.joints if joint.motion is not None]
-    acting = [one.name for one in scene.elements] + [joint.name for joint in scene.joints if any(x != Quantity.ZERO for x in joint.forces)]
+    acting = [one.name for one in scene.elements] + [
+        joint.name for joint in scene.joints if any(x != Quantity.ZERO for x in joint.forces)
+    ]
     strange = {
         "closed loops": [joint.name for joint in scene.loops],
         "joints that have several coordinates": several,
