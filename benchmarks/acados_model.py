@@ -85,9 +85,11 @@ def main() -> None:
             size = np.abs(one["S_hess"]).max()
             print(f"{name:10} {kind}  end {told[0]:.1e}  S_forw {told[1]:.1e}  S_hess {told[2]:.1e} of {size:.1e}")
         one = found[name]["optimum"]
-        print(f"{name:10} SQP  status {one['status']}, {one['iterations']} iterations, "
-              f"residual {one['residuals']:.0e}, cost {one['cost']:.6g}, {one['seconds'] * 1e3:.1f} ms, built in {one['built']:.1f} s, "
-              f"{one['bytes'] / 1e3:.0f} kB of C a Hessian")  # fmt: skip
+        how = f"status {one['status']}, {one['iterations']} iterations, residual {one['residuals']:.0e}"
+        took = (
+            f"{one['seconds'] * 1e3:.1f} ms, built in {one['built']:.1f} s, {one['bytes'] / 1e3:.0f} kB of C a Hessian"
+        )
+        print(f"{name:10} SQP  {how}, cost {one['cost']:.6g}, {took}")
 
 
 if __name__ == "__main__":
