@@ -86,9 +86,7 @@ def main() -> None:
             print(f"{name:10} {kind}  end {told[0]:.1e}  S_forw {told[1]:.1e}  S_hess {told[2]:.1e} of {size:.1e}")
         one = found[name]["optimum"]
         how = f"status {one['status']}, {one['iterations']} iterations, residual {one['residuals']:.0e}"
-        took = (
-            f"{one['seconds'] * 1e3:.1f} ms, built in {one['built']:.1f} s, {one['bytes'] / 1e3:.0f} kB of C a Hessian"
-        )
+        took = f"{one['seconds'] * 1e3:.1f} ms, built in {one['built']:.1f} s, Hessian {one['bytes'] / 1e3:.0f} kB of C"
         print(f"{name:10} SQP  {how}, cost {one['cost']:.6g}, {took}")
 
 

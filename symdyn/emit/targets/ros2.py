@@ -75,7 +75,7 @@ def needed(scene: Scene) -> tuple[str, ...]:
 
 def frames_of(scene: Scene) -> tuple[str, ...]:
     """Return the names of links and points."""
-    return tuple(dict.fromkeys(one.name for one in (*scene.bodies, *scene.points)))
+    return tuple(dict.fromkeys([*(one.name for one in scene.bodies), *(one.name for one in scene.points)]))
 
 
 def package_of(scene: Scene) -> str:
