@@ -134,6 +134,7 @@ DOORS = {  # what writes files of a scene, by folder; {scene}, {folder} and {val
     "rust": "generate {scene} --target rust -o {folder}",
     "gpu": "generate {scene} --target gpu -o {folder}",
     "casadi": "generate {scene} --target casadi --external -o {folder}",
+    "acados": "generate {scene} --target acados -o {folder}",
     "heyoka": "generate {scene} --target heyoka -o {folder}",
     "ufunc": "generate {scene} --target ufunc -o {folder}",
     "matlab": "generate {scene} --target matlab -o {folder}",

@@ -57,11 +57,11 @@ def lines(example: str, programs_alone: bool = False) -> Iterator[str]:
 
 
 def _files(programs: Mapping[str, Program], every: bool) -> Iterator[tuple[str, str, str]]:
-    """Yield way, target, and files of a mechanism's programs; of `every` target, or of those that others rest on."""
+    """Yield way, target, and files of a mechanism's programs; of `every` target of functions, or of a few."""
     ways = [(way, program, "double", "") for way, program in programs.items()]
     ways += [("float", programs["plain"], "float", ""), ("batch", programs["plain"], "double", "batch")]
     for way, program, real, option in ways:
-        for target in TARGETS if every else FIRST:
+        for target in [name for name, row in TARGETS.items() if row.functions is None] if every else FIRST:
             try:
                 files = emit(program, target, real, option=option)
                 few = (

@@ -60,7 +60,7 @@ OPENERS: dict[str, Harness] = {
     ".md": lambda path: in_markdown(path.read_text(encoding="utf-8")),
 }
 
-HEAVY = ("casadi", "heyoka", "matlab", "mex", "rust")
+HEAVY = ("acados", "casadi", "heyoka", "matlab", "mex", "rust")
 SLOW = ("asked", "dalembert", "dalembert-tex", "exercises", "free", "ufunc")
 
 

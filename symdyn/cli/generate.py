@@ -36,7 +36,7 @@ def run(options: argparse.Namespace) -> int:
         asked = functions_of(options, scene)
         if asked is None and target.functions:
             asked = target.functions(scene)
-        if options.static and target.tunes:
+        if options.static and target.functions:
             raise EmitError(f"{scene.name}: target {target.name} ({target.text}) is about motion; leave --static out")
         outputs, left_out = Requested.of(Workspace(scene, closing)).available() if asked is None else (asked, [])
         for reason in left_out:

@@ -16,6 +16,7 @@ from symdyn.arguments import argument
 from symdyn.emit.code.spelling import ShortSines, find_real
 from symdyn.emit.code.target import Sources, Target
 from symdyn.emit.render import render
+from symdyn.emit.targets.acados import ACADOS
 from symdyn.emit.targets.array_languages import JULIA, MATLAB
 from symdyn.emit.targets.c.c_and_cpp import CPP, C, namespace
 from symdyn.emit.targets.fmu import FMU
@@ -23,6 +24,7 @@ from symdyn.emit.targets.gpu import END, GPU, launchers
 from symdyn.emit.targets.javascript import JS
 from symdyn.emit.targets.json_graph import JSON
 from symdyn.emit.targets.python_modules import CASADI, HEYOKA, NUMPY
+from symdyn.emit.targets.ros2 import ROS2
 from symdyn.emit.targets.rust import RUST, TYPES
 from symdyn.emit.targets.ufunc import UFUNC
 from symdyn.errors import EmitError, choice
@@ -61,6 +63,8 @@ TARGETS = Targets(
         RUST,
         HEYOKA,
         FMU,
+        ACADOS,
+        ROS2,
         JSON,
     )
 )

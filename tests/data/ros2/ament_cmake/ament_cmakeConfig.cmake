@@ -1,0 +1,3 @@
+include(CTest)
+function(ament_package)
+endfunction()
