@@ -1,6 +1,6 @@
-"""Steps on contacts: gaps and slips, the laws by mode, Delassus' numbers, the impact as percussion, a run through it.
+"""Steps on contacts: gaps and slips, Delassus' numbers, the impact as percussion.
 
-    g, ġ = n u, s = t u        0 ≤ g, 0 ≤ λn, g λn = 0        |λt| ≤ μ λn
+    g, ġ = n u, s = t u
     M (u⁺ - u⁻) = nᵀ Λn + tᵀ Λt,   D = W M⁻¹ Wᵀ,   W the rows n and t
 
 Everything is in closed form for a contact that strikes alone.
@@ -10,7 +10,7 @@ Reference: Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts (19
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -265,32 +265,3 @@ def _written(lesson: Lesson, symbol: Symbol, node: Expr) -> Block:
         return folded(lesson, Formula(symbol.name, shortened(lesson, node)))
     except NO_FORM:
         return folded(lesson, Formula(symbol.name, Form.of(node)))
-
-
-# The laws
-
-
-def law_steps(lesson: Lesson, struck: Sequence[Struck]) -> Iterator[Step]:
-    """Yield the laws by mode, once of all contacts that have the same."""
-    alike = dict[tuple[object, ...], list[Struck]]()
-    for one in struck:
-        alike.setdefault((one.touch.normal is None, one.mu, one.static, len(one.touch.tangents)), []).append(one)
-    g, rate = (lesson.called(f"gap{dots}:any", Letter("g", dots=dots)) for dots in (0, 1))
-    s = lesson.called("slip:any", Letter("s"))
-    n, t = (lesson.called(f"lambda{way}:", Letter("lambda", (way,))) for way in "nt")
-    for k, (one, *others) in enumerate(alike.values(), 1):
-        dry, ways = one.touch.normal is None, len(one.touch.tangents)
-        rubs, holds = (x if dry else Form.product((x, n)) for x in (one.mu, one.static))
-        places: dict[str, Form] = {"g": g, "rate": rate, "s": s, "n": n, "t": t, "rubs": rubs, "holds": holds}
-        places["against"] = rubs.negative
-        modes = [] if dry else ["open"] if ways else ["open", "closed"]
-        modes += ["sticks", "any"] if ways > 1 else ["sticks", "ahead", "back"] if ways else []
-        rows = [
-            [lesson.say(f"contacts.{x}"), *(lesson.say(f"contacts.{x}.{y}", **places) for y in ("law", "while"))]
-            for x in modes
-        ]
-        table = lesson.table(("contacts.mode", "contacts.law", "contacts.while"), rows)
-        names, key = ", ".join(x.name for x in (one, *others)), "dry" if dry else "rough" if ways else "smooth"
-        claim = lesson.say(f"contacts.laws.{key}", names=names, **places)
-        reason = lesson.once(f"contacts.laws.{key}.reason", **places)
-        yield Step(f"contacts:laws:{k}" if reason.parts else f"more.contacts:laws:{k}", claim, (table,), reason)
