@@ -196,7 +196,7 @@ figure.addEventListener("pointerout", event => {
 
 for (const slider of every("[data-try]")) {
   const k = Number(slider.dataset.try), output = slider.closest("p").querySelector("output");
-  const level = slider.closest("article").querySelector(".level"), axis = level?.ownerSVGElement.querySelector(".stem");
+  const level = every(".level", slider.closest("article")).at(-1), axis = level?.ownerSVGElement.querySelector(".stem");
   const tell = () => {
     output.textContent = written(live.state().params[k], 3, false);
     const way = axis ? (begin - slider.valueAsNumber) / Number(slider.max) * axis.getBBox().height : 0;
