@@ -197,8 +197,8 @@ class Diagram:
 
     def arrow(self, look: str, tail: npt.ArrayLike, tip: npt.ArrayLike, size: float = 2.4) -> None:
         """Draw an arrow between points, shape (2,), so thick."""
-        ends = (np.array([x], dtype=np.float64) for x in (tail, tip))
-        self.shapes.extend(arrow(look, *ends, size=size, head=10.0))
+        ends = np.array([[tail], [tip]], dtype=np.float64)
+        self.shapes.extend(arrow(look, ends[0], ends[1], size, 10.0))
 
     def svg(self, prefix: str) -> str:
         """Return it as SVG; `prefix` stands in front of ids."""

@@ -14,16 +14,15 @@ from fractions import Fraction
 
 import numpy as np
 
-from symdyn.algebra import Form, Number, Symbol
+from symdyn.algebra import Form, Number
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.outputs import contact_equations, lacks_modes, with_modes
 from symdyn.errors import SymdynError
 from symdyn.graph import Expr, gradient, reachable, substitute, tangents
 from symdyn.scene import Scene, SceneUnits
 from symdyn.simulation import Trajectory, simulate
-from symdyn.teach.derivations.contact_laws import law_steps
+from symdyn.teach.derivations.contact_laws import law_steps, limit_steps
 from symdyn.teach.derivations.contacts import MINUS, ONE, Struck
-from symdyn.teach.derivations.friction_limits import limit_steps
 from symdyn.teach.derivations.joint_percussions import joint_steps
 from symdyn.teach.derivations.precession import NO_FORM, lowest, shortened
 from symdyn.teach.derivations.solved import Quotients, vanishing

@@ -49,6 +49,11 @@ class Struck:
         return bool(self.touch.tangents)
 
     @property
+    def is_tied(self) -> bool:
+        """Whether gap and slip are too many for the freedoms that there are, so that D has no inverse."""
+        return len(self.touch.rows) > self.lesson.state.n
+
+    @property
     def kind(self) -> tuple[bool, int, str]:
         """What has the same steps: of a second one a brief lesson has them folded."""
         return self.touch.normal is None, len(self.touch.tangents), self.touch.law.law
@@ -131,8 +136,9 @@ class Struck:
         lesson = self.lesson
         if self.touch.normal is None or (self.columns is not None and not self.columns[1][0][0].terms):
             return
-        if len(self.touch.tangents) > 1 or self.columns is None:
-            key = "contacts.two" if len(self.touch.tangents) > 1 else "contacts.long"
+        if len(self.touch.tangents) > 1 or self.columns is None or self.is_tied:
+            ways = len(self.touch.tangents)
+            key = "contacts.two" if ways > 1 else "contacts.tied" if self.is_tied else "contacts.long"
             yield Step(f"contacts:impact:{self.name}", lesson.say(key, contact=self.name), self._percussion())
             return
         pairs = [(i, j) for i in range(len(self.D)) for j in range(i, len(self.D))]

@@ -55,11 +55,11 @@ def joint_steps(one: Struck) -> Iterator[Step]:
     Contacts by formulas do not say where they act, and dry friction strikes nothing.
     """
     lesson = one.lesson
-    if not isinstance(one.touch.law, (PlaneContact, Stop)) or one.columns is None or lesson.state.n > SMALL_SCENE:
+    if not isinstance(one.touch.law, (PlaneContact, Stop)) or one.columns is None or one.is_tied:
         return
     forces = [one.percussion(way, "" if one.has_friction else "+") for way in ("n", "t")[: len(one.rows)]]
-    if len(one.rows) > len(forces):
-        return  # it slips along two directions
+    if len(one.rows) > len(forces) or lesson.state.n > SMALL_SCENE:
+        return  # it slips along two directions, or is nothing to be read
     changes = [one.jump(i) for i in range(lesson.state.n)]
     loads = [lesson.graph.symbol(x.name) for x in forces]
     felt = list(_felt(one, loads))
@@ -146,7 +146,9 @@ def _sweet(one: Struck, felt: list[Felt], forces: list[Symbol]) -> Iterator[Step
         sums.append(taken)
     if not blocks:
         return
-    yield Step(f"contacts:hinge:{one.name}", lesson.say("contacts.hinge", joint=roots[0].name, contact=one.name), tuple(blocks))
+    yield Step(
+        f"contacts:hinge:{one.name}", lesson.say("contacts.hinge", joint=roots[0].name, contact=one.name), tuple(blocks)
+    )
     names = dict.fromkeys(name for x in law.place.at for name in x.symbols)
     if len(sums) == len(names) == state.n == 1:
         (at,) = names
