@@ -24,7 +24,7 @@ from symdyn.draw.stage import Stage
 from symdyn.draw.style import SCHEMES, LetterRun, Text
 from symdyn.draw.svg import Drawing, name, svg
 from symdyn.errors import DrawError
-from symdyn.scene import Quantity, Scene, body, prismatic, read, revolute, scene
+from symdyn.scene import Quantity, Scene, body, prismatic, read, read_text, revolute, scene
 from symdyn.scene.forces.applied_forces import Damper, Spring
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Body, Joint, Load, Place, Pose
@@ -480,9 +480,9 @@ body = "leg"
 at = [0.6, 0, 0]
 plane = { normal = [0, 1, 0], at = [0, -0.5, 0] }
 """
-    shown = symdyn.picture(read_text(leg))
+    shown = picture(read_text(leg))
     assert 'id="plane-floor"' in shown
     assert (
         shown.count('class="link body0"')
-        == symdyn.picture(read_text(leg.partition("[contacts")[0])).count('class="link body0"') + 1
+        == picture(read_text(leg.partition("[contacts")[0])).count('class="link body0"') + 1
     )

@@ -24,7 +24,7 @@ from symdyn.graph import Expr, Graph, Op, evaluate, substitute
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.forces import FORCES, in_plane
 from symdyn.scene.joints import JOINTS, joint_motion, unit
-from symdyn.scene.values import OUTLINES, Body, Contact, Element, Joint, Load
+from symdyn.scene.values import OUTLINES, Body, Contact, Element, Joint, Load, PlaneContact
 from symdyn.spatial import Mat, Transform, Vec, cross, dot, scale, zero_vector
 
 BEYOND = 1e150  # what is drawn, m or N, whose squares still are doubles
@@ -265,7 +265,7 @@ def drawn(scene: Scene, graph: Graph) -> dict[Key, tuple[Expr, ...]]:
 
 def touching(scene: Scene) -> tuple[Contact, ...]:
     """Return what touches planes: rows, and what opens and closes as the rows that hold it closed."""
-    return (*scene.contacts, *(one.closed for one in scene.unilaterals if one.closed is not None))
+    return (*scene.contacts, *(one.closed for one in scene.unilaterals if isinstance(one, PlaneContact)))
 
 
 def strings(scene: Scene) -> tuple[Element, ...]:

@@ -18,6 +18,7 @@ import numpy as np
 from symdyn.draw.outlines import Outlined, touching
 from symdyn.draw.places import Array, JointAxis, Placed, Places, across, unit
 from symdyn.scene import Scene
+from symdyn.scene.values import PlaneContact
 
 if TYPE_CHECKING:
     from symdyn.draw.stage import View
@@ -233,8 +234,8 @@ def spots(scene: Scene, result: Places, body: str) -> list[Array]:
     ends += [frame.p for owner, frame in result.points.values() if owner == body]
     for one, places in result.ends.items():
         ends += [at for at, end in zip(places, one.ends, strict=True) if end.body == body]
-    struck = [one.closed for one in scene.unilaterals if one.closed is not None]
-    return ends + [result.touches[one.name].spot for one in struck if one.place.body == body]
+    struck = [one for one in scene.unilaterals if isinstance(one, PlaneContact) and one.place.body == body]
+    return ends + [result.touches[one.name].spot for one in struck]
 
 
 def farthest(scene: Scene, places: Places, body: str, start: Array) -> Array:

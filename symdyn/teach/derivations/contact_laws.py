@@ -26,6 +26,7 @@ from symdyn.dynamics import Workspace, derive_one
 from symdyn.emit.print import latex_symbols
 from symdyn.graph import Expr, Op, evaluate, reachable, substitute
 from symdyn.scene import Scene, SceneUnits
+from symdyn.scene.values import Unilateral
 from symdyn.teach.derivations.charts import DASHED, DOTTED, SOLID, Curve, Panel, chart
 from symdyn.teach.derivations.contacts import ONE, Struck
 from symdyn.teach.derivations.precession import NO_FORM, shortened
@@ -57,10 +58,10 @@ def law_steps(lesson: Lesson, struck: Sequence[Struck]) -> Iterator[Step]:
         claim = lesson.say(f"contacts.laws.{key}", names=names, **places)
         reason = lesson.once(f"contacts.laws.{key}.reason", **places)
         shown: tuple[Block, ...] = (table,)
-        if ways and not dry:
+        if ways == 1 and not dry:
             shown = (
                 table,
-                cone(lesson, *one.chosen.of(*(x.express(lesson.graph) for x in (one.static, one.mu))), str(k)),
+                cone(lesson, str(k), *one.chosen.of(*(x.express(lesson.graph) for x in (one.static, one.mu)))),
             )
         yield Step(f"contacts:laws:{k}" if reason.parts else f"more.contacts:laws:{k}", claim, shown, reason)
 
@@ -72,7 +73,7 @@ CONE = (("sticks", 0.35, 0), ("ahead", -1.0, 1), ("back", 1.0, -1))
 """Modes, where the reaction lies between the edges of the cone, -1 to 1, and where it slips to."""
 
 
-def cone(lesson: Lesson, holds: float, rubs: float, number: str) -> Picture:
+def cone(lesson: Lesson, number: str, holds: float, rubs: float) -> Picture:
     """Return the cone of friction in every mode that is closed, with the reaction in it.
 
     `holds` and `rubs` are the coefficients of friction while it sticks, and while it slips.
@@ -180,7 +181,9 @@ def _changes(one: Struck, touched: Scene, law: str) -> tuple[dict[Expr, Array], 
     D = np.where(sound[:, None, None], D, np.eye(2))
     strikes = np.linalg.solve(D, v[..., None])[..., 0]
     u = np.einsum("nk,kin->in", strikes, C)
-    elements = tuple(replace(x, law=law) if getattr(x, "name", "") == one.name else x for x in touched.elements)
+    elements = tuple(
+        replace(x, law=law) if isinstance(x, Unilateral) and x.name == one.name else x for x in touched.elements
+    )
     w = Workspace(replace(touched, elements=elements))
     entries = derive_one(w, f"impact:{one.name}").entries
     names = {str(x.value): y for x, y in (known | dict(zip(state.qd, u, strict=True))).items()}

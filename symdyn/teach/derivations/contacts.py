@@ -255,9 +255,8 @@ class Struck:
         law = lesson.say(f"contacts.{self.touch.law.law if self.e.terms else 'plastic'}", e=self.e, rate=v)
         told = lesson.say("contacts.rough.newton" if newton else "contacts.rough")
         claim = Words((*law.parts, " ", *told.parts))
-        places = {"normal": normal, "along": along, "e": self.e, "slip": s, "D": c}
-        key = "newton.gains" if newton else "expansion" if self.e.terms else "no.expansion"
-        reason = lesson.say(f"contacts.{key}", **places)
+        key = "expansion" if self.e.terms else "no.expansion"
+        reason = Words(()) if newton else lesson.say(f"contacts.{key}", normal=normal, e=self.e, slip=s)
         return Step(f"impact:{self.name}", claim, (table,), reason)
 
 
