@@ -24,11 +24,12 @@ from symdyn.simulation import Trajectory, simulate
 from symdyn.teach.derivations.contact_laws import law_steps, limit_steps
 from symdyn.teach.derivations.contacts import MINUS, ONE, Struck
 from symdyn.teach.derivations.joint_percussions import joint_steps
+from symdyn.teach.derivations.lagrange import scene_picture
 from symdyn.teach.derivations.precession import NO_FORM, lowest, shortened
 from symdyn.teach.derivations.solved import Quotients, vanishing
-from symdyn.teach.document import Block, Box, Document, Formula, Letter, Step, Words
-from symdyn.teach.lesson import Lesson
-from symdyn.teach.shown_state import Chosen, choose_state
+from symdyn.teach.document import Block, Box, Document, Formula, Letter, Picture, Section, Step, Words
+from symdyn.teach.lesson import Lesson, Prose
+from symdyn.teach.shown_state import Chosen, choose_state, picture_letters
 
 BEHIND = ("explicit", "equations", "by.equations", "reactions")
 """Sections behind which contacts stand, the first that there is."""
@@ -86,8 +87,19 @@ def with_contacts(document: Document, scene: Scene) -> Document:
             told.add(one.kind)
         steps += _numbers(lesson, struck, scene)
     section = lesson.section("contacts", steps)
+    letters = picture_letters(lesson.scene, lesson.graph, chosen)
+    shown = scene_picture(Prose(scene, lesson.language), chosen, letters)
     sections = (*document.sections[: place + 1], section, *document.sections[place + 1 :])
-    return replace(document, sections=sections, names=lesson.names)
+    return replace(document, sections=tuple(_pictured(x, shown) for x in sections), names=lesson.names)
+
+
+def _pictured(section: Section, shown: Picture) -> Section:
+    """Return a section with the picture of the mechanism replaced, such as by one with its planes."""
+    steps = (
+        replace(x, blocks=tuple(shown if isinstance(y, Picture) and y.key == shown.key else y for y in x.blocks))
+        for x in section.steps
+    )
+    return replace(section, steps=tuple(steps))
 
 
 def _followed(scene: Scene, chosen: Chosen, until: Sequence[float] = HORIZONS) -> Trajectory | None:
