@@ -226,10 +226,9 @@ class Struck:
         lost = Form.sum((ONE, Form.product((MINUS, self.e.power(2)))))
         left = Number(1 - self.e.value**2) if isinstance(self.e, Number) else lost
         blocks.append(Formula(K.name, Form.product((Number(Fraction(-1, 2)), left, v.power(2), D.power(-1)))))
-        claim, reason = (
-            lesson.say("contacts.smooth", force=force, K=K, e=self.e),
-            lesson.once("contacts.smooth.reason", e=self.e),
-        )
+        key = "contacts.smooth" if self.e.terms else "contacts.smooth.plastic"
+        claim = lesson.say(key, force=force, K=K, e=self.e)
+        reason = lesson.once(f"{key}.reason", square=self.e.power(2))
         return Step(f"impact:{self.name}", claim, tuple(blocks), reason)
 
     def _rough(self) -> Step:
