@@ -19,7 +19,7 @@ from kernels import executed
 ROOT = Path(__file__).resolve().parent.parent
 BOOKS = sorted(path for folder in ("notebooks", "gallery", "teaching") for path in ROOT.glob(f"docs/{folder}/*.ipynb"))
 
-TOOLS = {"casadi": "casadi", "fmu": "fmpy", "jax": "jax", "torch": "torch"}
+TOOLS = {"casadi": "casadi", "hopper": "casadi", "fmu": "fmpy", "jax": "jax", "torch": "torch"}
 """Those that run a tool of others, which the environment of `make targets` has, and what they import of it."""
 
 NUMBER = re.compile(r"-?\d+\.?\d*(?:e[-+]\d+)?")

@@ -24,7 +24,7 @@ from symdyn.draw.stage import Stage
 from symdyn.draw.style import SCHEMES, LetterRun, Text
 from symdyn.draw.svg import Drawing, name, svg
 from symdyn.errors import DrawError
-from symdyn.scene import Quantity, Scene, body, prismatic, read, revolute, scene
+from symdyn.scene import Quantity, Scene, body, prismatic, read, read_text, revolute, scene
 from symdyn.scene.forces.applied_forces import Damper, Spring
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Body, Joint, Load, Place, Pose
@@ -462,3 +462,27 @@ def test_a_unit_stands_on_the_line() -> None:
     words = Text((LetterRun("F", "i", 0), LetterRun("N", "", -1))).with_unit("kN")
     assert words.plain == "FN, kN"
     assert [run.level for run in words.runs] == [0, -1, 0]
+
+
+def test_planes_of_contacts_are_drawn_and_limbs_out_to_what_touches_them() -> None:
+    leg = """
+name = "leg"
+[bodies.leg]
+mass = 1
+[joints.hip]
+type = "revolute"
+parent = "ground"
+child = "leg"
+axis = [0, 0, 1]
+coordinate = "phi"
+[contacts.floor]
+body = "leg"
+at = [0.6, 0, 0]
+plane = { normal = [0, 1, 0], at = [0, -0.5, 0] }
+"""
+    shown = picture(read_text(leg))
+    assert 'id="plane-floor"' in shown
+    assert (
+        shown.count('class="link body0"')
+        == picture(read_text(leg.partition("[contacts")[0])).count('class="link body0"') + 1
+    )

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import random
+import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import symdyn
@@ -14,7 +16,7 @@ from symdyn.errors import EmitError
 from symdyn.graph import Expr, Op, evaluate, reachable
 from symdyn.scene import Scene, read_text
 from symdyn.table import Table
-from symdyn.teach import walkthrough
+from symdyn.teach import rendered, walkthrough
 from symdyn.teach.document import Document, Formula, Section
 from symdyn.teach.languages import languages
 from symdyn.teach.practice.variants import variant
@@ -103,6 +105,42 @@ restitution = 0.5
 """
 
 
+PAIR = """
+name = "pair"
+[parameters]
+m_1 = 1
+m_2 = 2
+l_1 = 0.5
+l_2 = 0.4
+mu = 0.3
+[bodies.upper]
+particles = [{ mass = "m_1", at = ["l_1", 0, 0] }]
+[bodies.lower]
+particles = [{ mass = "m_2", at = ["l_2", 0, 0] }]
+[joints.shoulder]
+type = "revolute"
+parent = "ground"
+child = "upper"
+axis = [0, 0, 1]
+coordinate = "phi"
+start = -1
+[joints.elbow]
+type = "revolute"
+parent = "upper"
+child = "lower"
+origin = ["l_1", 0, 0]
+axis = [0, 0, 1]
+coordinate = "psi"
+start = 0.4
+[contacts.wall]
+body = "lower"
+at = ["l_2", 0, 0]
+plane = { normal = [0, 1, 0], at = [0, -0.75, 0] }
+restitution = 0.6
+friction = "mu"
+"""
+
+
 def contacts(document: Document) -> Section:
     (found,) = (one for one in document.sections if one.key == "contacts")
     return found
@@ -164,6 +202,69 @@ def test_the_table_of_an_impact_is_the_output(seed: int) -> None:
     assert found[-2:] == pytest.approx(forces, rel=1e-9)
 
 
+def test_reaction_percussions_are_what_the_momentum_of_all_beyond_changes_by() -> None:
+    document = lesson_of(read_text(PAIR))
+    given = values(document) | {"jump:1": 0.7, "jump:2": -1.3, "percussionn:": 2.1, "percussiont:": 0.4}
+    phi, both = given["phi"], given["phi"] + given["psi"]
+    first = 0.7 * given["l_1"] * np.array([-np.sin(phi), np.cos(phi)])
+    second = first + (0.7 - 1.3) * given["l_2"] * np.array([-np.sin(both), np.cos(both)])
+    outer = given["m_2"] * second - np.array([0.4, 2.1])
+    wanted = dict(zip(("0:1", "1:1", "0:2", "1:2"), (*(given["m_1"] * first + outer), *outer), strict=True))
+    (step,) = (one for one in contacts(document).steps if one.key == "contacts:joints:wall")
+    found = {
+        block.left: number(document.value(block.form), given) for block in step.blocks if isinstance(block, Formula)
+    }
+    assert found == pytest.approx({f"felt:{key}:": x for key, x in wanted.items()})
+    assert step.reference == "(5.18)"
+
+
+def test_newtons_law_gains_what_the_lesson_says() -> None:
+    """Where the contact sticks, at the slip of the largest gain, in a run of the output beside the formula."""
+    scene = read_text(PAIR.replace('friction = "mu"', 'friction = "mu"\nlaw = "newton"'))
+    document = lesson_of(scene)
+    (step,) = (one for one in contacts(document).steps if one.key == "contacts:gains:wall")
+    formula, _, _, table, worst = step.blocks
+    assert isinstance(formula, Formula)
+    assert isinstance(table, Table)
+    newton, poisson = (int("".join(map(str, row[1].parts))) for row in table.rows)
+    assert newton > 0
+    assert poisson == 0
+    assert "2.56 m/s" in str(worst)
+    given = values(document) | {"phi": 1.23, "psi": 0.0596, "m_1": 1, "m_2": 2, "l_1": 0.5, "l_2": 0.4}
+    w, e = Workspace(scene), 0.6
+    W, C, after = (derive_one(w, f"{name}:wall").entries for name in ("gap_jacobian", "impact_matrix", "impact"))
+    at = {w.graph.symbol(x): y for x, y in given.items()}
+    W, C = (np.array([float(x) for x in evaluate(x, Floats(), at)]) for x in (W, C))
+    W, C = W.reshape(3, 2)[:2], C.reshape(2, 3)[:, :2]
+    (a, b), (_, c) = D = W @ C
+    least = e * abs(b) * a / ((1 + e) * a * c - b * b)
+    u = C @ np.linalg.solve(D, [-1.0, -b / a])
+    at |= {w.graph.symbol(x): y for x, y in zip((*scene.velocities, "mu"), (*u, 1.01 * least), strict=True)}
+    *moved, normal, along = (float(x) for x in evaluate(after, Floats(), at))
+    assert abs(along) == pytest.approx(least * normal), "it sticks, with as much friction as the lesson asks for"
+    gained = np.array([normal, along]) @ (W @ (u + moved)) / 2
+    told = number(document.value(formula.form), {str(x.value): float(y) for x, y in at.items()})
+    assert told == pytest.approx(gained)
+    assert gained == pytest.approx((b * b / a - (1 - e * e) * c) / (a * c - b * b) / 2)
+    assert (gained > 0) == (b * b > (1 - e * e) * a * c)
+
+
+def test_painleves_places_begin_where_genot_and_brogliato_have_them() -> None:
+    section = contacts(lesson_of(read_text(ROD)))
+    (step,) = (one for one in section.steps if one.key == "contacts:painleve:foot")
+    assert [(one.parameter, pytest.approx(4 / 3)) for one in step.tries] == [("mu", step.tries[0].threshold)]
+    page = str(next(iter(rendered(lesson_of(read_text(ROD)), "html").values())))
+    assert "data-try=" in page
+    assert re.search(r'class="[^"]* level"', page)
+
+
+def test_a_contact_that_one_freedom_ties_says_so() -> None:
+    text = BAT.replace("restitution = 0.5", "restitution = 0.5\nfriction = 0.3")
+    section = contacts(lesson_of(read_text(text)))
+    assert "with one freedom" in str(next(one for one in section.steps if one.key == "contacts:impact:post").claim)
+    assert not [one for one in section.steps if one.key.startswith(("contacts:gains", "contacts:painleve"))]
+
+
 def test_a_ball_rests_when_its_series_says() -> None:
     for language in languages():
         text = str(next(iter(markdown(lesson_of(BALL, language)).values())))
@@ -174,6 +275,14 @@ def test_a_ball_rests_when_its_series_says() -> None:
 def test_the_sweet_spot_is_the_centre_of_percussion() -> None:
     text = str(next(iter(markdown(lesson_of(read_text(BAT))).values())))
     assert r"d = \frac{I}{l m} + l" in text
+    rod = (
+        BAT.replace("I = 0.05\n", "")
+        .replace("l = 0.55", "l = 1")
+        .replace('"-l"', '"-l/2"')
+        .replace('"I"', '"m*l**2/12"')
+    )
+    text = str(next(iter(markdown(lesson_of(read_text(rod.replace('"I/10"', '"m*l**2/120"')))).values())))
+    assert r"d = \tfrac{2}{3} l" in text
 
 
 def test_loops_with_contacts_are_refused_in_words() -> None:

@@ -10,10 +10,11 @@ from typing import Any
 import pytest
 from browser import opened, pictured
 from lessons import lesson_of
+from test_teach_contacts import ROD
 
 from symdyn.algebra.numeric import Floats
 from symdyn.graph import evaluate
-from symdyn.scene import Scene, read
+from symdyn.scene import Scene, read, read_text
 from symdyn.scene.values import acceleration_name
 from symdyn.teach import Document
 from symdyn.teach.languages import language_of
@@ -282,3 +283,19 @@ def test_a_slider_at_a_sentence_is_around_the_threshold_that_it_states(browser: 
         assert state_of(page, hoop.scene)[one.parameter] == pytest.approx(one.threshold / 2, rel=1e-3)
         assert page.text_content("nav [aria-current]")
         assert not page.is_visible(".still")
+
+
+@pytest.mark.slow
+@pytest.mark.runs
+def test_the_line_of_a_chart_goes_with_its_slider(browser: Any, tmp_path: Path) -> None:
+    """Painlevé's chart of a rod: the line at a coefficient of friction stands where the axis has it."""
+    path = tmp_path / "lesson.html"
+    path.write_text(html_page(lesson_of(read_text(ROD))), encoding="utf-8")
+    with opened(browser, path) as page:
+        line, axis = page.locator("path.level").last, page.locator("svg:has(path.level) path.stem").last
+        top = float(page.get_attribute("[data-try]", "max"))
+        for mu in (1.6, 0.5):
+            page.fill("[data-try]", f"{mu}")
+            over, all_of_it = line.bounding_box(), axis.bounding_box()
+            height = all_of_it["y"] + all_of_it["height"] - over["y"] - over["height"] / 2
+            assert height == pytest.approx(mu / top * all_of_it["height"], abs=1.5)

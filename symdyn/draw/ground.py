@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from symdyn.draw.outlines import touching
 from symdyn.draw.places import Array, JointAxis, Places, across, unit
 from symdyn.draw.shapes import (
     Item,
@@ -313,7 +314,7 @@ def planes(scene: Scene, places: Places, view: View) -> tuple[Item, ...]:
 def patches(scene: Scene, places: Places) -> list[tuple[Contact, Array]]:
     """Return every plane by the first row that is about it, with the corners of what is drawn, shape (N, 4, 3)."""
     rows_of: dict[object, list[Contact]] = {}
-    for row in scene.contacts:
+    for row in touching(scene):
         if places.touches[row.name].drawn:
             rows_of.setdefault(row.plane, []).append(row)
     corners = []

@@ -21,10 +21,10 @@ from symdyn.algebra import Array, Floats
 from symdyn.dynamics.mechanism import Taut, body_placements, vector
 from symdyn.errors import SymdynError
 from symdyn.graph import Expr, Graph, Op, evaluate, substitute
-from symdyn.scene import Scene
+from symdyn.scene import Quantity, Scene
 from symdyn.scene.forces import FORCES, in_plane
 from symdyn.scene.joints import JOINTS, joint_motion, unit
-from symdyn.scene.values import OUTLINES, Body, Contact, Element, Joint, Load
+from symdyn.scene.values import OUTLINES, Body, Contact, Element, Joint, Load, PlaneContact
 from symdyn.spatial import Mat, Transform, Vec, cross, dot, scale, zero_vector
 
 BEYOND = 1e150  # what is drawn, m or N, whose squares still are doubles
@@ -258,9 +258,14 @@ def drawn(scene: Scene, graph: Graph) -> dict[Key, tuple[Expr, ...]]:
         wanted |= _joint(joint, joint in scene.loops, placed, graph)
     for point in scene.points:
         wanted["point", point.name] = _flat(placed[point.body] @ point.at.transform(graph))
-    for one in scene.elements:
+    for one in (*scene.elements, *touching(scene)):
         wanted |= _element(one, scene, placed, graph)
     return wanted
+
+
+def touching(scene: Scene) -> tuple[Contact, ...]:
+    """Return what touches planes: rows, and what opens and closes as the rows that hold it closed."""
+    return (*scene.contacts, *(one.closed for one in scene.unilaterals if isinstance(one, PlaneContact)))
 
 
 def strings(scene: Scene) -> tuple[Element, ...]:
@@ -288,7 +293,7 @@ def _element(one: Element, scene: Scene, placed: Mapping[str, Transform], graph:
         force, couple = FORCES[one.kind].push.wrench(one, scene, graph)
         wanted |= {("force", one): R @ force, ("couple", one): R @ couple}
     elif isinstance(one, Contact):
-        if FORCES[one.kind].rolls:
+        if FORCES[one.kind].rolls and one.radius != Quantity.ZERO:
             wanted["radius", one] = (one.radius.express(graph),)
         if one.axis:
             wanted["axis", one] = placed[one.place.body].R @ vector(one.axis, graph)

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Batches
-from symdyn.draw.outlines import BEYOND, Key, Outlined, drawn, outlines, strings
+from symdyn.draw.outlines import BEYOND, Key, Outlined, drawn, outlines, strings, touching
 from symdyn.draw.style import FONT, Text
 from symdyn.errors import DrawError
 from symdyn.graph import Graph, Op, evaluate, reachable
@@ -261,8 +261,8 @@ def _gathered(scene: Scene, graph: Graph, arrays: Mapping[Key, Array], count: in
             if ("tangent", one, 0) in arrays
         },
         {load: (arrays["force", load], arrays["couple", load]) for load in scene.loads},
-        {row.name: wheel for row in scene.contacts if (wheel := _wheel(row, arrays)) is not None},
-        {row.name: _touch(row, arrays) for row in scene.contacts},
+        {row.name: wheel for row in touching(scene) if (wheel := _wheel(row, arrays)) is not None},
+        {row.name: _touch(row, arrays) for row in touching(scene)},
         arrays["gravity",][0],
         {},
     )
@@ -289,10 +289,10 @@ def _wheel(row: Contact, arrays: Mapping[Key, Array]) -> tuple[Array, Array | No
 
 
 def _touch(row: Contact, arrays: Mapping[Key, Array]) -> Touch:
-    rolls = ("radius", row) in arrays
-    across = unit(arrays["axis", row]) if row.axis and not rolls else None
+    across = unit(arrays["axis", row]) if row.axis and ("radius", row) not in arrays else None
     normal, along = unit(arrays["normal", row]), unit(arrays["along", row])
-    return Touch(arrays["plane", row], normal, along, arrays["end", row, 0], across, rolls or row.plane.declared)
+    drawn = "normal" in row.components or row.plane.declared
+    return Touch(arrays["plane", row], normal, along, arrays["end", row, 0], across, drawn)
 
 
 def unit(vectors: Array) -> Array:

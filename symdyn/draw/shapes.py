@@ -15,9 +15,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symdyn.draw.outlines import Outlined
+from symdyn.draw.outlines import Outlined, touching
 from symdyn.draw.places import Array, JointAxis, Placed, Places, across, unit
 from symdyn.scene import Scene
+from symdyn.scene.values import PlaneContact
 
 if TYPE_CHECKING:
     from symdyn.draw.stage import View
@@ -233,7 +234,8 @@ def spots(scene: Scene, result: Places, body: str) -> list[Array]:
     ends += [frame.p for owner, frame in result.points.values() if owner == body]
     for one, places in result.ends.items():
         ends += [at for at, end in zip(places, one.ends, strict=True) if end.body == body]
-    return ends
+    struck = [one for one in scene.unilaterals if isinstance(one, PlaneContact) and one.place.body == body]
+    return ends + [result.touches[one.name].spot for one in struck]
 
 
 def farthest(scene: Scene, places: Places, body: str, start: Array) -> Array:
@@ -263,7 +265,7 @@ def link(scene: Scene, places: Places, body: Placed, view: View, colour: int) ->
         limbs += [np.stack([view.flat(start), view.flat(tip)], axis=1) for tip in tips]
         width = view.size * 0.7
         shapes += [path("halo", *limbs, size=width + 3), path(f"link body{colour}", *limbs, size=width)]
-    for row in scene.contacts:
+    for row in touching(scene):
         if row.name in places.wheels and row.place.body == body.name:
             centre, axis, radius = places.wheels[row.name]
             rims = [axis] if axis is not None else [np.broadcast_to(view.toward, centre.shape), body.frame.R[:, :, 2]]

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.draw.places import Array, Label, Put
-from symdyn.draw.shapes import ENGLISH, Item, Shape, Title, dot, path
+from symdyn.draw.shapes import ENGLISH, Item, Shape, Title, arrow, dot, path
 from symdyn.draw.style import FONT, Text, lowered, style
 from symdyn.emit import in_html
 from symdyn.errors import DrawError
@@ -194,6 +194,11 @@ class Diagram:
     def dot(self, look: str, at: npt.ArrayLike, radius: float) -> None:
         """Draw a dot about a point, shape (2,)."""
         self.shapes.append(dot(look, np.array([at], dtype=np.float64), radius))
+
+    def arrow(self, look: str, tail: npt.ArrayLike, tip: npt.ArrayLike, size: float = 2.4) -> None:
+        """Draw an arrow between points, shape (2,), so thick."""
+        ends = np.array([[tail], [tip]], dtype=np.float64)
+        self.shapes.extend(arrow(look, ends[0], ends[1], size, 10.0))
 
     def svg(self, prefix: str) -> str:
         """Return it as SVG; `prefix` stands in front of ids."""

@@ -191,12 +191,19 @@ figure.addEventListener("pointerout", event => {
   if (event.target.closest?.("[data-vector]") && !pointed) for (const { term } of terms) term.classList.remove("hot");
 });
 
-// Sliders at sentences: they move the parameter of the figure, from where it begins, and let it play
+// Sliders at sentences: they move the parameter of the figure, from where it begins, and let it play; and a line of a
+// chart that is at the parameter's value, whose axis goes as far as the slider
 
 for (const slider of every("[data-try]")) {
   const k = Number(slider.dataset.try), output = slider.closest("p").querySelector("output");
-  const tell = () => { output.textContent = written(live.state().params[k], 3, false); };
+  const level = every(".level", slider.closest("article")).at(-1), axis = level?.ownerSVGElement.querySelector(".stem");
+  const tell = () => {
+    output.textContent = written(live.state().params[k], 3, false);
+    const way = axis ? (begin - slider.valueAsNumber) / Number(slider.max) * axis.getBBox().height : 0;
+    level?.setAttribute("transform", `translate(0 ${way})`);
+  };
   slider.value = live.state().params[k];
+  const begin = slider.valueAsNumber;
   tell();
   slider.addEventListener("input", () => { live.set(k, slider.valueAsNumber); tell(); });
   figure.addEventListener("symdyn:state", () => { if (document.activeElement !== slider) slider.value = live.state().params[k]; tell(); });

@@ -84,6 +84,7 @@ class Touch:
         gap: g, m or rad.
         normal: n; None of dry friction of a joint, which is closed always.
         slips: t of each direction along which it can slip.
+        ways: which components of a plane's contact these are: 1 along, 2 across.
         friction, static, restitution: μ while it slips and while it sticks, and e; of dry friction of a joint the
             forces themselves, N or N m.
         mode: closed, sticks, slip, yields.
@@ -103,6 +104,7 @@ class Touch:
     directions: tuple[Expr, ...]
     unit: str
     active: Expr | None
+    ways: tuple[int, ...] = ()
 
     @property
     def tangents(self) -> tuple[Row, ...]:
@@ -132,10 +134,11 @@ def _touch(w: Workspace, law: Unilateral, rows: Sequence[tuple[Expr, Row]]) -> T
     graph = w.graph
     mu, e = law.friction.express(graph), law.restitution.express(graph)
     static = mu if law.static is None else law.static.express(graph)
-    gap, normal, slips, unit = graph.zero, None, list[Row](), "m"
+    gap, normal, slips, unit, ways = graph.zero, None, list[Row](), "m", tuple[int, ...]()
     if law.closed is not None:
-        (gap, normal), *others = rows
-        slips = [row for _, row in others if not all(entry.is_zero for entry in row.entries)]
+        (gap, normal), *_ = rows
+        ways = tuple(k for k, (_, row) in enumerate(rows) if k and not all(entry.is_zero for entry in row.entries))
+        slips = [rows[k][1] for k in ways]
     elif isinstance(law, GapContact):
         gap = law.gap.express(graph)
         slips = [] if law.tangent is None else [_row(w, law.tangent.express(graph))]
@@ -158,7 +161,7 @@ def _touch(w: Workspace, law: Unilateral, rows: Sequence[tuple[Expr, Row]]) -> T
     directions = tuple(slip * s / speed for s in speeds) if len(speeds) > 1 else (slip,) * len(speeds)
     active = None if law.active is None else law.active.express(graph)
     mode = (closed, held, slip, yields)
-    return Touch(law, gap, normal, tuple(slips), mu, static, e, mode, directions, unit, active)
+    return Touch(law, gap, normal, tuple(slips), mu, static, e, mode, directions, unit, active, ways)
 
 
 def _joint(scene: Scene, name: str) -> Joint:

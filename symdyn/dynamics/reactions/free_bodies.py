@@ -51,7 +51,7 @@ from symdyn.dynamics.reactions.joint_frames import (
     relative_twists,
     way_apart,
 )
-from symdyn.graph import Expr, Graph, Op, evaluate, reachable
+from symdyn.graph import Expr, Graph, Op, evaluate, reachable, substitute
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import Strut
 from symdyn.spatial import (
@@ -410,6 +410,23 @@ def with_loops(
         hanging.carry(f, loop, wrench)
     ends = [loop.on_child(wrench) for loop, wrench in zip(hanging.loops, closing, strict=False)]
     return as_rows(hanging, [*hanging.at_joints(f), *ends], axes)
+
+
+def percussions(hanging: FreeBodies, sizes: Sequence[Expr]) -> list[Expr]:
+    """Return every joint's reaction percussion at an impact, shape (joints, 6): [force; moment], N s and N m s.
+
+    These are reactions (5.18) with the changes of the velocities in place of q̈, at rest; axes of the ground.
+
+    Args:
+        hanging: the mechanism without weights, loads and elements, and what strikes, if anything does, as a contact.
+        sizes: percussions of this contact along its components.
+    """
+    f = hanging.transmitted(hanging.loads)
+    for struck in hanging.cuts:
+        for wrench, size in zip(struck.wrenches, sizes, strict=True):
+            hanging.carry(f, struck, wrench.scaled(size))
+    still = dict.fromkeys(hanging.state.qd, hanging.graph.zero)
+    return substitute(as_rows(hanging, hanging.at_joints(f), "ground"), still)
 
 
 def as_rows(hanging: FreeBodies, wrenches: Sequence[Wrench], axes: str) -> list[Expr]:

@@ -3,7 +3,6 @@
 What a run finds at its first impact is held against the formulas of the lesson.
 
     g̈ = -a:  a flight takes 2 ġ⁺/a, the next one e times as long;  all of them 2 ġ⁺/(a (1 - e))
-    R = Δ Σ m v - n̂ Λ        the percussion in the one hinge that holds everything; zero at the centre of percussion
 """
 
 from __future__ import annotations
@@ -15,22 +14,22 @@ from fractions import Fraction
 
 import numpy as np
 
-from symdyn.algebra import Form, Number, Symbol
+from symdyn.algebra import Form, Number
 from symdyn.dynamics import Workspace
-from symdyn.dynamics.mechanism import vector
 from symdyn.dynamics.outputs import contact_equations, lacks_modes, with_modes
 from symdyn.errors import SymdynError
 from symdyn.graph import Expr, gradient, reachable, substitute, tangents
 from symdyn.scene import Scene, SceneUnits
-from symdyn.scene.joints import JOINTS
-from symdyn.scene.values import PlaneContact
 from symdyn.simulation import Trajectory, simulate
-from symdyn.teach.derivations.contacts import MINUS, ONE, Struck, law_steps
+from symdyn.teach.derivations.contact_laws import law_steps, limit_steps
+from symdyn.teach.derivations.contacts import MINUS, ONE, Struck
+from symdyn.teach.derivations.joint_percussions import joint_steps
+from symdyn.teach.derivations.lagrange import scene_picture
 from symdyn.teach.derivations.precession import NO_FORM, lowest, shortened
 from symdyn.teach.derivations.solved import Quotients, vanishing
-from symdyn.teach.document import Block, Box, Document, Formula, Letter, Step, Words
-from symdyn.teach.lesson import Lesson
-from symdyn.teach.shown_state import Chosen, choose_state
+from symdyn.teach.document import Block, Box, Document, Formula, Letter, Picture, Section, Step, Words
+from symdyn.teach.lesson import Lesson, Prose
+from symdyn.teach.shown_state import Chosen, choose_state, picture_letters
 
 BEHIND = ("explicit", "equations", "by.equations", "reactions")
 """Sections behind which contacts stand, the first that there is."""
@@ -83,13 +82,24 @@ def with_contacts(document: Document, scene: Scene) -> Document:
     if not lesson.scene.prescribed_velocities:
         told = set[tuple[bool, int, str]]()
         for one in struck:
-            steps += [replace(step, key=f"more.{step.key}") if one.kind in told else step for step in one.impact()]
+            found = (*one.impact(), *limit_steps(one, scene), *joint_steps(one))
+            steps += [replace(step, key=f"more.{step.key}") if one.kind in told else step for step in found]
             told.add(one.kind)
-        steps += [step for one in struck for step in _hinge(one)]
         steps += _numbers(lesson, struck, scene)
     section = lesson.section("contacts", steps)
+    letters = picture_letters(lesson.scene, lesson.graph, chosen)
+    shown = scene_picture(Prose(scene, lesson.language), chosen, letters)
     sections = (*document.sections[: place + 1], section, *document.sections[place + 1 :])
-    return replace(document, sections=sections, names=lesson.names)
+    return replace(document, sections=tuple(_pictured(x, shown) for x in sections), names=lesson.names)
+
+
+def _pictured(section: Section, shown: Picture) -> Section:
+    """Return a section with the picture of the mechanism replaced, such as by one with its planes."""
+    steps = (
+        replace(x, blocks=tuple(shown if isinstance(y, Picture) and y.key == shown.key else y for y in x.blocks))
+        for x in section.steps
+    )
+    return replace(section, steps=tuple(steps))
 
 
 def _followed(scene: Scene, chosen: Chosen, until: Sequence[float] = HORIZONS) -> Trajectory | None:
@@ -175,17 +185,21 @@ def _flights(one: Struck, scene: Scene, t: float, after: float) -> Iterator[Step
     rate = lesson.called("gap.rate:after", Letter("g", dots=1, above="+"))
     pushed, two = shortened(lesson, fall), Number(Fraction(2))
     flight, whole = (lesson.called(f"flight:{k}", Letter(r"\Delta t", (k,) if k else ())) for k in ("1", ""))
+    high, later = lesson.called("height:1", Letter("h", ("1",))), lesson.called("height:+", Letter(r"\mathit{h}_{n+1}"))
     less = Form.sum((ONE, Form.product((MINUS, one.e))))
     under = Form.product((pushed, Number(1 - one.e.value) if isinstance(one.e, Number) else less))
     blocks = (
         Formula(flight.name, Form.product((two, rate, pushed.power(-1)))),
+        lesson.say("contacts.flights.heights", e=one.e),
+        Formula(high.name, Form.product((rate.power(2), two.power(-1), pushed.power(-1)))),
+        Formula(later.name, Form.product((one.e.power(2), lesson.called("height:n", Letter("h", ("n",)))))),
         lesson.say("contacts.flights.then", e=one.e, first=rate),
         Formula(whole.name, Form.product((two, rate, under.power(-1)))),
     )
     numbers = {"t": _shown(lesson, t, "s"), "rest": _shown(lesson, rest, "s")}
     box = Box("check", lesson.say("check.title"), (lesson.say("contacts.flights.check", **numbers),))
     claim = lesson.say("contacts.flights", contact=one.name, acceleration=pushed.negative, rate=rate)
-    yield Step("impact:flights", claim, (*blocks, box), lesson.say("contacts.flights.reason", square=one.e.power(2)))
+    yield Step("impact:flights", claim, (*blocks, box), lesson.say("contacts.flights.reason"))
 
 
 def _acceleration(one: Struck) -> Expr | None:
@@ -204,52 +218,3 @@ def _acceleration(one: Struck) -> Expr | None:
     except NO_FORM:
         return None
     return None if {*state.q, *state.qd}.intersection(reachable([fall])) else fall
-
-
-def _hinge(one: Struck) -> Iterator[Step]:
-    """Yield the percussion in the one hinge that holds everything, where a smooth plane strikes, and where it is zero.
-
-    It is told of where all coordinates are zero, if the contact touches there.
-    """
-    lesson, state, law, graph = one.lesson, one.lesson.state, one.touch.law, one.lesson.graph
-    roots = [joint for joint in lesson.scene.joints if joint.parent == Scene.GROUND]
-    if not isinstance(law, PlaneContact) or one.has_friction or one.columns is None or len(roots) != 1:
-        return
-    still = dict.fromkeys((*state.q, *state.qd), graph.zero)
-    gap, *columns = substitute([one.node(one.touch.gap), *(x.express(graph) for x in one.columns[0][0])], still)
-    if law.plane.body != Scene.GROUND or JOINTS[roots[0].type].slides(roots[0]) or not gap.is_zero:
-        return
-    normal, force = vector(law.plane.normal, graph), one.percussion("n", "+")
-    size, blocks, sums = graph.sqrt(graph.total(x * x for x in normal)), list[Block](), list[Expr]()
-    for axis, part in zip("xyz", normal, strict=True):
-        moment = graph.total(
-            x.m * x.place["xyz".index(axis)] + (x.h["xyz".index(axis)] if x.h else graph.zero) for x in lesson.masses
-        )
-        slopes = substitute(gradient(moment, state.q), still)
-        taken = graph.total(x * y for x, y in zip(slopes, columns, strict=True)) - part / size
-        try:
-            taken = lowest(taken)
-            if taken.is_zero:
-                continue
-            form = shortened(lesson, taken)
-        except NO_FORM:
-            return
-        key = lesson.called(f"hinge:{axis}:{one.number}", Letter("R", (axis, one.number) if one.number else (axis,)))
-        blocks.append(Formula(key.name, Form.product((form, force))))
-        sums.append(taken)
-    claim = lesson.say("contacts.hinge", joint=roots[0].name, contact=one.name)
-    yield Step(f"contacts:hinge:{one.name}", claim, tuple(blocks), lesson.say("contacts.hinge.reason"))
-    names = dict.fromkeys(name for x in law.place.at for name in x.symbols)
-    if len(sums) == len(names) == state.n == 1:
-        (at,) = names
-        (slope,) = gradient(sums[0], [graph.symbol(at)])
-        (rest,) = substitute([sums[0]], {graph.symbol(at): graph.zero})
-        try:
-            spot = lowest(-rest / slope)
-            if slope.is_zero or graph.symbol(at) in reachable([spot]):
-                return
-            formula = Formula("", Symbol(at), right=shortened(lesson, spot))
-        except (*NO_FORM, ZeroDivisionError):
-            return
-        claim = lesson.say("contacts.sweet", contact=one.name)
-        yield Step(f"impact:sweet:{one.name}", claim, (formula,), lesson.say("contacts.sweet.reason"))

@@ -1,6 +1,6 @@
-"""Steps on contacts: gaps and slips, the laws by mode, Delassus' numbers, the impact as percussion, a run through it.
+"""Steps on contacts: gaps and slips, Delassus' numbers, the impact as percussion.
 
-    g, ġ = n u, s = t u        0 ≤ g, 0 ≤ λn, g λn = 0        |λt| ≤ μ λn
+    g, ġ = n u, s = t u
     M (u⁺ - u⁻) = nᵀ Λn + tᵀ Λt,   D = W M⁻¹ Wᵀ,   W the rows n and t
 
 Everything is in closed form for a contact that strikes alone.
@@ -10,7 +10,7 @@ Reference: Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts (19
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -47,6 +47,11 @@ class Struck:
     def has_friction(self) -> bool:
         """Whether friction acts along one direction, or two."""
         return bool(self.touch.tangents)
+
+    @property
+    def is_tied(self) -> bool:
+        """Whether gap and slip are too many for the freedoms that there are, so that D has no inverse."""
+        return len(self.touch.rows) > self.lesson.state.n
 
     @property
     def kind(self) -> tuple[bool, int, str]:
@@ -131,8 +136,9 @@ class Struck:
         lesson = self.lesson
         if self.touch.normal is None or (self.columns is not None and not self.columns[1][0][0].terms):
             return
-        if len(self.touch.tangents) > 1 or self.columns is None:
-            key = "contacts.two" if len(self.touch.tangents) > 1 else "contacts.long"
+        if len(self.touch.tangents) > 1 or self.columns is None or self.is_tied:
+            ways = len(self.touch.tangents)
+            key = "contacts.two" if ways > 1 else "contacts.tied" if self.is_tied else "contacts.long"
             yield Step(f"contacts:impact:{self.name}", lesson.say(key, contact=self.name), self._percussion())
             return
         pairs = [(i, j) for i in range(len(self.D)) for j in range(i, len(self.D))]
@@ -220,10 +226,9 @@ class Struck:
         lost = Form.sum((ONE, Form.product((MINUS, self.e.power(2)))))
         left = Number(1 - self.e.value**2) if isinstance(self.e, Number) else lost
         blocks.append(Formula(K.name, Form.product((Number(Fraction(-1, 2)), left, v.power(2), D.power(-1)))))
-        claim, reason = (
-            lesson.say("contacts.smooth", force=force, K=K, e=self.e),
-            lesson.once("contacts.smooth.reason", e=self.e),
-        )
+        key = "contacts.smooth" if self.e.terms else "contacts.smooth.plastic"
+        claim = lesson.say(key, force=force, K=K, e=self.e)
+        reason = lesson.once(f"{key}.reason", square=self.e.power(2))
         return Step(f"impact:{self.name}", claim, tuple(blocks), reason)
 
     def _rough(self) -> Step:
@@ -249,9 +254,8 @@ class Struck:
         law = lesson.say(f"contacts.{self.touch.law.law if self.e.terms else 'plastic'}", e=self.e, rate=v)
         told = lesson.say("contacts.rough.newton" if newton else "contacts.rough")
         claim = Words((*law.parts, " ", *told.parts))
-        places = {"normal": normal, "along": along, "e": self.e, "slip": s, "D": c}
-        key = "newton.gains" if newton else "expansion" if self.e.terms else "no.expansion"
-        reason = lesson.say(f"contacts.{key}", **places)
+        key = "expansion" if self.e.terms else "no.expansion"
+        reason = Words(()) if newton else lesson.say(f"contacts.{key}", normal=normal, e=self.e, slip=s)
         return Step(f"impact:{self.name}", claim, (table,), reason)
 
 
@@ -265,32 +269,3 @@ def _written(lesson: Lesson, symbol: Symbol, node: Expr) -> Block:
         return folded(lesson, Formula(symbol.name, shortened(lesson, node)))
     except NO_FORM:
         return folded(lesson, Formula(symbol.name, Form.of(node)))
-
-
-# The laws
-
-
-def law_steps(lesson: Lesson, struck: Sequence[Struck]) -> Iterator[Step]:
-    """Yield the laws by mode, once of all contacts that have the same."""
-    alike = dict[tuple[object, ...], list[Struck]]()
-    for one in struck:
-        alike.setdefault((one.touch.normal is None, one.mu, one.static, len(one.touch.tangents)), []).append(one)
-    g, rate = (lesson.called(f"gap{dots}:any", Letter("g", dots=dots)) for dots in (0, 1))
-    s = lesson.called("slip:any", Letter("s"))
-    n, t = (lesson.called(f"lambda{way}:", Letter("lambda", (way,))) for way in "nt")
-    for k, (one, *others) in enumerate(alike.values(), 1):
-        dry, ways = one.touch.normal is None, len(one.touch.tangents)
-        rubs, holds = (x if dry else Form.product((x, n)) for x in (one.mu, one.static))
-        places: dict[str, Form] = {"g": g, "rate": rate, "s": s, "n": n, "t": t, "rubs": rubs, "holds": holds}
-        places["against"] = rubs.negative
-        modes = [] if dry else ["open"] if ways else ["open", "closed"]
-        modes += ["sticks", "any"] if ways > 1 else ["sticks", "ahead", "back"] if ways else []
-        rows = [
-            [lesson.say(f"contacts.{x}"), *(lesson.say(f"contacts.{x}.{y}", **places) for y in ("law", "while"))]
-            for x in modes
-        ]
-        table = lesson.table(("contacts.mode", "contacts.law", "contacts.while"), rows)
-        names, key = ", ".join(x.name for x in (one, *others)), "dry" if dry else "rough" if ways else "smooth"
-        claim = lesson.say(f"contacts.laws.{key}", names=names, **places)
-        reason = lesson.once(f"contacts.laws.{key}.reason", **places)
-        yield Step(f"contacts:laws:{k}" if reason.parts else f"more.contacts:laws:{k}", claim, (table,), reason)
