@@ -2,8 +2,9 @@
 
     python benchmarks/kinks.py        prints a table; ends with 1 where DOP853 or Radau gain no two digits
 
-A mass flies freely at 1 m/s between two walls, springs of 1e4 N/m that begin at x = -1 and x = 1. A flight takes 2 s and a
-stay in a wall pi/100 s, so that its place is known. Without bends, steps go across where a wall begins. Multistep methods gain nothing: they begin anew at order one.
+A mass flies freely at 1 m/s between two walls, springs of 1e4 N/m that begin at x = -1 and 1. A flight takes 2 s and
+a stay in a wall pi/100 s, so that its place is known. Without bends, steps go across where a wall begins. Multistep
+methods gain nothing: they begin anew at order one.
 """
 
 from __future__ import annotations

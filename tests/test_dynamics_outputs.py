@@ -28,6 +28,7 @@ from symdyn.dynamics.outputs import Counts
 from symdyn.dynamics.outputs.canonical_outputs import CANONICAL
 from symdyn.dynamics.outputs.configuration_outputs import CONFIGURATIONS
 from symdyn.dynamics.outputs.contact_outputs import CONTACTS as OPENING
+from symdyn.dynamics.outputs.derivative_outputs import derivatives
 from symdyn.dynamics.outputs.held_outputs import HELD
 from symdyn.dynamics.outputs.linearizing_outputs import LINEARIZING as LINEARIZED
 from symdyn.dynamics.outputs.operator_outputs import OPERATORS
@@ -286,7 +287,11 @@ def exists(name: str) -> None:
     """A scene is not given what is nothing of it: zeros, or an argument as it came."""
     plain = two_link()
     assert not OUTPUTS[name].exists(plain), f"{name}: {plain.name} has it"
-    missing = {"routhian": "no coordinate is cyclic", "tension": r"there is no rope 'y' in \[ropes\]", "resets": "two_link has no resets"}
+    missing = {
+        "routhian": "no coordinate is cyclic",
+        "tension": r"there is no rope 'y' in \[ropes\]",
+        "resets": "two_link has no resets",
+    }
     missing |= dict.fromkeys(LED, "two_link: every joint is driven")
     missing |= dict.fromkeys(CONTACTS, r"two_link has no contacts; declare one, such as \[contacts.floor\]")
     if name == "state_rates":  # of a scene without states it is what forward dynamics gives, behind velocities
@@ -407,6 +412,12 @@ def counted(name: str, n: int) -> int:
     return Counts.of(derive_one(at_work(name, turning_chain(n)), name)).cost
 
 
+def moved(name: str) -> None:
+    """Derivatives go along what moves it beside its arguments."""
+    w = at_work(name, two_link())
+    assert derivatives(name, OUTPUTS[name]).axes[1](w)[-1] == w.scene.states[-1].name, name
+
+
 CHECKS: dict[str, Callable[[str], None]] = {
     check.__name__: check
     for check in (
@@ -420,6 +431,7 @@ CHECKS: dict[str, Callable[[str], None]] = {
         compared,
         unique,
         solves,
+        moved,
         multiplies,
         remark,
         size,

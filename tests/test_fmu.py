@@ -302,12 +302,7 @@ def test_an_instance_has_no_state_outside_itself(tmp_path: Path) -> None:
 @pytest.mark.runs("gcc")
 @pytest.mark.parametrize(
     ("name", "way"),
-    [
-        (name, way)
-        for name in CASES
-        for way in ("plain", "prepared")
-        if way == "plain" or made(name).parameters
-    ],
+    [(name, way) for name in CASES for way in ("plain", "prepared") if way == "plain" or made(name).parameters],
 )
 def test_instances_live_beside_each_other_and_leave_nothing(name: str, way: str, tmp_path: Path) -> None:
     scene = made(name)

@@ -15,6 +15,7 @@ from typing import Union
 from symdyn.algebra import Form
 from symdyn.graph import Expr, Graph, Op, reachable, substitute
 from symdyn.scene import Scene
+from symdyn.scene.values import StateVariable
 from symdyn.table import Table
 from symdyn.teach.languages import language_of
 
@@ -376,6 +377,7 @@ class Document:
         graph: where the values of names live.
         names: how keys in formulas are printed, and what they are worth.
         formulation: a key of `FORMULATIONS` in `handout.py`.
+        states: parameters of the scene that are states of its own.
         brief: whether steps that are not `Step.is_brief` are folded, or left out of what cannot fold.
     """
 
@@ -387,6 +389,7 @@ class Document:
     sections: tuple[Section, ...]
     formulation: str = "lagrange"
     brief: bool = False
+    states: tuple[StateVariable, ...] = ()
 
     def blocks(self) -> Iterator[tuple[Step, Block]]:
         """Yield every block with its step, those inside boxes, folds and solutions too."""

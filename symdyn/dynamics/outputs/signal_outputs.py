@@ -16,7 +16,7 @@ from math import inf
 from typing import TYPE_CHECKING
 
 from symdyn.dynamics.mechanism import kinematics
-from symdyn.dynamics.mechanism.state import body_placements, strut_way
+from symdyn.dynamics.mechanism.state import STATES, body_placements, strut_way
 from symdyn.dynamics.outputs import constrained_outputs as loops, result_labels as labels, tree_formulations as trees
 from symdyn.dynamics.outputs.constrained_outputs import forward_reactions, unique as unique_entries
 from symdyn.dynamics.outputs.output import Formulation, Output
@@ -266,8 +266,12 @@ def _resets(w: Workspace) -> list[Expr]:
         DerivationError: there is none.
     """
     if not resets_of(w.scene.states):
-        raise DerivationError(f'{w.scene.name} has no resets; a state may have one: reset = {{ when = "s - 1", to = 0 }}')
-    rows = [[when, *(to.get(one.name) for one in w.scene.states)] for (when, _), to in resets_of(w.scene.states).items()]
+        raise DerivationError(
+            f'{w.scene.name} has no resets; a state may have one: reset = {{ when = "s - 1", to = 0 }}'
+        )
+    rows = [
+        [when, *(to.get(one.name) for one in w.scene.states)] for (when, _), to in resets_of(w.scene.states).items()
+    ]
     there = [None, *w.states]
     return [x if one is None else one.express(w.graph) for row in rows for one, x in zip(row, there, strict=True)]  # type: ignore[misc]
 
@@ -312,6 +316,7 @@ SIGNALS: dict[str, Output] = {
         formulations={name: _rates(name) for name in ("recursive", "lagrange")},
         exists=lambda scene: bool(scene.states),
         remark=None,
+        moved=(STATES,),
     ),
     "resets": _USUAL(
         "where states jump: of each reset what passes zero there, and all states behind it",

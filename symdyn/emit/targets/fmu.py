@@ -226,7 +226,9 @@ def _numbers(values: list[float | None]) -> str:
 DIRECTIONS = {"both": 0, "up": 1, "down": -1}
 """The sign behind zero that makes a reset an event, by its word."""
 
-LACKS = {Op.SIGN: "its events are resets, and nothing sticks; smooth it, as friction does with smoothing, or tanh(v/0.01)"}
+LACKS = {
+    Op.SIGN: "its events are resets, and nothing sticks; smooth it, as friction does with smoothing, or tanh(v/0.01)"
+}
 
 
 def _printer(real: Real) -> Printer:

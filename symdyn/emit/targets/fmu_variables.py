@@ -203,7 +203,9 @@ VARIABILITY = {"independent": "continuous", "parameter": "tunable"}
 def described(draft: Draft, variables: Sequence[Variable], differentiated: bool, tolerance: str) -> dict[str, Any]:
     """Return the facts of a model description."""
     outputs = [one for one in variables if one.causality == "output"]
-    jumps = [f"reset of {', '.join(to)}: {spell(when)}" for (when, _), to in resets_of(draft.program.scene.states).items()]
+    jumps = [
+        f"reset of {', '.join(to)}: {spell(when)}" for (when, _), to in resets_of(draft.program.scene.states).items()
+    ]
     rates = [one for one in variables if one.state]
     computed = sorted([*(one for one in outputs if one.start is None), *rates], key=lambda one: one.reference)
     names = dict.fromkeys(one.unit for one in variables if one.unit and one.unit != "1")

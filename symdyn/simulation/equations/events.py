@@ -79,9 +79,14 @@ def event_kinds(
 
 def _resets(w: Workspace, place: Mapping[Expr, Expr]) -> list[EventKind]:
     """Return the resets of states, of several with one guard together, as they jump at once."""
-    moves, found, width = (*w.state.q, *w.state.qd), [], 1 + len(w.states)
-    entries = substitute(OUTPUTS["resets"].formulations["formula"].derive(w), place)
-    for k, ((when, way), jumps) in enumerate(resets_of(w.scene.states).items()):
+    moves, found, width, resets = (
+        (*w.state.q, *w.state.qd),
+        list[EventKind](),
+        1 + len(w.states),
+        resets_of(w.scene.states),
+    )
+    entries = substitute(OUTPUTS["resets"].formulations["formula"].derive(w), place) if resets else ()
+    for k, ((when, way), jumps) in enumerate(resets.items()):
         guard, *behind = entries[k * width : (k + 1) * width]
         changes = tuple(len(moves) + i for i, one in enumerate(w.scene.states) if one.name in jumps)
         text = f"reset of {', '.join(jumps)}: {spell(when)}"
