@@ -15,7 +15,6 @@ from typing import Union
 from symdyn.algebra import Form
 from symdyn.graph import Expr, Graph, Op, reachable, substitute
 from symdyn.scene import Scene
-from symdyn.scene.values import StateVariable
 from symdyn.table import Table
 from symdyn.teach.languages import language_of
 
@@ -377,7 +376,7 @@ class Document:
         graph: where the values of names live.
         names: how keys in formulas are printed, and what they are worth.
         formulation: a key of `FORMULATIONS` in `handout.py`.
-        states: parameters of the scene that are states of its own.
+        declared: the scene where it has states of its own, which are parameters of `scene`.
         brief: whether steps that are not `Step.is_brief` are folded, or left out of what cannot fold.
     """
 
@@ -389,7 +388,7 @@ class Document:
     sections: tuple[Section, ...]
     formulation: str = "lagrange"
     brief: bool = False
-    states: tuple[StateVariable, ...] = ()
+    declared: Scene | None = None
 
     def blocks(self) -> Iterator[tuple[Step, Block]]:
         """Yield every block with its step, those inside boxes, folds and solutions too."""
@@ -403,8 +402,7 @@ class Document:
             if isinstance(block, Matrix):
                 yield from block.entries
             elif isinstance(block, Formula):
-                yield block.form
-                yield from () if block.right is None else (block.right,)
+                yield from (block.form,) if block.right is None else (block.form, block.right)
             elif isinstance(block, Braced):
                 yield from (term.form for term in block.terms)
 
@@ -419,8 +417,7 @@ class Document:
         """Return what paper has of a brief document: brief steps, questions, and sections that keep one."""
         if not self.brief:
             return self
-        told = {"errata", "reactions"} & {section.key for section in self.sections}  # whose numbers are of that state
-        cited = {"state"} if told else set()
+        cited = {"state"} if {"errata", "reactions"} & {one.key for one in self.sections} else set[str]()  # its numbers
         sections = [
             replace(part, steps=tuple(x for x in part.steps if x.is_brief or x.asks or x.key in cited))
             for part in self.sections

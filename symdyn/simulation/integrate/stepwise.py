@@ -187,7 +187,7 @@ def run_scipy(problem: InitialValueProblem, name: str) -> Iterator[Piece]:
     def sooner(t: float, x: Array, until: float) -> IntegrationStep:
         nonlocal spent
         one: Any = kind(problem.system.rates, t, x, until, first_step=until - t, **options)
-        times, curves = [t], []
+        times, curves = [t], list[Any]()
         while one.status == "running":
             if message := one.step():
                 raise IntegrationError(f"{name} cannot go on after t = {t:g} s: {message.rstrip('.')}")

@@ -50,7 +50,7 @@ def with_states(document: Document, declared: Scene) -> Document:
             new for one in others for new in ([*both.rests(), both.numbers(one)] if one.key == "numbers" else [one])
         ]
     sections = (first, prose.section("states", [step]), *others)
-    return replace(document, sections=sections, names=prose.names, states=states)
+    return replace(document, sections=sections, names=prose.names, declared=declared)
 
 
 @dataclass(frozen=True)

@@ -293,7 +293,7 @@ def html_page(document: Document) -> str:
 
 def _live(document: Document, numbered: Numbered) -> tuple[Interactive | None, str]:
     """Return the part with sliders; for a mechanism that they cannot move None, and why."""
-    told, states = document.language, document.states
+    told, states = document.language, document.declared.states if document.declared else ()
     try:
         return interactive(document.scene, language=told, named=numbered.values, states=states), ""
     except (TeachError, DerivationError) as fault:

@@ -52,10 +52,10 @@ def plotted(scene: Scene, own: Sequence[int] = ()) -> list[dict[str, Any]]:
             text = ", ".join(Text.of_latex(symbols[names[k]]).plain for k in rows)
             printed = scene.shown_unit(UNITS[unit][order])
             found.append({"group": group, "rows": rows, "unit": f"{text}, {printed}" if printed else text})
-    names = [one.name for one in scene.parameters]
-    for unit in dict.fromkeys(told[names[k]] for k in own):
-        rows = [k for k in own if told[names[k]] == unit]
-        text = ", ".join(Text.of_latex(symbols[names[k]]).plain for k in rows)
+    free = [one.name for one in scene.parameters]
+    for unit in dict.fromkeys(told[free[k]] for k in own):
+        rows = [k for k in own if told[free[k]] == unit]
+        text = ", ".join(Text.of_latex(symbols[free[k]]).plain for k in rows)
         found.append({"group": "params", "rows": rows, "unit": f"{text}, {unit}" if unit else text})
     return found
 
