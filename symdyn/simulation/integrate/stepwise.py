@@ -180,17 +180,20 @@ def run_scipy(problem: InitialValueProblem, name: str) -> Iterator[Piece]:
             size = math.inf
             if solver.status == "failed":
                 raise IntegrationError(f"{name} cannot go on after t = {solver.t:g} s: {message.rstrip('.')}")
-            again = None if name in MULTISTEP or problem.system.loop is not None else partial(sooner, solver.t_old, y)
-            evaluations = spent + solver.nfev
-            yield IntegrationStep(solver.t_old, solver.t, solver.y.copy(), _Interpolant(solver), evaluations, again)
+            yield IntegrationStep(
+                solver.t_old, solver.t, solver.y.copy(), _Interpolant(solver), spent + solver.nfev,
+                partial(sooner, solver.t_old, y),
+            )  # fmt: skip
 
-    def sooner(t: float, x: Array, until: float) -> IntegrationStep:
+    def sooner(t: float, x: Array, until: float) -> IntegrationStep | None:
         nonlocal spent
+        if name in MULTISTEP or problem.system.loop is not None:
+            return None
         one: Any = kind(problem.system.rates, t, x, until, first_step=until - t, **options)
         times, curves = [t], list[Any]()
         while one.status == "running":
-            if message := one.step():
-                raise IntegrationError(f"{name} cannot go on after t = {t:g} s: {message.rstrip('.')}")
+            if one.step():  # it has failed
+                return None
             times, curves = [*times, one.t], [*curves, one.dense_output()]
         spent += one.nfev
         whole = integrate.OdeSolution(times, curves)
