@@ -167,6 +167,7 @@ def test_places_where_equations_bend_are_steps_of_integrators() -> None:
     assert run["z"][-1] == pytest.approx(0.5 + 0.5 + 50 * 0.5**2 / 2, rel=1e-8)
 
 
+@pytest.mark.wide(2)
 @pytest.mark.long
 @pytest.mark.runs("cc")
 @pytest.mark.parametrize("force", ["5e3*(abs(z + 1) - abs(z - 1) - 2*z)", "1e4*(max(-1 - z, 0) - max(z - 1, 0))"])

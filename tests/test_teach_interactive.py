@@ -251,6 +251,7 @@ def test_the_motion_is_forward_dynamics_and_its_energy_does_not_drift(
     assert abs(drift) < 1e-7 * max(1.0, abs(E))
 
 
+@pytest.mark.wide("rocket")
 @pytest.mark.runs("cc")
 @pytest.mark.parametrize("name", ["dc_motor", "rocket", "muscle"])
 def test_states_of_the_scene_move_on_the_page_as_simulate_says(browser: Any, tmp_path: Path, name: str) -> None:
