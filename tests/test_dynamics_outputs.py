@@ -28,6 +28,7 @@ from symdyn.dynamics.outputs import Counts
 from symdyn.dynamics.outputs.canonical_outputs import CANONICAL
 from symdyn.dynamics.outputs.configuration_outputs import CONFIGURATIONS
 from symdyn.dynamics.outputs.contact_outputs import CONTACTS as OPENING
+from symdyn.dynamics.outputs.derivative_outputs import derivatives
 from symdyn.dynamics.outputs.held_outputs import HELD
 from symdyn.dynamics.outputs.linearizing_outputs import LINEARIZING as LINEARIZED
 from symdyn.dynamics.outputs.operator_outputs import OPERATORS
@@ -42,7 +43,7 @@ from symdyn.scene import Quantity, Scene, bind, read, read_text
 from symdyn.scene.forces.ropes import ElasticRope
 from symdyn.scene.scene_files import Starter
 from symdyn.scene.values import Place, acceleration_name
-from symdyn.scene.values.letters import Signal, StateVariable
+from symdyn.scene.values.letters import Reset, Signal, StateVariable
 from symdyn.scene.values.unilateral import PlaneContact
 from symdyn.verdict import Verdict
 from symdyn.verify import certify, laws, prove
@@ -85,8 +86,9 @@ def looked(name: str, one: Scene) -> Scene:
     if name in CONTACTS:
         at = replace(ends[0], body=one.bodies[-1].name) if name in HELD else ends[1]  # no rows that hold the same
         one = replace(one, elements=(*one.elements, PlaneContact("seat", place=at)))
-    if name == "state_rates":
-        one = replace(one, states=(StateVariable("kept", Quantity.symbol(one.velocities[0])),))
+    if name in ("state_rates", "resets"):
+        rate = Quantity.symbol(one.velocities[0])
+        one = replace(one, states=(StateVariable("kept", rate, reset=Reset(rate) if name == "resets" else None),))
     if name == "routhian":
         first, *rest = one.joints
         still = (Quantity.ZERO, Quantity.ZERO, Quantity.ZERO)
@@ -285,7 +287,11 @@ def exists(name: str) -> None:
     """A scene is not given what is nothing of it: zeros, or an argument as it came."""
     plain = two_link()
     assert not OUTPUTS[name].exists(plain), f"{name}: {plain.name} has it"
-    missing = {"routhian": "no coordinate is cyclic", "tension": r"there is no rope 'y' in \[ropes\]"}
+    missing = {
+        "routhian": "no coordinate is cyclic",
+        "tension": r"there is no rope 'y' in \[ropes\]",
+        "resets": "two_link has no resets",
+    }
     missing |= dict.fromkeys(LED, "two_link: every joint is driven")
     missing |= dict.fromkeys(CONTACTS, r"two_link has no contacts; declare one, such as \[contacts.floor\]")
     if name == "state_rates":  # of a scene without states it is what forward dynamics gives, behind velocities
@@ -406,6 +412,12 @@ def counted(name: str, n: int) -> int:
     return Counts.of(derive_one(at_work(name, turning_chain(n)), name)).cost
 
 
+def moved(name: str) -> None:
+    """Derivatives go along what moves it beside its arguments."""
+    w = at_work(name, two_link())
+    assert derivatives(name, OUTPUTS[name]).axes[1](w)[-1] == w.scene.states[-1].name, name
+
+
 CHECKS: dict[str, Callable[[str], None]] = {
     check.__name__: check
     for check in (
@@ -419,6 +431,7 @@ CHECKS: dict[str, Callable[[str], None]] = {
         compared,
         unique,
         solves,
+        moved,
         multiplies,
         remark,
         size,

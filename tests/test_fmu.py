@@ -16,6 +16,7 @@ from xml.etree import ElementTree
 
 import pytest
 from fmus import VERSIONS, model_of, sources_of, unpack, unpacked
+from test_state_events import OSCILLATOR
 
 import symdyn
 from symdyn.cli import main
@@ -24,7 +25,7 @@ from symdyn.emit import TARGETS, emit
 from symdyn.errors import DerivationError, EmitError
 from symdyn.program import lower, prepare, tunable
 from symdyn.runtime.compiler import binary_place, complete
-from symdyn.scene import bind, read_text
+from symdyn.scene import Scene, bind, read_text
 from symdyn.simulation.initial import read_start
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -130,6 +131,14 @@ def test_units_have_their_exponents_where_they_can_be_read(version: str) -> None
     assert units["mN s/g"][0].attrib == {"m": "1", "s": "-1"}
 
 
+def test_resets_are_events_that_a_model_description_counts() -> None:
+    second, third = (model_of(sources_of(read_text(OSCILLATOR)), version) for version in VERSIONS)
+    assert second.get("numberOfEventIndicators") == "3"
+    told = {one.get("valueReference"): one.get("description") for one in third.find("ModelVariables") or ()}
+    found = [told[one.get("valueReference")] for one in third.iter("EventIndicator")]
+    assert found == ["reset of s: s - p", "reset of both: x", "reset of down: x"]
+
+
 @pytest.mark.long(0)
 def test_a_model_starts_where_simulate_does() -> None:
     for name in ("four_bar", "free_body", "rolling_disc", "slider_crank"):
@@ -213,7 +222,7 @@ def test_a_parameter_without_a_value_is_asked_for(capsys: pytest.CaptureFixture[
 
 def test_what_sticks_is_refused() -> None:
     text = SIGNALS.replace("b*x_dot", "2*b*sign(x_dot)")
-    with pytest.raises(EmitError, match=r"lacks sign, which forward_dynamics.* needs: a model without events"):
+    with pytest.raises(EmitError, match=r"lacks sign, which forward_dynamics.* needs: its events are resets"):
         sources_of(read_text(text))
 
 
@@ -253,7 +262,12 @@ def test_a_binary_is_added_where_the_standard_looks_for_it() -> None:
         assert binary_place(version, "pendulum") in unpacked(sources, version)
 
 
-CASES = ["pendulum", "heavy_top", "four_bar", "rolling_disc"]
+CASES = ["pendulum", "heavy_top", "four_bar", "rolling_disc", "counted"]
+TEXTS = {"signals": SIGNALS, "counted": OSCILLATOR}
+
+
+def made(name: str) -> Scene:
+    return read_text(TEXTS[name]) if name in TEXTS else symdyn.example(name)
 
 
 @pytest.mark.wide("pendulum-fmi2-gcc", "four_bar-fmi3-clang", "signals-fmi2-clang")
@@ -265,7 +279,7 @@ CASES = ["pendulum", "heavy_top", "four_bar", "rolling_disc"]
 def test_its_code_compiles_without_a_word(name: str, version: str, compiler: str, tmp_path: Path) -> None:
     if shutil.which(compiler) is None:
         pytest.skip(f"no {compiler}")
-    scene = read_text(SIGNALS) if name == "signals" else symdyn.example(name)
+    scene = made(name)
     unpack(sources_of(scene), version, tmp_path)
     for more in ([], [f"-D{version.upper()}_FUNCTION_PREFIX=model_"]):
         words = [compiler, *STRICT, *more, "-c", f"{version}-functions.c", "-o", "model.o"]
@@ -288,15 +302,10 @@ def test_an_instance_has_no_state_outside_itself(tmp_path: Path) -> None:
 @pytest.mark.runs("gcc")
 @pytest.mark.parametrize(
     ("name", "way"),
-    [
-        (name, way)
-        for name in CASES
-        for way in ("plain", "prepared")
-        if way == "plain" or symdyn.example(name).parameters
-    ],
+    [(name, way) for name in CASES for way in ("plain", "prepared") if way == "plain" or made(name).parameters],
 )
 def test_instances_live_beside_each_other_and_leave_nothing(name: str, way: str, tmp_path: Path) -> None:
-    scene = symdyn.example(name)
+    scene = made(name)
     program = tunable(scene, TARGETS["fmu"].functions(scene))  # type: ignore[misc]
     unpack(emit(prepare(program) if way == "prepared" else program, "fmu"), "fmi2", tmp_path)
     shutil.copy(DRIVER, tmp_path)
@@ -308,7 +317,7 @@ def test_instances_live_beside_each_other_and_leave_nothing(name: str, way: str,
     assert (done.returncode, done.stderr) == (0, "")
     told = [line.split() for line in done.stdout.splitlines()]
     expected = ["apart", "restored", "read", "freed", *["refused"] * 5, "fresh"]
-    if name in ("heavy_top", "rolling_disc"):  # one has no parameters, the other rolls alike whatever its mass
+    if name in ("heavy_top", "rolling_disc", "counted"):  # no parameters, or it moves alike whatever they are
         told, expected = [line for line in told if line[0] != "apart"], expected[1:]
     assert [line[0] for line in told if len(line) == 2] == expected
     assert all(line[1] == "1" for line in told if len(line) == 2), done.stdout

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import subprocess
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,6 +15,7 @@ import pytest
 from fmus import VERSIONS, sources_of, unpack
 from scipy.integrate import solve_ivp
 from test_fmu import SIGNALS
+from test_state_events import OSCILLATOR
 
 import symdyn
 from symdyn.cli.scene_options import read_bindings
@@ -224,6 +226,53 @@ def test_fmpys_own_integrator_comes_as_close_as_its_error_grows(name: str, versi
 
     assert ends[1] < 1e-4
     assert ends[1] <= max(0.1 * ends[0], 1e-9)
+
+
+JUMPING = f"""
+{OSCILLATOR.replace("p = 0.3", "p = 0.2963")}
+[states.again]
+rate = 0
+reset = {{ when = "both - 1.5", to = "again + x_dot", way = "up" }}
+[states.bound]
+rate = "1 + x*x"
+reset = {{ when = "bound - 0.7", to = "0.2 + bound/10", way = "up" }}
+"""
+"""Clocks of several lengths; one guard that a jump passes; one jump that depends on the motion."""
+
+
+@pytest.mark.parametrize("way", ["CoSimulation", "ModelExchange"])
+@pytest.mark.parametrize("version", VERSIONS)
+def test_resets_are_events_of_a_model(version: str, way: str, tmp_path: Path) -> None:
+    """What the tool's integrator leaves off is in the motion; each jump is there, and none is twice."""
+    fmpy()
+    from fmpy.validation import validate_fmu
+
+    scene = read_text(JUMPING, "jumping.toml")
+    path = next(one for one in write(with_binaries(sources_of(scene)), tmp_path) if version in one.name)
+    names = states_of(scene)
+    assert validate_fmu(str(path)) == []
+    found = fmpy().simulate_fmu(
+        str(path), fmi_type=way, stop_time=8.0, output_interval=0.05, relative_tolerance=1e-11, output=names,
+        record_events=False,
+    )  # fmt: skip
+    run = simulate(scene, until=8, every=0.05, rtol=1e-11)
+    told = Counter(one.formula for one in run.events)
+    assert [told[one] for one in ("reset of s: s - p", "reset of both: x", "reset of down: x")] == [26, 3, 2]
+    wanted = run[names]
+    assert len(found) == len(wanted)
+    np.testing.assert_allclose(np.array([found[one] for one in names]).T, wanted, atol=1e-8 if way[0] == "C" else 2e-5)
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_jumps_that_come_closer_and_closer_end_a_step(version: str, tmp_path: Path) -> None:
+    text = OSCILLATOR.replace('to = "s - p"', 'to = "p - d"')
+    text += '[states.d]\nstart = 1\nrate = 0\nreset = { when = "s - p", to = "d/2", way = "up" }\n'
+    path = next(one for one in write(with_binaries(sources_of(read_text(text))), tmp_path) if version in one.name)
+    with (
+        instance(path, tmp_path, {}, moves=False) as fmu,
+        pytest.raises(Exception, match=r"failed with status (2|fmi3Discard)"),
+    ):
+        fmu.doStep(currentCommunicationPoint=0.0, communicationStepSize=3.0)
 
 
 @pytest.mark.parametrize("version", VERSIONS)

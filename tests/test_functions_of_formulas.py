@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import mpmath
 import numpy as np
@@ -164,6 +165,25 @@ def test_places_where_equations_bend_are_steps_of_integrators() -> None:
         method="rk45",
     )
     assert run["z"][-1] == pytest.approx(0.5 + 0.5 + 50 * 0.5**2 / 2, rel=1e-8)
+
+
+@pytest.mark.wide(2)
+@pytest.mark.long
+@pytest.mark.runs("cc")
+@pytest.mark.parametrize("force", ["5e3*(abs(z + 1) - abs(z - 1) - 2*z)", "1e4*(max(-1 - z, 0) - max(z - 1, 0))"])
+@pytest.mark.parametrize("method", ["dop853", "radau"])
+def test_no_step_goes_across_a_bend(force: str, method: Any) -> None:
+    """Between two walls that are springs: a flight of 2 s, then pi/100 s in a wall; across edges digits are lost."""
+    text = (
+        'name = "flight"\nunits = "none"\n[bodies.bob]\nmass = 1\n[joints.slide]\ntype = "prismatic"\nparent = "ground"'
+    )
+    text += (
+        f'\nchild = "bob"\naxis = [1, 0, 0]\ncoordinate = "z"\ndrive = false\nstart_rates = [1]\nforce = "{force}"\n'
+    )
+    times = 2 * (1 + np.pi / 200) * np.arange(1, 6) - 1 - np.pi / 200  # in the midst of a stay
+    run = symdyn.simulate(read_text(text), until=20, rtol=1e-8, method=method)
+    assert_allclose(run(times)["z"], 1.01 * (-1) ** np.arange(5.0), rtol=0, atol=1e-8)
+    assert_allclose([run["z"][-1], run["z_dot"][-1]], [20 - 2 - 10 * (2 + np.pi / 100) + 2, 1], rtol=0, atol=1e-7)
 
 
 @pytest.mark.long

@@ -321,7 +321,8 @@ def test_a_rope_without_length_at_the_start_is_refused() -> None:
     with pytest.raises(DerivationError) as refused:
         at(scene, "constraint_jacobian", [1, 3])
     assert str(refused.value) == (
-        "start: a row, or its rate, has no real value at x_a = 0, x_b = 0; give the scene a start where it has one"
+        "start: the rope r (two of its places meet, or one is inside of a wheel) has no real value at x_a = 0, "
+        "x_b = 0; give the scene a start where it has one"
     )
 
 

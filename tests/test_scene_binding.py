@@ -84,7 +84,7 @@ def test_a_bound_zero_below_a_fraction_is_refused():
         bodies=[body("b", mass="1/k")],
         joints=[revolute("j", "ground", "b")],
     )
-    with pytest.raises(SceneError, match=r"with k = 0 a formula has no value: .*divides by zero"):
+    with pytest.raises(SceneError, match=r"with k = 0 a formula has no value: 1/k of b: it divides by zero"):
         bind(arm, {"k": 0})
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import symdyn
-from symdyn.errors import EmitError, MethodError
+from symdyn.errors import MethodError
 from symdyn.scene import Scene, read_text
 from symdyn.simulation import METHODS
 from symdyn.simulation.equations.events import saltation
@@ -115,12 +115,9 @@ def test_what_comes_closer_and_closer_ends_the_run_in_words() -> None:
     np.testing.assert_allclose(run.t[-1], 2.3, atol=1e-9)  # 0.3 + 1 + 1/2 + 1/4 + ...
 
 
-@pytest.mark.runs("cc")
-def test_a_model_for_others_refuses_jumps(counted: Scene) -> None:
-    from fmus import sources_of
-
-    with pytest.raises(EmitError, match="counted: a model without events cannot jump: reset of s, both, down"):
-        sources_of(counted)
+def test_resets_are_a_function_of_the_state(counted: Scene) -> None:
+    found = symdyn.lambdify(counted, "resets")([2.0], [0.0], [0.75, 3.0, 5.0])
+    np.testing.assert_allclose(found, [[0.45, 0.45, 3, 5], [2, 0.75, 4, 5], [2, 0.75, 3, 9]])
 
 
 def test_a_touch_has_no_slope() -> None:

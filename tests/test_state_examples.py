@@ -258,3 +258,112 @@ damping = 0.1
         data.qpos[0], data.qvel[0], data.act[0], data.ctrl[0] = q, qd, s, u
         mujoco.mj_forward(model, data)
         np.testing.assert_allclose(rates([q], [qd], [0], [u], [s]), [qd, data.qacc[0], data.act_dot[0]], rtol=1e-9)
+
+
+MANUTEC = """
+name = "manutec_axis"
+units = "none"
+[parameters]
+n = 210
+c = 8
+d = 0.01
+J = 0.0013
+k = 1.1616
+w = 5500
+D = 0.6
+kp = 5
+ks = 0.5
+Ts = 0.05
+[signals]
+speed = "10*min(t, 0.3)"
+angle = "if(t < 0.3, 5*t**2, 0.45 + 3*(t - 0.3))"
+miss = "n*speed + kp*(n*angle - motor) - motor_dot"
+wanted = "ks*(x + miss)"
+torque = "c*(n*load - motor) + d*(n*load_dot - motor_dot)"
+[states.x]
+rate = "miss/Ts"
+[states.v]
+rate = "(i - wanted)*w/(0.04*D)"
+[states.i]
+rate = "(-5*v - 250*i - k*motor_dot)*2*D*w/250"
+[bodies.rotor]
+mass = 1
+inertia = ["J", "J", "J"]
+[bodies.arm]
+mass = 1
+inertia = [19.5, 19.5, 19.5]
+[joints.motor]
+type = "revolute"
+parent = "ground"
+child = "rotor"
+axis = [1, 0, 0]
+coordinate = "motor"
+drive = false
+force = "k*i + torque - motor_dot/1300"
+friction = { coulomb = 0.5, smoothing = 0 }
+[joints.load]
+type = "revolute"
+parent = "ground"
+child = "arm"
+axis = [1, 0, 0]
+coordinate = "load"
+drive = false
+force = "-n*torque"
+"""
+"""The second axis of the Manutec r3 with a load, as Otter (1995) has it: P-PI servo, current loop of operational
+amplifiers, motor, bearing with Coulomb friction, elastic gear."""
+
+PUBLISHED = """
+0.00032 0.0021515476770808 0 0 -10.332140401658 0.0971096205819714
+0.00064 0.00861077583707569 0 0 -29.5258758817557 0.416236157005563
+0.00096 0.019284408106044 -4.99685395837094e-06 4.35350128547168e-11 -47.1565957665899 0.779962456166086
+0.0064 0.488074027271519 -0.0176077030374979 6.20931523845722e-06 -145.906456037212 2.86156228836732
+0.032 3.4529807669699 -0.180830333421991 0.00349533952693701 -226.480419203434 4.24329188582867
+0.288 7.80373058449551 -0.115330947024325 0.413551504671269 -339.294838718794 3.97320632067059
+0.304 7.63934259997888 -0.110184458861892 0.460942826748529 -241.262122085328 1.9101119466075
+0.3072 7.36761873037733 -0.0890400362877511 0.470716158676927 -220.249578778731 1.46927952958281
+"""
+"""t, s; x; twist of the gear, rad; load, rad; v, V; i, A: Modelica Association, MAP-LIB_ReferenceResults,
+Modelica.Mechanics.MultiBody.Examples.Systems.RobotR3.oneAxis, by Dymola."""
+
+
+@pytest.mark.long
+@pytest.mark.runs("cc")
+def test_an_axis_of_the_manutec_r3_moves_as_published() -> None:
+    """It sticks for 0.65 ms, slides, and at 0.3 s the path bends: the reference has about seven digits."""
+    table = np.array([[float(x) for x in line.split()] for line in PUBLISHED.split("\n") if line])
+    run = symdyn.simulate(read_text(MANUTEC), until=0.3072, every=0.00032, rtol=1e-10, method="dop853")
+    found = run(table[:, 0])[["x", "motor", "load", "v", "i"]]
+    found[:, 1] = 210 * found[:, 2] - found[:, 1]
+    assert np.all(np.abs(found - table[:, 1:]) <= [1e-7, 1e-8, 1e-10, 5e-5, 2e-6])
+    assert abs(found[1, 1]) < 1e-20  # it sticks
+
+
+@pytest.mark.runs("cc")
+def test_the_motor_of_the_tutorials_of_system_identification_answers_a_step_in_closed_form() -> None:
+    """IDNLGREY's DC motor, ẋ1 = x2, ẋ2 = (k u - x2)/τ: states alone beside a cart that nothing moves."""
+    scene = read_text("""
+name = "step"
+units = "none"
+[inputs.u]
+[parameters]
+tau = 1
+k = 0.28
+[states.angle]
+rate = "speed"
+[states.speed]
+rate = "(k*u - speed)/tau"
+[bodies.cart]
+mass = 1
+[joints.slide]
+type = "prismatic"
+parent = "ground"
+child = "cart"
+axis = [1, 0, 0]
+coordinate = "q"
+""")
+    run = symdyn.simulate(scene, until=3, forces={"u": 10}, rtol=1e-11)
+    t = run.t
+    np.testing.assert_allclose(run["angle"], 2.8 * (t - 1 + np.exp(-t)), atol=1e-9)
+    lin = symdyn.linearize(scene, outputs=["angle"])
+    np.testing.assert_allclose(np.sort(lin.poles.real), [-1, 0, 0, 0], atol=1e-12)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +20,9 @@ import symdyn
 from symdyn.emit.print import printed_text
 from symdyn.errors import DerivationError, LinearizeError, SceneError, TeachError
 from symdyn.linear import linearize_at_rest
-from symdyn.scene import Scene, body, input_signal, read_text, revolute, scene, signal, state
+from symdyn.scene import Scene, body, input_signal, parse, read_text, revolute, scene, signal, state
 from symdyn.scene.toml import write_text
+from symdyn.scene.values.letters import Reset
 from symdyn.teach import Handout, walkthrough
 
 ROOT = Path(__file__).parent.parent
@@ -188,7 +190,24 @@ def test_functions_take_states_behind_inputs(motor: Scene, target: str) -> None:
 
 @pytest.mark.usefixtures("numpy_alone")
 def test_rates_are_proved(motor: Scene) -> None:
-    assert symdyn.certify(motor, ["state_rates", "state_rates_derivatives", "state_rates_by_states"]).passed
+    names = [
+        "state_rates",
+        *(f"state_rates_{one}" for one in ("derivatives", "by_states", "jvp", "vjp", "hessian_vector")),
+    ]
+    assert symdyn.certify(motor, names).passed
+
+
+def test_derivatives_of_rates_go_along_states_too(motor: Scene) -> None:
+    scene = read_text('units = "none"' + MOTOR.replace('"(u - drop)/L"', '"(u - drop*i)/L"'))
+    rates, jvp, vjp = symdyn.lambdify(scene, ("state_rates", "state_rates_jvp", "state_rates_vjp"))
+    rng, h = np.random.default_rng(2), 1e-5
+    q, qd, tau, i, u, dq, dqd, dtau, di = rng.uniform(-1, 1, (9, 1))
+    ahead, behind = (rates(q + s * dq, qd + s * dqd, tau + s * dtau, u, i + s * di) for s in (h, -h))
+    found = jvp(q, qd, tau, dq, dqd, dtau, di, i)
+    np.testing.assert_allclose(found, (ahead - behind) / (2 * h), rtol=1e-8)
+    weights = rng.uniform(-1, 1, 3)
+    slopes = vjp(q, qd, tau, weights, i)
+    np.testing.assert_allclose(slopes @ np.concatenate([dq, dqd, dtau, di]), weights @ found, rtol=1e-12)
 
 
 # Runs
@@ -325,8 +344,12 @@ def test_lessons_tell_rates_and_leave_out_what_holds_for_states_that_stay() -> N
 
     assert [key for key in keys if key.startswith("after")] == ["after.rests"]  # of mechanism and states together
     assert len(step.blocks) == len(scene.states)
-    assert "has states of its own, which change as it moves" in Handout(scene).files(("html",), print)["dc_motor.html"]
-    with pytest.raises(TeachError, match="the page with sliders knows no states of one's own, and there is i, n"):
+    assert "There are no sliders" not in Handout(scene).files(("html",), print)["dc_motor.html"]
+
+
+def test_the_page_with_sliders_knows_no_resets(motor: Scene) -> None:
+    scene = replace(motor, states=(replace(motor.states[0], reset=Reset(parse("i - 1"))),))
+    with pytest.raises(TeachError, match=r"^motor: the page with sliders knows no resets, and there is i; take them"):
         Handout(scene).page()
 
 

@@ -230,7 +230,11 @@ def test_methods_of_high_order_say_that_it_bends(method: Any, told: str, tmp_pat
         ('table("/etc/cart.csv", x)', None, r"/etc/cart.csv lies elsewhere"),
         ('table("cart.toml.csv", x)', None, r"cart.toml.csv: line 2: 'b' is no number"),
         ("table(x)", None, "table takes a name or a file in quotes and 1 or 2 arguments"),
-        ('table("damper", x)', "[[0, 1], [0, 2]]", r"tables.damper: points: x must ascend; the 2. is 0 behind 0"),
+        (
+            'table("damper", x)',
+            "[[0, 1], [0, 2]]",
+            r"tables.damper: points: x must ascend; the 2. is 0 behind 0; give them in order",
+        ),
         ('table("damper", x)', "[]", "tables.damper: points: has no rows; write"),
         ('table("damper", x)', "[[0, 1]]", "tables.damper: points: has 1 knots of x; give 2 to 200"),
         ('table("damper", x)', "[[0, 1], [1]]", "tables.damper: points: row 2 has other than 2 numbers"),

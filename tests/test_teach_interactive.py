@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from browser import OVERLAPS, opened, pictured, played
 
+import symdyn
 from symdyn.draw.places import places
 from symdyn.dynamics import derive
 from symdyn.emit import emit
@@ -248,6 +249,35 @@ def test_the_motion_is_forward_dynamics_and_its_energy_does_not_drift(
     np.testing.assert_allclose(q, y[: len(q)], rtol=5e-5, atol=1e-6)  # five digits are shown: half a unit of the last
     np.testing.assert_allclose(qdd, slope(t, y)[len(q) :], rtol=1e-3, atol=1e-4)
     assert abs(drift) < 1e-7 * max(1.0, abs(E))
+
+
+@pytest.mark.wide("rocket")
+@pytest.mark.runs("cc")
+@pytest.mark.parametrize("name", ["dc_motor", "rocket", "muscle"])
+def test_states_of_the_scene_move_on_the_page_as_simulate_says(browser: Any, tmp_path: Path, name: str) -> None:
+    """With sliders, from where they start; what they bring in, a mass that leaves too, is in the balance of energy."""
+    scene = symdyn.example(name)
+    names = [*(one.name for one in scene.parameters), *(one.name for one in scene.given)]
+    with opened(browser, saved(scene, tmp_path)) as page:
+
+        def state(group: str) -> list[float]:
+            found = page.eval_on_selector_all(f"input[type=number][data-group={group}]", "all => all.map(x => x.value)")
+            return [float(x) for x in found]
+
+        q, qd, before = state("q"), state("qd"), dict(zip(names, state("params"), strict=True))
+        drift, (t,) = page.evaluate(f"symdyn.{name}.advance(0.3)"), values(page, "t")
+        (E,), behind = values(page, "E"), dict(zip(names, state("params"), strict=True))
+        found = [*state("q"), *state("qd"), *(behind[one.name] for one in scene.states)]
+    run = symdyn.simulate(
+        scene, until=t, every=t, forces={one.name: repr(before[one.name]) for one in scene.inputs},
+        start=dict(zip(scene.coordinates, q, strict=True)) | {one.name: before[one.name] for one in scene.states},
+        start_rates=dict(zip(scene.velocities, qd, strict=True)),
+        values={one.name: before[one.name] for one in scene.parameters},
+    )  # fmt: skip
+    wanted = [run[one][-1] for one in (*scene.coordinates, *scene.velocities, *(one.name for one in scene.states))]
+    np.testing.assert_allclose(found, wanted, rtol=6e-5, atol=1e-6)  # five digits are shown
+    assert before != behind
+    assert abs(drift) < 1e-9 * max(1.0, abs(E))
 
 
 @pytest.mark.wide(3)

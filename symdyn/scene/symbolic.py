@@ -25,7 +25,7 @@ is no longer assumed to be positive then.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import replace
+from dataclasses import fields, replace
 from fractions import Fraction
 
 from symdyn.arguments import check_arguments
@@ -43,7 +43,7 @@ from symdyn.scene.values.joint import Element, Joint
 from symdyn.scene.values.key import Key, Names
 from symdyn.scene.values.letters import Parameter
 from symdyn.scene.values.model import Scene
-from symdyn.scene.values.quantity import NULL, FormulaError, Quantity, Vector
+from symdyn.scene.values.quantity import NULL, FormulaError, Quantity, Vector, spell
 
 INERTIAL = (
     ("m", "kg", "mass"),
@@ -341,9 +341,21 @@ def without_zeros(scene: Scene, faults: Faults | None = None) -> Scene:
     try:
         return map_quantities(replace(scene, parameters=parameters), lambda one: substituted(one, zeros))
     except FormulaError as error:
-        faults.add("", f"with {' = '.join(zeros)} = 0 a formula has no value: {error}")
+        faults.add("", f"with {' = '.join(zeros)} = 0 a formula has no value: {_whose(scene, zeros)}{error}")
         faults.close()
         raise AssertionError("a fault closes") from error
+
+
+def _whose(scene: Scene, values: Mapping[str, Quantity]) -> str:
+    """Return which formula has no value with some values, and whose that is, as the beginning of a sentence."""
+    lists = (getattr(scene, one.name) for one in fields(scene))
+    for part in (one for found in lists if isinstance(found, tuple) for one in found if hasattr(one, "name")):
+        for formula in Quantity.inside(part):
+            try:
+                substituted(formula, values)
+            except FormulaError:
+                return f"{spell(formula)} of {part.name}: "
+    return ""
 
 
 def without_hidden_zeros(scene: Scene) -> Scene:

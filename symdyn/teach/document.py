@@ -376,6 +376,7 @@ class Document:
         graph: where the values of names live.
         names: how keys in formulas are printed, and what they are worth.
         formulation: a key of `FORMULATIONS` in `handout.py`.
+        declared: the scene where it has states of its own, which are parameters of `scene`.
         brief: whether steps that are not `Step.is_brief` are folded, or left out of what cannot fold.
     """
 
@@ -387,6 +388,7 @@ class Document:
     sections: tuple[Section, ...]
     formulation: str = "lagrange"
     brief: bool = False
+    declared: Scene | None = None
 
     def blocks(self) -> Iterator[tuple[Step, Block]]:
         """Yield every block with its step, those inside boxes, folds and solutions too."""
@@ -400,8 +402,7 @@ class Document:
             if isinstance(block, Matrix):
                 yield from block.entries
             elif isinstance(block, Formula):
-                yield block.form
-                yield from () if block.right is None else (block.right,)
+                yield from (block.form,) if block.right is None else (block.form, block.right)
             elif isinstance(block, Braced):
                 yield from (term.form for term in block.terms)
 
@@ -416,8 +417,7 @@ class Document:
         """Return what paper has of a brief document: brief steps, questions, and sections that keep one."""
         if not self.brief:
             return self
-        told = {"errata", "reactions"} & {section.key for section in self.sections}  # whose numbers are of that state
-        cited = {"state"} if told else set()
+        cited = {"state"} if {"errata", "reactions"} & {one.key for one in self.sections} else set[str]()  # its numbers
         sections = [
             replace(part, steps=tuple(x for x in part.steps if x.is_brief or x.asks or x.key in cited))
             for part in self.sections

@@ -1,5 +1,6 @@
 // Motion: q, qd and the work W of all forces that no potential has, by the midpoint rule of Gragg, extrapolated to steps
 // of no length as Bulirsch and Stoer do: row j takes 2 j strokes, and its error is a series in the square of a stroke.
+// States of the scene's own, which are parameters else, stand behind W.
 
 /** Returns the nearest state that loops and rows allow; null where there is none near by. */
 const kept = at => {
@@ -7,14 +8,16 @@ const kept = at => {
   return next && has("nearest") ? { ...next, qd: call("nearest", next) } : next;
 };
 const nq = data.start.q.length;
-const packed = at => Float64Array.from([...at.q, ...at.qd, at.W]);
-const unpacked = (at, y, t) => ({ ...at, q: y.subarray(0, nq), qd: y.subarray(nq, nq + n), W: y[nq + n], t });
+const packed = at => Float64Array.from([...at.q, ...at.qd, at.W, ...data.own.map(k => at.params[k])]);
+const owned = (params, y) => data.own.reduce((now, k, i) => exchanged(now, k, y[nq + n + 1 + i]), params);
+const unpacked = (at, y, t) => ({ ...at, q: y.subarray(0, nq), qd: y.subarray(nq, nq + n), W: y[nq + n], params: owned(at.params, y), t });
 const rates = (like, y, t) => {
   const at = obeyed(unpacked(like, y, t));
   const qdd = call("forward_dynamics", at), way = has("coordinate_rates") ? call("coordinate_rates", at) : at.qd;
   const acting = has("applied_forces") ? call("applied_forces", at) : new Float64Array(n);
   const tau = exertion(at, qdd), power = at.qd.reduce((sum, u, i) => sum + u * (tau[i] + acting[i]), 0);
-  return [...way, ...qdd, power];
+  const [taken, ...own] = has("own_rates") ? call("own_rates", at) : [0];
+  return [...way, ...qdd, power + taken, ...own];
 };
 const TOLERANCE = 1e-12, SHORTEST = 1e-7, ROWS = 9;
 const ahead = (y, h, slope) => y.map((x, i) => x + h * slope[i]);

@@ -62,7 +62,7 @@ const chosen = panels.plots.querySelector("select");
 const plotTimes = () => {
   const kind = data.plotted[chosen.selectedIndex];
   const series = kind.rows.map(k => at => at[kind.group][k]);
-  const points = history.length ? history : [{ t: state.t, q: state.q, qd: state.qd }];
+  const points = history.length ? history : [{ t: state.t, q: state.q, qd: state.qd, params: state.params }];
   const values = [0, ...points.flatMap(at => series.map(of => of(at)))];
   TIMES.axes(span(), spread(Math.min(...values), Math.max(...values)), "t, s", kind.unit);
   series.forEach((of, i) => {
@@ -88,7 +88,7 @@ let flowing = "";
 /** Short strokes along the motion of one free coordinate: what the portrait looks like before it is started. */
 const plotFlow = ([i, k], xs, ys) => {
   const told = [...xs, ...ys, ...state.params].join();
-  if (told === flowing || n > 1 || data.loops || data.led.length || !has("forward_dynamics")) return;
+  if (told === flowing || n > 1 || data.loops || data.led.length || data.own.length || !has("forward_dynamics")) return;
   flowing = told;
   const strokes = [];
   for (let a = 0; a <= 20; a++) {
@@ -170,7 +170,7 @@ const energies = () => {
   tell(single.drift, drift, drift === 0 ? "0" : `10${[...String(Math.ceil(Math.log10(Math.abs(drift))))].map(x => RAISED[x]).join("")}`);
   if (Math.abs(drift) > 1e-9 * energetic && running && !lost.textContent) lost.textContent = data.words.leaks;
   if (history.length > 1 && state.t - history.at(-2).t < STRIP / 600) history.pop();
-  history.push({ t: state.t, energies: [K, P, K + P], q: state.q, qd: state.qd });
+  history.push({ t: state.t, energies: [K, P, K + P], q: state.q, qd: state.qd, params: state.params });
   while (history[0].t < state.t - STRIP) history.shift();
   plotted();
 };

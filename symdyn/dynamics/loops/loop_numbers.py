@@ -195,12 +195,17 @@ class Numbers:
             for entry in (residual, *row)
         }
         place = ", ".join(f"{name} = {x:.6g}" for name, x in zip(self.scene.coordinates, q.tolist(), strict=True))
-        for entry in entries:
+
+        def without(entry: Expr) -> bool:
             try:
                 evaluate([entry], Floats(), values)
             except (ArithmeticError, ValueError):
-                whose = owners.get(entry, "a row, or its rate,")
-                return f"{whose} has no real value at {place}; give the scene a start where it has one"
+                return True
+            return False
+
+        if entry := next(filter(without, entries), None):
+            whose = owners.get(entry) or next((owners[one] for one in owners if without(one)), "a row, or its rate,")
+            return f"{whose} has no real value at {place}; give the scene a start where it has one"
         return f"a formula has no real value at {place}; give the scene another start"
 
     def residual(self, q: Array) -> Array:

@@ -226,8 +226,8 @@ EACH = 0.5
 
 
 def differentiable(row: Output) -> tuple[str, ...]:
-    """Return the arguments of an output along which it can be differentiated, in their order."""
-    return tuple(name for name in row.arguments if name in COLUMNS)
+    """Return the arguments of an output along which it can be differentiated, in their order, `moved` ones last."""
+    return tuple(name for name in (*row.arguments, *row.moved) if name in COLUMNS)
 
 
 def rows_of(row: Output) -> Axis:

@@ -158,6 +158,7 @@ ARGUMENTS: dict[str, tuple[str, dict[str, str]]] = {  # text, unit by unit of th
     TIME: ("time", {"s": "s"}),
     INPUTS: ("inputs", {}),
     STATES: ("states", {}),
+    "dinternal": ("direction of the states", {}),
     "qi": ("independent joint positions", {"rad": "rad", "m": "m"}),
     "ui": ("independent joint velocities", {"rad": "rad/s", "m": "m/s"}),
     "multipliers": ("multipliers of the rows that close loops", {"": "N or N m"}),
@@ -201,6 +202,7 @@ DIRECTIONS = {
     "qi": "dqi",
     "ui": "dui",
     MULTIPLIERS: "dmultipliers",
+    STATES: "dinternal",
 }
 """The argument that says along which way another one moves."""
 
@@ -273,6 +275,10 @@ def _of_the_scene(workspace: Workspace, name: str, text: str, weighed: Sequence[
         letters = letters_of(scene, name)
         told = runs([one.name for one in letters])
         return Argument(name, symbols_of(scene, graph, name), f"{text}: {told}", tuple(one.unit for one in letters))
+    if name == DIRECTIONS[STATES]:
+        nodes = direction(graph, name, len(scene.states))
+        told = runs([one.name for one in scene.states])
+        return Argument(name, nodes, f"{text}: {told}", tuple(one.unit for one in scene.states))
     if name in MODES:
         names = mode_names(workspace, name)
         return Argument(name, direction(graph, name, len(names)), f"{text}: {runs(names)}", ("1",) * len(names))

@@ -141,6 +141,7 @@ class Output:
         result: short name of the result.
         axes: what its rows stand for, then its columns; () for a scalar.
         units: unit of the result, one line.
+        moved: what it takes where a scene has such, along which derivatives go too, behind those of `arguments`.
         when_constrained: what it is where loops or rows close a scene, or what its row says there.
         formulations: derivations by name; the first is the one that code is generated from, unless `prefer` says
             otherwise.
@@ -181,6 +182,7 @@ class Output:
     weighs: Axis | None = None
     remark: Callable[..., str] | None = None
     size: Size = LINEAR
+    moved: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse a row that does not say what it is where loops close."""

@@ -16,7 +16,7 @@ from math import inf
 from typing import TYPE_CHECKING
 
 from symdyn.dynamics.mechanism import kinematics
-from symdyn.dynamics.mechanism.state import body_placements, strut_way
+from symdyn.dynamics.mechanism.state import STATES, body_placements, strut_way
 from symdyn.dynamics.outputs import constrained_outputs as loops, result_labels as labels, tree_formulations as trees
 from symdyn.dynamics.outputs.constrained_outputs import forward_reactions, unique as unique_entries
 from symdyn.dynamics.outputs.output import Formulation, Output
@@ -26,7 +26,7 @@ from symdyn.errors import DerivationError, choice, suggestion
 from symdyn.graph import Expr, substitute, tangents
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.forces import FORCES
-from symdyn.scene.values import LETTERS, Element, Strut, spell
+from symdyn.scene.values import LETTERS, Element, Strut, resets_of, spell
 
 if TYPE_CHECKING:
     from symdyn.dynamics.loops.loop_decisions import LoopDecisions
@@ -259,6 +259,23 @@ def _rates(formulation: str) -> Formulation:
     )
 
 
+def _resets(w: Workspace) -> list[Expr]:
+    """Return `when` of each reset, and all states behind it.
+
+    Raises:
+        DerivationError: there is none.
+    """
+    if not resets_of(w.scene.states):
+        raise DerivationError(
+            f'{w.scene.name} has no resets; a state may have one: reset = {{ when = "s - 1", to = 0 }}'
+        )
+    rows = [
+        [when, *(to.get(one.name) for one in w.scene.states)] for (when, _), to in resets_of(w.scene.states).items()
+    ]
+    there = [None, *w.states]
+    return [x if one is None else one.express(w.graph) for row in rows for one, x in zip(row, there, strict=True)]  # type: ignore[misc]
+
+
 _USUAL = partial(
     Output,
     arguments=("q", "qd", "tau"),
@@ -298,6 +315,22 @@ SIGNALS: dict[str, Output] = {
         units="of each, per second",
         formulations={name: _rates(name) for name in ("recursive", "lagrange")},
         exists=lambda scene: bool(scene.states),
+        remark=None,
+        moved=(STATES,),
+    ),
+    "resets": _USUAL(
+        "where states jump: of each reset what passes zero there, and all states behind it",
+        arguments=("q", "qd"),
+        result="jumps",
+        axes=(
+            lambda w: tuple(f"{spell(when)}, {way}" for when, way in resets_of(w.scene.states)),
+            lambda w: ("when", *(one.name for one in w.scene.states)),
+        ),
+        formulations={"formula": Formulation(_resets)},
+        exists=lambda scene: bool(resets_of(scene.states)),
+        default_in="request",
+        may_fail="never",
+        depends=(),
         remark=None,
     ),
     "tension": _USUAL(

@@ -4,6 +4,7 @@
     inputs        driving forces, and what the scene declares in [inputs]
     outputs       what the scene declares in [outputs]; positions and velocities where it declares none
     parameters    all that have a name, tunable, the scene's value as start
+    events        resets of states, each with an indicator
 
 It starts where `simulate` does from what the scene says, loops closed and prescribed motions at t = 0. Both do model
 exchange and co-simulation. `build` adds a binary where there is a compiler. The code of the equations is that of the C
@@ -32,6 +33,7 @@ from symdyn.errors import EmitError
 from symdyn.graph import Op, evaluate
 from symdyn.scene import Scene
 from symdyn.scene.joints import start_of
+from symdyn.scene.values import resets_of
 
 BIRTHDAY = (1980, 1, 1, 0, 0, 0)
 """When every member was written: no date reaches a file."""
@@ -87,8 +89,8 @@ def starting_state(scene: Scene) -> tuple[list[float], list[float]]:
 TOLERANCE = "1e-09"
 """Relative and absolute tolerance of a co-simulation that is not told one."""
 
-FIXED = ("fmu-instance.h", "fmu-steps.h")
-"""Files that are the same for all mechanisms and both versions."""
+FIXED, EVENTS = ("fmu-instance.h", "fmu-steps.h"), "fmu-events.h"
+"""Files that are the same for all mechanisms and both versions, the last one where states jump."""
 
 PLACES = {
     "q": "m->q",
@@ -110,6 +112,7 @@ def needed(scene: Scene) -> tuple[str, ...]:
     names = ["state_rates" if scene.states else "forward_dynamics"]
     names += ["coordinate_rates"] if OUTPUTS["coordinate_rates"].exists(scene) else []
     names += ["outputs"] if scene.outputs else []
+    names += ["resets"] if resets_of(scene.states) else []
     if scene.is_constrained:
         names += ["constraint_residual", "constraint_jacobian"]
     elif _differentiated(scene):
@@ -124,8 +127,6 @@ def _write(draft: Draft) -> dict[str, bytes]:
     program, scene = draft.program, draft.program.scene
     if not scene.velocities:
         raise EmitError(f"{scene.name}: nothing moves: no joint has a coordinate")
-    if jumping := [one.name for one in scene.states if one.reset is not None]:
-        raise EmitError(f"{scene.name}: a model without events cannot jump: reset of {', '.join(jumping)}; take it out")
     there = variables(program, *starting_state(scene))
     code = C.write(C.draft(program, draft.real, draft.page.command))
     values = _values(draft, there)
@@ -149,11 +150,12 @@ def _members(
     The token that ties code and description together is made of all of them.
     """
     facts = facts | {"compiled": [f"{version}-functions.c", f"{stem}.c"]}
+    fixed = (f"{version}-types.h", *FIXED, *([EVENTS] if facts["events"] else []))
 
     def made(token: str) -> dict[str, Contents]:
         sources = {
             f"{version}-functions.c": render(f"fmu/{version}-functions.c.jinja", values),
-            **{name: f"{verbatim(f'fmu/{name}')}\n" for name in (f"{version}-types.h", *FIXED)},
+            **{name: f"{verbatim(f'fmu/{name}')}\n" for name in fixed},
             "fmu-mechanism.h": render("fmu/fmu-mechanism.h.jinja", values | {"token": token}),
             **code,
         }
@@ -203,6 +205,7 @@ def _values(draft: Draft, there: tuple[Variable, ...]) -> dict[str, Any]:
         if pinned
         else {},
         "pinned_by_inputs": bool(placing(scene)),
+        "ways": [DIRECTIONS[way] for _, way in resets_of(scene.states)],
         "differentiated": _differentiated(scene),
         "calls": {name: _call(draft, name, PLACES) for name in shapes},
         "calls_along": {name: _call(draft, name, along) for name in shapes if name == "coordinate_rates"},
@@ -220,7 +223,12 @@ def _numbers(values: list[float | None]) -> str:
     return ", ".join(repr(float(value or 0.0)) for value in values)
 
 
-LACKS = {Op.SIGN: "a model without events cannot stick; smooth it, as friction does with smoothing, or tanh(v/0.01)"}
+DIRECTIONS = {"both": 0, "up": 1, "down": -1}
+"""The sign behind zero that makes a reset an event, by its word."""
+
+LACKS = {
+    Op.SIGN: "its events are resets, and nothing sticks; smooth it, as friction does with smoothing, or tanh(v/0.01)"
+}
 
 
 def _printer(real: Real) -> Printer:

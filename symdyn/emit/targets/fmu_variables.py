@@ -17,7 +17,7 @@ from symdyn.errors import EmitError
 from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.program import Program
 from symdyn.scene import Quantity, Scene, SceneUnits
-from symdyn.scene.values import Unit, UnitError, velocity_name
+from symdyn.scene.values import Unit, UnitError, resets_of, spell, velocity_name
 
 TIME = "t"
 
@@ -203,6 +203,9 @@ VARIABILITY = {"independent": "continuous", "parameter": "tunable"}
 def described(draft: Draft, variables: Sequence[Variable], differentiated: bool, tolerance: str) -> dict[str, Any]:
     """Return the facts of a model description."""
     outputs = [one for one in variables if one.causality == "output"]
+    jumps = [
+        f"reset of {', '.join(to)}: {spell(when)}" for (when, _), to in resets_of(draft.program.scene.states).items()
+    ]
     rates = [one for one in variables if one.state]
     computed = sorted([*(one for one in outputs if one.start is None), *rates], key=lambda one: one.reference)
     names = dict.fromkeys(one.unit for one in variables if one.unit and one.unit != "1")
@@ -217,7 +220,13 @@ def described(draft: Draft, variables: Sequence[Variable], differentiated: bool,
         "outputs": [_unknown(one) for one in outputs],
         "rates": [_unknown(one) for one in rates],
         "initial": [_unknown(one) for one in computed],
+        "events": [_event(len(variables) + k, k, text) for k, text in enumerate(jumps)],
     }
+
+
+def _event(reference: int, k: int, text: str) -> dict[str, Any]:
+    """Return the indicator of an event, which is a variable in FMI 3 alone."""
+    return _variable(Variable(reference, f"event({k + 1})", "local", text=text))
 
 
 def _base(unit: str) -> str:

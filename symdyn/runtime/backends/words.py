@@ -193,10 +193,10 @@ class Word:
             along = differentiable(row)
         except DerivationError:
             return None
-        if scene.is_constrained or ("q" in along and not _are_rates(scene)):
-            return None
         lengths = dict(self.arguments)
-        varied = tuple((name, prod(lengths[name])) for name in along if name in lengths)
+        if scene.is_constrained or not lengths.keys() >= set(along) or ("q" in along and not _are_rates(scene)):
+            return None
+        varied = tuple((name, prod(lengths[name])) for name in along)
         return DerivativeRule(
             self, varied, lambda kind: lower(formulate(scene, (_behind(request, kind),), closing=closing))
         )

@@ -26,7 +26,13 @@ from .joint import (
     velocity_name as velocity_name,
 )
 from .key import TIMED as TIMED
-from .letters import Input as Input, Letter as Letter, Parameter as Parameter, StateVariable as StateVariable
+from .letters import (
+    Input as Input,
+    Letter as Letter,
+    Parameter as Parameter,
+    StateVariable as StateVariable,
+    resets_of as resets_of,
+)
 from .model import Point as Point
 from .quantity import FormulaError as FormulaError, spell as spell
 from .tolerance import read_tolerance as read_tolerance

@@ -126,7 +126,8 @@ class Curve:
         for what, knots in (("x", self._x), *((("y", self._y),) if grid else ())):
             bad = next((k for k, (a, b) in enumerate(pairwise(knots), 2) if a >= b), 0)
             if bad:
-                yield f"{what} must ascend; the {bad}. is {float(knots[bad - 1]):g} behind {float(knots[bad - 2]):g}"
+                told = f"the {bad}. is {float(knots[bad - 1]):g} behind {float(knots[bad - 2]):g}"
+                yield f"{what} must ascend; {told}; give them in order, each once"
             if not 2 <= len(knots) <= MOST_KNOTS:
                 yield f"has {len(knots)} knots of {what}; give 2 to {MOST_KNOTS}"
         if len(self.points) * width > MOST_VALUES:

@@ -8,6 +8,7 @@ A state has a formula for its rate, such as the current of a motor:
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import ClassVar, TypeAlias
 
@@ -144,6 +145,15 @@ class StateVariable:
     def rate_unit(self) -> str:
         """The coherent unit of its rate, "" where it has none."""
         return f"{'1' if self.unit in ('', '1') else self.unit}/s" if self.unit else ""
+
+
+def resets_of(states: Iterable[StateVariable]) -> dict[tuple[Quantity, str], dict[str, Quantity]]:
+    """Return by when states jump, and which way that passes zero, which ones do, and to what."""
+    found: dict[tuple[Quantity, str], dict[str, Quantity]] = {}
+    for one in states:
+        if one.reset is not None:
+            found.setdefault((one.reset.when, one.reset.way), {})[one.name] = one.reset.to
+    return found
 
 
 Letter: TypeAlias = Parameter | Input | StateVariable

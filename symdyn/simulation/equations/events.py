@@ -20,10 +20,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.dynamics import Workspace
+from symdyn.dynamics import OUTPUTS, Workspace
 from symdyn.graph import Expr, substitute
-from symdyn.scene import Quantity
-from symdyn.scene.values import spell
+from symdyn.scene.values import resets_of, spell
 from symdyn.simulation.equations.monitors import SLACK, Limit
 
 if TYPE_CHECKING:
@@ -80,19 +79,18 @@ def event_kinds(
 
 def _resets(w: Workspace, place: Mapping[Expr, Expr]) -> list[EventKind]:
     """Return the resets of states, of several with one guard together, as they jump at once."""
-    together: dict[tuple[Quantity, str], dict[Expr, Quantity]] = {}
-    for state, symbol in zip(w.scene.states, w.states, strict=True):
-        if state.reset is not None:
-            together.setdefault((state.reset.when, state.reset.way), {})[symbol] = state.reset.to
-    every, found = (*w.state.q, *w.state.qd, *w.states), []
-    for (when, way), jumps in together.items():
-        guard, *to = substitute([one.express(w.graph) for one in (when, *jumps.values())], place)
-        behind = dict(zip(jumps, to, strict=True))
-        update = tuple(behind.get(one, one) for one in every)
-        changes = tuple(k for k, one in enumerate(every) if one in behind)
-        names = ", ".join(str(one.value) for one in jumps)
-        text = f"reset of {names}: {spell(when)}"
-        found.append(EventKind(guard, DIRECTIONS[way], update=update, text=text, changes=changes))
+    moves, found, width, resets = (
+        (*w.state.q, *w.state.qd),
+        list[EventKind](),
+        1 + len(w.states),
+        resets_of(w.scene.states),
+    )
+    entries = substitute(OUTPUTS["resets"].formulations["formula"].derive(w), place) if resets else ()
+    for k, ((when, way), jumps) in enumerate(resets.items()):
+        guard, *behind = entries[k * width : (k + 1) * width]
+        changes = tuple(len(moves) + i for i, one in enumerate(w.scene.states) if one.name in jumps)
+        text = f"reset of {', '.join(jumps)}: {spell(when)}"
+        found.append(EventKind(guard, DIRECTIONS[way], update=(*moves, *behind), text=text, changes=changes))
     return found
 
 

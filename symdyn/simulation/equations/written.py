@@ -242,7 +242,7 @@ def _bends(entries: Sequence[Expr], moving: Collection[Expr]) -> list[Expr]:
     for node in order:
         if not varies.isdisjoint(node.args):
             varies.add(node)
-    choices = (node for node in order if node.op in (Op.SELECT, Op.TABLE) and node.args[0] in varies)
+    choices = (node for node in order if node.op in (Op.ABS, Op.SELECT, Op.TABLE) and node.args[0] in varies)
     guards = (guard for node in choices for guard in node.guards)
     return list(dict.fromkeys(one.args[0] if one.op is Op.NEG else one for one in guards))
 

@@ -168,6 +168,7 @@ def run_scipy(problem: InitialValueProblem, name: str) -> Iterator[Piece]:
         size = math.inf
         while solver.status == "running":
             size = min(size, getattr(solver, "h_abs", None) or solver.step_size or math.inf, problem.bound - solver.t)
+            y = solver.y
             try:
                 message = solver.step()
             except ControllerError:  # a step is tried ahead of where the law has no value: go as near as can be
@@ -179,7 +180,24 @@ def run_scipy(problem: InitialValueProblem, name: str) -> Iterator[Piece]:
             size = math.inf
             if solver.status == "failed":
                 raise IntegrationError(f"{name} cannot go on after t = {solver.t:g} s: {message.rstrip('.')}")
-            yield IntegrationStep(solver.t_old, solver.t, solver.y.copy(), _Interpolant(solver), spent + solver.nfev)
+            yield IntegrationStep(
+                solver.t_old, solver.t, solver.y.copy(), _Interpolant(solver), spent + solver.nfev,
+                partial(sooner, solver.t_old, y),
+            )  # fmt: skip
+
+    def sooner(t: float, x: Array, until: float) -> IntegrationStep | None:
+        nonlocal spent
+        if name in MULTISTEP or problem.system.loop is not None:
+            return None
+        one: Any = kind(problem.system.rates, t, x, until, first_step=until - t, **options)
+        times, curves = [t], list[Any]()
+        while one.status == "running":
+            if one.step():  # it has failed
+                return None
+            times, curves = [*times, one.t], [*curves, one.dense_output()]
+        spent += one.nfev
+        whole = integrate.OdeSolution(times, curves)
+        return IntegrationStep(t, until, one.y, lambda at: np.asarray(whole(at)).T, spent + solver.nfev)
 
     def resume(t: float, x: Array) -> None:
         nonlocal solver, spent

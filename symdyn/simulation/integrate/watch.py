@@ -222,6 +222,7 @@ class IntegrationStep:
         x1: state at its end.
         at: states inside, shape (k, nx), at times (k,).
         evaluations: of the right-hand side, so far.
+        again: takes it once more, up to a sooner time, so that nothing of it is beyond that, or returns None.
     """
 
     t0: float
@@ -229,6 +230,7 @@ class IntegrationStep:
     x1: Array
     at: Callable[[Array], Array]
     evaluations: int = 0
+    again: Callable[[float], IntegrationStep | None] = lambda until: None
 
     def states(self, times: Array) -> Array:
         """Return the states at times, that at the end as it is."""
@@ -305,7 +307,8 @@ class Watch:
             return step, hits
         self.__dict__.update(before.__dict__)
         behind = -float(self.armed[bend.event])
-        step = IntegrationStep(step.t0, bend.t, bend.x, step.at, step.evaluations)
+        sooner = IntegrationStep(step.t0, bend.t, bend.x, step.at, step.evaluations)
+        step = step.again(bend.t) or sooner
         hits, self.bent = self.within(step), bend.event
         self.armed[bend.event] = behind  # whatever rounding has made of zero
         return step, hits

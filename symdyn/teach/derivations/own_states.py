@@ -49,7 +49,8 @@ def with_states(document: Document, declared: Scene) -> Document:
         others = [
             new for one in others for new in ([*both.rests(), both.numbers(one)] if one.key == "numbers" else [one])
         ]
-    return replace(document, sections=(first, prose.section("states", [step]), *others), names=prose.names)
+    sections = (first, prose.section("states", [step]), *others)
+    return replace(document, sections=sections, names=prose.names, declared=declared)
 
 
 @dataclass(frozen=True)

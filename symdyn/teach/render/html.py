@@ -293,11 +293,9 @@ def html_page(document: Document) -> str:
 
 def _live(document: Document, numbered: Numbered) -> tuple[Interactive | None, str]:
     """Return the part with sliders; for a mechanism that they cannot move None, and why."""
-    if any(section.key == "states" for section in document.sections):  # its scene holds at one moment alone
-        words = language_of(document.language).page
-        return None, in_html(f"{words['absent']} {words['states']}")
+    told, states = document.language, document.declared.states if document.declared else ()
     try:
-        return interactive(document.scene, language=document.language, named=numbered.values), ""
+        return interactive(document.scene, language=told, named=numbered.values, states=states), ""
     except (TeachError, DerivationError) as fault:
         why = absence(document.scene, document.language)
         return None, in_html(why or f"{language_of(document.language).page['absent']} {fault}")

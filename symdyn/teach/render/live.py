@@ -35,7 +35,7 @@ from symdyn.program import Program, choose, lower
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values import Body, Joint, Strut
+from symdyn.scene.values import Body, Joint, StateVariable, Strut
 from symdyn.spatial import Mat, Vec, add, cross, dot, scale, sub, zero_vector
 from symdyn.teach.languages import language_of
 from symdyn.teach.render.controls import ACTING, STATE, Held, function, held, reduced_functions
@@ -247,8 +247,8 @@ class Live:
 
     Attributes:
         program: coefficients of the rows; "inverse_dynamics", "forward_dynamics" and, where something acts beside
-            drives, "applied_forces", shape (nv,); the energies; "drawn_points", shape (K, 3); with quaternions
-            "coordinate_rates"; with loops or rows what `reduced_functions` says.
+            drives, "applied_forces", shape (nv,); the energies; "drawn_points", shape (K, 3); "own_rates" of states;
+            with quaternions "coordinate_rates"; with loops or rows what `reduced_functions` says.
         sheet: what is drawn, and the rows of `drawn_points` that it uses.
         rows: velocities that the rows are about.
         terms: those that do not vanish.
@@ -274,12 +274,14 @@ def live(
     parameters: Mapping[str, float] | None = None,
     named: Sequence[Expr] = (),
     outlined: Collection[str] = (),
+    states: Sequence[StateVariable] = (),
 ) -> Live:
     """Return what the page of a scene computes, one with loops or rows without prescribed motions, see `by_hand`.
 
     Loops are assembled at values of parameters, those that lessons show where none are given. `named` are values of
     the state and the parameters on any graph, which the page computes too: "named_values". `outlined` names bodies that
-    are drawn as what they look like at these values.
+    are drawn as what they look like at these values. `states` are parameters that change: "own_rates" is what they add
+    to the power, and their rates.
 
     Raises:
         TeachError: a scene that sliders cannot move.
@@ -311,6 +313,12 @@ def live(
     parts = {"positions": motions.position, "velocities": motions.velocity, "accelerations": motions.acceleration}
     for name, part in parts.items() if led else ():
         functions.append(function(workspace, f"led_{name}", f"{name} that are prescribed", part, ()))
+    if states:
+        rates = [one.rate.express(workspace.graph) for one in states]
+        energies = [x for one in choose(workspace, ("kinetic_energy", "potential_energy")) for x in one.entries]
+        seeds = {workspace.graph.symbol(one.name): rate for one, rate in zip(states, rates, strict=True)}
+        power = workspace.graph.total(tangents(energies, seeds))
+        functions.append(function(workspace, "own_rates", "power and rates of states", [power, *rates], ("q", "qd")))
     if named:
         values_shown = substitute(list(named), {}, workspace.graph)
         functions.append(function(workspace, "named_values", "numbers under terms", values_shown, STATE))

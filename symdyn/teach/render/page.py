@@ -16,16 +16,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from symdyn.algebra import Floats
 from symdyn.draw import Stage, Text, pose, style
 from symdyn.dynamics.mechanism import quaternions
 from symdyn.emit import TARGETS, emit, in_html, render, verbatim
 from symdyn.emit.code import stem
 from symdyn.emit.print import Letters, latex_symbols
-from symdyn.errors import TeachError
-from symdyn.graph import Expr
+from symdyn.errors import TeachError, listed
+from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values import acceleration_name
+from symdyn.scene.values import StateVariable, acceleration_name
 from symdyn.teach.derivations.equation_steps import coefficient_unit
 from symdyn.teach.languages import language_of
 from symdyn.teach.lesson import called
@@ -34,9 +35,13 @@ from symdyn.teach.render.controls import UNITS, controls, start
 from symdyn.teach.render.live import Live, Term, by_hand, live
 
 
-def plotted(scene: Scene) -> list[dict[str, Any]]:
-    """Return plots over time: what they are of, which entries (those of one unit), and the words of their axis."""
-    symbols, found = latex_symbols(scene), []
+def plotted(scene: Scene, own: Sequence[int] = ()) -> list[dict[str, Any]]:
+    """Return plots over time: what they are of, which entries (those of one unit), and the words of their axis.
+
+    `own` are the parameters that are states.
+    """
+    symbols, found = latex_symbols(scene), list[dict[str, Any]]()
+    told = SceneUnits(scene).inferred
     kinds = (
         ("q", scene.coordinates, SceneUnits(scene).coordinates, 0),
         ("qd", scene.velocities, SceneUnits(scene).velocities, 1),
@@ -47,6 +52,11 @@ def plotted(scene: Scene) -> list[dict[str, Any]]:
             text = ", ".join(Text.of_latex(symbols[names[k]]).plain for k in rows)
             printed = scene.shown_unit(UNITS[unit][order])
             found.append({"group": group, "rows": rows, "unit": f"{text}, {printed}" if printed else text})
+    free = [one.name for one in scene.parameters]
+    for unit in dict.fromkeys(told[free[k]] for k in own):
+        rows = [k for k in own if told[free[k]] == unit]
+        text = ", ".join(Text.of_latex(symbols[free[k]]).plain for k in rows)
+        found.append({"group": "params", "rows": rows, "unit": f"{text}, {unit}" if unit else text})
     return found
 
 
@@ -194,6 +204,7 @@ def interactive(
     parameters: Mapping[str, float] | None = None,
     language: str = "en",
     named: Sequence[Expr] = (),
+    states: Sequence[StateVariable] = (),
 ) -> Interactive:
     """Return the interactive part of a lesson; several scenes may stand in one page.
 
@@ -205,6 +216,7 @@ def interactive(
         parameters: where parameters begin instead.
         language: "en" or "sk".
         named: values that `symdyn.NAME.named()` of the page returns too, see `live`.
+        states: parameters of the scene that are states, which begin where a lesson shows them.
 
     Raises:
         TeachError: a scene that sliders cannot move, or an unknown language.
@@ -213,16 +225,23 @@ def interactive(
         EmitError: latex2mathml is not installed.
     """
     sentences = language_of(language).page
-    scene.refuse_states("the page with sliders", TeachError)
+    scene.refuse_contacts("the page with sliders", TeachError)
+    declared, states = scene.states, states or scene.states
+    if jumps := [one.name for one in states if one.reset is not None]:
+        raise TeachError(
+            f"{scene.name}: the page with sliders knows no resets, and there is {listed(jumps)}; take them out"
+        )
     scene = scene.as_parameters().in_language(language)
     begun, whole = start(scene), scene
+    begun = replace(begun, parameters=begun.parameters | _starts(declared, begun.parameters))
     scene = by_hand(scene)
     if parameters:
         q, values = pose(scene, parameters={**begun.parameters, **parameters})
         begun = replace(begun, q=[float(x) for x in q], parameters=values)
     q, values = np.array(begun.q), begun.parameters
     stage = Stage(scene, q.reshape(1, -1), values)
-    computed = live(scene, values, named, stage.places.outlines)
+    computed = live(scene, values, named, stage.places.outlines, states)
+    own = [[one.name for one in scene.parameters].index(one.name) for one in states]
     name = stem(scene.name)
     stuck = sentences["freed"] if scene != whole else f"{sentences['stuck']} {computed.stuck}" if computed.stuck else ""
     extent = float(np.round(stage.extent, 2)) or 1.0
@@ -238,7 +257,7 @@ def interactive(
         "exerted": exerted(scene, computed, sentences),
         "closed": computed.held is not None,
         "planar": stage.view.planar,
-        "plotted": [in_html(one["unit"]) for one in plotted(scene)],
+        "plotted": [in_html(one["unit"]) for one in plotted(scene, own)],
         "pairs": [in_html(f"{below}; {beside}") for *_, below, beside in pairs(scene)],
         "choices": _choices(computed),
         "ghosts": [in_html(Text.of_latex(symbols[p.name]).plain) for p in scene.parameters],
@@ -247,7 +266,7 @@ def interactive(
     }
     state = {"q": begun.q, "qd": begun.qd, "qdd": begun.qdd}
     params = [values[p.name] for p in scene.parameters]
-    data = {"start": {**state, "params": params, "t": begun.t}, **_data(scene, computed, stage, sentences)}
+    data = {"start": {**state, "params": params, "t": begun.t}, **_data(scene, computed, stage, sentences, own)}
     command = f"symdyn walkthrough {scene.name}.toml --format html"
     code = emit(computed.program, JS.name, command=command).texts[f"{name}.js"]
     script = {
@@ -261,6 +280,14 @@ def interactive(
         render("teach/interactive_panel.html.jinja", body),
         render("teach/interactive.js.jinja", script),
     )
+
+
+def _starts(states: Sequence[StateVariable], parameters: Mapping[str, float]) -> dict[str, float]:
+    """Return where states start."""
+    graph = Graph()
+    known = {graph.symbol(name): value for name, value in parameters.items()}
+    found = evaluate([one.value.express(graph) for one in states], Floats(), known)
+    return dict(zip((one.name for one in states), map(float, found), strict=True))
 
 
 def _short(code: str) -> str:
@@ -293,7 +320,9 @@ def _choices(computed: Live) -> list[tuple[str, list[tuple[str, str]]]]:
 # What the script is told
 
 
-def _data(scene: Scene, computed: Live, stage: Stage, sentences: Mapping[str, str]) -> dict[str, Any]:
+def _data(
+    scene: Scene, computed: Live, stage: Stage, sentences: Mapping[str, str], own: Sequence[int]
+) -> dict[str, Any]:
     calls = {
         routine.function.name: [argument.name for argument in routine.function.arguments]
         for routine in computed.program.routines
@@ -326,7 +355,8 @@ def _data(scene: Scene, computed: Live, stage: Stage, sentences: Mapping[str, st
         ],
         "points": computed.sheet.points,
         "gravity": computed.sheet.gravity,
-        "plotted": plotted(scene),
+        "own": own,
+        "plotted": plotted(scene, own),
         "pairs": pairs(scene),
         "view": (np.round([seen.right, seen.up, seen.toward], 9) + 0.0).tolist(),
         "signs": {word: sign for signs in CHOICES.values() for word, sign in signs.items() if sign},
