@@ -14,13 +14,13 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set, Sized
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass
 from functools import cache, wraps
 from operator import index
 from types import UnionType
 from typing import Any, Protocol, TypeVar, cast, get_origin
 
 from symdyn.errors import CALLED_OTHERWISE, ArgumentError, SymdynError, choice, quoted
+from symdyn.frozen import dataclass
 
 
 class SympyExpression(Protocol):

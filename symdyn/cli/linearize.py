@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import shlex
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -18,6 +17,7 @@ from symdyn.cli.trajectory_options import collected, flattened, pairs, reel
 from symdyn.draw import Reel
 from symdyn.emit import Contents, write_file
 from symdyn.errors import LinearizeError, choice
+from symdyn.frozen import dataclass, replace
 from symdyn.linear import System, SystemsFile, locus_over, poles_in_words
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene

@@ -7,7 +7,6 @@ w = w0 - K x̂       by the filter: x̂' = (A - B K - L C + L D K) x̂ + L y, in
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
@@ -16,6 +15,7 @@ from symdyn.algebra import Array
 from symdyn.arguments import argument
 from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError, listed
+from symdyn.frozen import dataclass
 from symdyn.linear.modes import Complexes, pairs_of
 from symdyn.linear.regulator import WORDS, Gain, Regulator, before_and_after, held, opened, riccati, steps, when
 from symdyn.linear.state_space import StateSpace

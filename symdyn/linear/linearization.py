@@ -18,7 +18,6 @@ Eigenvalues that are zero are no modes and no sign of instability. They are coun
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal, NoReturn
 
 import numpy as np
@@ -27,6 +26,7 @@ import numpy.typing as npt
 from symdyn.algebra import Array
 from symdyn.arguments import checked, native, walked
 from symdyn.errors import LinearizeError, listed
+from symdyn.frozen import dataclass, field, replace
 from symdyn.linear.compensator import Compensator, Observer, kalman
 from symdyn.linear.evolution import STILL
 from symdyn.linear.modes import NOTHING

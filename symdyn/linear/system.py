@@ -16,7 +16,6 @@ from __future__ import annotations
 import io
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import IO, Any
@@ -27,6 +26,7 @@ from symdyn.algebra import Array
 from symdyn.draw import Reel
 from symdyn.emit import Contents, write_file
 from symdyn.errors import EmitError, LinearizeError
+from symdyn.frozen import dataclass, replace
 from symdyn.linear.compensator import Observer
 from symdyn.linear.equilibrium import equilibria
 from symdyn.linear.evolution import along_a_step

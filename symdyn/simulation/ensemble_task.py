@@ -11,7 +11,6 @@ import re
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
-from dataclasses import dataclass, field, replace
 from threading import Lock
 from typing import Any
 
@@ -22,6 +21,7 @@ from symdyn.algebra import Array, Batches
 from symdyn.arguments import argument
 from symdyn.dynamics.mechanism import TIME, prescribed, quaternions
 from symdyn.errors import MethodError, SymdynError
+from symdyn.frozen import dataclass, field, replace
 from symdyn.graph import Graph, evaluate, substitute
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.joints import start_of

@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
@@ -30,6 +29,7 @@ from symdyn.dynamics.outputs import Moving, lacks_modes
 from symdyn.emit import C, emit, render
 from symdyn.emit.code import REALS
 from symdyn.errors import MissingCompiler
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, evaluate, substitute
 from symdyn.program import Program, assemble, lower, prepare
 from symdyn.runtime import find_compiler, load_functions

@@ -13,12 +13,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from symdyn.algebra import Array, Batches
 from symdyn.errors import SimulateError
+from symdyn.frozen import dataclass
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.values import LETTERS, Faults, Unit, UnitError, formula_text, shorten, spell, substituted

@@ -12,7 +12,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass, field
 from functools import partial
 from hashlib import sha256
 from typing import TYPE_CHECKING, Any, Protocol
@@ -22,6 +21,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.errors import StudyError
 from symdyn.extras import install
+from symdyn.frozen import dataclass, field
 from symdyn.interrupts import interrupts_wait
 from symdyn.scene import Scene, SceneUnits, write_text
 from symdyn.scene.values import Faults, shorten

@@ -8,7 +8,6 @@ three times as long.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -18,6 +17,7 @@ import numpy as np
 from symdyn.algebra import Array, Batches
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.errors import DerivationError, SimulateError, suggestion
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.program import Program
 from symdyn.runtime import Loaded, Operand, load

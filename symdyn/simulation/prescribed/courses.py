@@ -6,13 +6,13 @@ A step has no rate, and neither has what depends on the state, whose acceleratio
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
 
 import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import listed
+from symdyn.frozen import dataclass
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import Faults, acceleration_name, spell, velocity_name
 from symdyn.simulation.prescribed.formulas_in_time import Columns, bound, counted, jump_of, parameter_values
@@ -32,8 +32,8 @@ class ForceTable:
 
     t: Array
     x: Array
-    spline: Callable[[Array, int], Array] | None = field(default=None, kw_only=True)
-    order: int = field(default=0, kw_only=True)
+    spline: Callable[[Array, int], Array] | None = None
+    order: int = 0
 
     @cached_property
     def _curve(self) -> Callable[[Array], Array]:

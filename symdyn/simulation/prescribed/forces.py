@@ -12,7 +12,6 @@ Reference: Fritsch and Butland, A method for constructing local monotone piecewi
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
@@ -24,6 +23,7 @@ from symdyn.algebra import Array
 from symdyn.arguments import argument
 from symdyn.dynamics.mechanism import TIME, quaternions
 from symdyn.errors import SceneError, SimulateError, suggestion
+from symdyn.frozen import dataclass, field, replace
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.values import Faults, acceleration_name, ask_for_units, force_unit, substituted, velocity_name
 from symdyn.simulation.prescribed.courses import ForceTable, formulas_of, rate_of, tables_of, with_its_rates

@@ -20,13 +20,13 @@ What a path asks for is linear in the motion of its frame, [v; ω] = J u in grou
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.errors import SimulateError, suggestion
+from symdyn.frozen import dataclass, replace
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import Faults, split_commas
 from symdyn.simulation.prescribed.entries import Entries, read_entries
