@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -784,22 +785,63 @@ c = 1
 """
 
 
-def test_peaks_between_samples_are_told_and_settling_times_are_those_of_the_step_response() -> None:
-    block, measures = read_text(SPRUNG), ["max(x)", "settling_time(x)"]
-    asked: dict[str, str] = {"forces": "F=100"}
-    coarse, fine = (symdyn.sweep(block, "c=[5,8]", measures, until=6, every=t, **asked) for t in (0.05, 0.005))  # type: ignore[arg-type]
-    responses = [symdyn.linearize(block, values={"c": c}).step("x", "F") for c in (5.0, 8.0)]
+def test_peaks_are_those_between_samples_and_settling_times_those_of_the_step_response() -> None:
+    block, measures = read_text(SPRUNG), ["max(x)", "when_max(x)", "min(-abs(x)/2)", "settling_time(x)"]
+    asked: dict[str, Any] = {"forces": "F=100", "until": 6}
+    found = symdyn.sweep(block, "c=[5,8]", measures, every=0.02, **asked)
+    coarse = symdyn.ensemble(block, values={"c": [5, 8]}, measures=measures[:3], every=0.1, **asked)
+    single = symdyn.ensemble(block, values={"c": [5, 8]}, measures=measures[:3], every=0.1, method="radau", **asked)
+    series = symdyn.ensemble(block, values={"c": [5, 8]}, measures="max(x)", every=0.05, method="taylor", **asked)
 
-    exact = [1 + np.exp(-np.pi * z / np.sqrt(1 - z * z)) for z in (0.25, 0.4)]
-    assert any("max(x) of one of the runs is 1.4" in note and "give every=" in note for note in coarse.notes)
-    assert not any("peaks" in note for note in fine.notes)
-    assert fine["max(x)"] == pytest.approx(exact, rel=1e-3)
-    settled = [one.info()["settling_time"] for one in responses]
-    assert fine["settling_time(x)"] == pytest.approx(settled, rel=2e-3)
-    short = symdyn.sweep(block, "c=[0.1,8]", "settling_time(x)", until=6, every=0.02, **asked)  # type: ignore[arg-type]
+    z = np.array([0.25, 0.4])
+    exact = 1 + np.exp(-np.pi * z / np.sqrt(1 - z * z))
+    for one, near in ((found, 1e-5), (coarse, 1e-7), (single, 1e-5)):
+        assert not any("peaks" in note for note in one.notes)
+        assert one["max(x)"] == pytest.approx(exact, rel=near)
+        assert one["min(-abs(x)/2)"] == pytest.approx(-exact / 2, rel=near)
+        assert one["when_max(x)"] == pytest.approx(np.pi / (10 * np.sqrt(1 - z * z)), rel=2e-3)
+    assert any("max(x) of one of the runs is 1.4" in note and "give every=" in note for note in series.notes)
+    settled = [symdyn.linearize(block, values={"c": c}).step("x", "F").info()["settling_time"] for c in (5.0, 8.0)]
+    assert found["settling_time(x)"] == pytest.approx(settled, rel=2e-3)
+    short = symdyn.sweep(block, "c=[0.1,8]", "settling_time(x)", every=0.02, **asked)
     assert np.isnan(short["settling_time(x)"]).tolist() == [True, False]
-    assert repr(fine.table()).split()[:4] == ["c", "max(x)", "settling_time(x)", "ended"]
+    assert repr(short.table()).split()[:3] == ["c", "settling_time(x)", "ended"]
     assert symdyn.sweep(block, "c=[5]", "settling_time(2)", until=1)["settling_time(2)"] == 0
+
+
+def test_a_saturated_force_has_no_peak_above_its_limit() -> None:
+    asked: dict[str, Any] = {"forces": {"F": "if(30*cos(7*t)>6, 6, 30*cos(7*t))"}, "until": 3}
+    for more in ({}, {"method": "radau"}):
+        found = symdyn.ensemble(read_text(SPRUNG), measures="max(F)", **asked, **more)  # type: ignore[arg-type]
+        assert found["max(F)"] == 6
+
+
+def late(run: symdyn.Trajectory) -> float:
+    """Return when a run is last off its end by more than a fiftieth."""
+    return float(run.t[abs(run["x"] - 1) > 0.02][-1])
+
+
+def test_a_function_of_a_run_is_a_measure(tmp_path: Path) -> None:
+    block, asked = read_text(SPRUNG), {"forces": "F=100", "until": 6, "every": 0.02}
+    found = symdyn.sweep(block, "c=[5,8]", {"peak": "max(x)", "late": late}, **asked)  # type: ignore[arg-type]
+    own = symdyn.sweep(block, "c=[5,8]", ["max(x)", "settling_time(x)"], **asked)  # type: ignore[arg-type]
+    assert found["peak"] == pytest.approx(own["max(x)"], rel=1e-5)
+    assert found["late"] == pytest.approx(own["settling_time(x)"], abs=0.04)
+    each = symdyn.ensemble(block, values={"c": [5, 8]}, measures=late, **asked)  # type: ignore[arg-type]
+    assert (each["late"] == found["late"]).all()
+
+    failed = symdyn.sweep(block, "c=[5,8]", wrong := {"wrong": lambda run: "x"}, until=1)  # type: ignore[arg-type]
+    assert "a function takes a run and returns a number" in failed.reasons[1]
+    told = {
+        r'measure=\{"peak": f\}': lambda: symdyn.sweep(block, "c=[5,8]", wrong["wrong"]),  # type: ignore[arg-type]
+        "in Python a measure may be a function of a run": lambda: symdyn.sweep(block, "c=[5,8]", "overshoot(x)"),
+        "is a function of a run, and there is none": lambda: symdyn.sweep(
+            block, "m=[5,8]", late, function="mass_matrix", at="x=0"
+        ),
+    }
+    for words, call in told.items():
+        with pytest.raises(SimulateError, match=words):
+            call()
 
 
 def test_what_was_silent_is_told(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

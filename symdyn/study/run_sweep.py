@@ -10,7 +10,7 @@ import re
 import shutil
 import tempfile
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from hashlib import sha256
@@ -20,16 +20,16 @@ from typing import Any, Unpack
 
 import numpy as np
 
-from symdyn.arguments import SympyExpression, check_arguments, native, with_fields
+from symdyn.arguments import check_arguments, native, with_fields
 from symdyn.bounds import BOUNDS
 from symdyn.errors import SimulateError, StudyError
 from symdyn.extras import install
 from symdyn.resources import version
 from symdyn.scene import SceneLike
-from symdyn.scene.values import Faults, formula_text
+from symdyn.scene.values import Faults
 from symdyn.simulation import Problem, Run
 from symdyn.study.distributions import Over
-from symdyn.study.job import Job, block as one_block, executor
+from symdyn.study.job import Job, Wanted, block as one_block, executor
 from symdyn.study.job_of_places import At, places_job
 from symdyn.study.job_of_runs import runs_job
 from symdyn.study.runs import NOT_MADE, Runs
@@ -269,7 +269,7 @@ def _is_empty(value: object) -> bool:
 def sweep(
     scene: SceneLike | Problem,
     over: Over = (),
-    measure: str | Sequence[str | SympyExpression] = (),
+    measure: Wanted = (),
     *,
     feedback: object = None,
     design: str | None = None,
@@ -301,6 +301,7 @@ def sweep(
             "m1=linspace(1,2,5)"; nothing takes all parameters that have a tolerance. Texts "NAME=DISTRIBUTION" (see
             `symdyn.study.distributions`), or lists by name.
         measure: kept of a run: formulas of max, min, mean, rms, end, ... as "max(abs(tau2))"; "NAME=FORMULA" names one.
+            Or functions that take a run of `simulate` and return a number; a mapping names what it has.
         **fields: of `Problem` and `Run`, the same for every run.
         feedback: a controller of all runs, as for `simulate`: gains found at one value, say, at all of them.
         design: which values meet; None takes a grid of lists, random draws of distributions. A key of `DESIGNS`.
@@ -325,7 +326,6 @@ def sweep(
     """
     problem, run = Problem.requested(sweep, locals())
     count, seed, workers, block = native(int, count, seed, workers, block)
-    measure = measure if isinstance(measure, str) else tuple(map(formula_text, measure))
     path = None if output is None else Path(output)
     faults = Faults("")
     if path is not None and path.suffix != SUFFIX:
