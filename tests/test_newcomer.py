@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -354,10 +355,6 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
     'outputs come first, then inputs: ("theta", "F")': (
         LinearizeError,
         lambda: symdyn.linearize(CART).bode("F", "theta"),
-    ),
-    "they are those of its loop, .loop.margins()": (
-        AttributeError,
-        lambda: symdyn.linearize(CART).lqr().margins,  # type: ignore[attr-defined]
     ),
     "gains are those of its parts, .regulator.K and .observer.L": (
         AttributeError,
@@ -857,14 +854,48 @@ def test_what_was_silent_is_told(capsys: pytest.CaptureFixture[str], tmp_path: P
     with pytest.raises(SimulateError, match="and no force, whose cost is over time: cost"):
         symdyn.collocation(CART, until=1, end={"x": 1}, final_cost="F**2", intervals=4)
 
-    regulator, path = upright.lqr({"x": 1}, {"F": 0.1}), str(tmp_path / "cart.toml")
+    path = str(tmp_path / "cart.toml")
     Path(path).write_text(symdyn.scene.write_text(CART, "toml").text)
-    assert main(["linearize", path, "--lqr", "Q=x:1", "R=F:0.1", "--show", "margins"]) == 0
+    regulator = upright.lqr({"x": 1, "x_integral": 2}, {"F": 0.1}, N={"x*F": 0.05}, integral="x")
+    asked = ["--lqr", "Q=x:1;x_integral:2", "R=F:0.1", "N=x*F:0.05", "integral=x"]
+    assert main(["linearize", path, *asked, "--show", "margins", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["result"]["lqr"]["K"] == regulator.K.tolist()
+    assert main(["linearize", path, *asked, "--show", "margins"]) == 0
     shown = capsys.readouterr().out
-    assert f"loop of the regulator, cut open at F, stable: {regulator.loop.margins().words}" in shown
+    assert f"loop of the regulator, cut open at F, stable: {regulator.margins().words}" in shown
+    assert main(["linearize", path, "--lqr", "N=F*x:1"]) == 1
+    assert "N: F*x is no state times a drive; write such as x*F" in capsys.readouterr().err
     with pytest.raises(SystemExit):
         main(["simulate", path, "--quantisation", "theta=0.1"])
     assert "in Python a controller has it: symdyn.Feedback(law, quantisation=...)" in capsys.readouterr().err
+
+
+def test_a_regulator_of_two_drives_has_the_margins_of_each_loop(capsys: pytest.CaptureFixture[str]) -> None:
+    values = {"m1": 1, "m2": 1, "h1": 1, "h2": 1, "g": 9.81}
+    lin = symdyn.linearize(symdyn.example("two_link"), values=values)
+    reg, lqg = lin.lqr(), lin.lqg()
+    for k, drive in enumerate(reg.inputs):
+        j, found = 1 - k, reg.margins(drive)
+        b, c = lin.B[:, [k]], reg.K[[k]]
+        A = lin.A - lin.B[:, [j]] @ reg.K[[j]]
+        w = np.geomspace(1e-2, 1e3, 20001)
+        loop = np.array([(c @ np.linalg.solve(1j * x * np.eye(len(A)) - A, b))[0, 0] for x in w])
+        near = np.abs(loop) - 1
+        crossed = np.flatnonzero(near[1:] * near[:-1] < 0)
+        assert found.stable
+        assert abs(found.phase) == pytest.approx(min(abs(np.degrees(np.angle(-loop[crossed])))), abs=0.1)
+        assert abs(found.phase) > 60  # Kalman's inequality holds for each loop where R is diagonal
+        assert lqg.margins(drive).stable
+    with pytest.raises(LinearizeError, match=r'margins\("M1"\) of the regulator cuts one open'):
+        reg.loop.margins()
+    path, bound = (
+        str(Path(symdyn.__file__).parents[1] / "examples" / "two_link.toml"),
+        ",".join(f"{k}={x}" for k, x in values.items()),
+    )
+    assert main(["linearize", path, "--bind", bound, "--lqr", "--show", "margins"]) == 0
+    assert (
+        f"cut open at M2 and closed at the other drives, stable: {reg.margins('M2').words}" in capsys.readouterr().out
+    )
 
 
 def test_a_log_without_forces_is_sent_to_output_error() -> None:

@@ -306,6 +306,8 @@ class StateSpace(Plotted):
         Raises:
             LinearizeError: a name that is not known, or none given where there are several.
         """
+        if output is input is None and self.inputs == self.outputs and len(self.inputs) > 1:
+            raise LinearizeError(f'{self.name}: .margins("{self.inputs.names[0]}") of the regulator cuts one open')
         return margins(self[output, input])
 
     @checked(LinearizeError)

@@ -140,8 +140,13 @@ class System:
 
     def lqr(self, weights: Sequence[str], period: float | None = None) -> Regulator:
         """Return the regulator of weights that --lqr says; errors as of `read_weights` and `lqr`."""
-        given = read_weights("--lqr", weights, ("Q", "R"))
-        return self.linearization.lqr(given.get("Q"), given.get("R"), period)
+        apart = [one.split("=") for one in weights]
+        integral = [
+            name.strip() for head, *rest in apart if head.strip() == "integral" for name in ";".join(rest).split(";")
+        ]
+        others = [text for text, one in zip(weights, apart, strict=True) if one[0].strip() != "integral"]
+        given = read_weights("--lqr", others, ("Q", "R", "N"))
+        return self.linearization.lqr(given.get("Q"), given.get("R"), period, N=given.get("N"), integral=integral)
 
     def kalman(self, variances: Sequence[str], period: float | None = None) -> Observer:
         """Return the gain of the filter of variances that --kalman says; errors as of `read_weights` and `kalman`."""
