@@ -564,7 +564,7 @@ def test_the_shell_guesses_what_is_meant_or_nothing(
     ("motion", "told"),
     [
         ("hinge=sin(t)", "hinge is not a coordinate, but a joint: it has theta"),
-        ("x=t,theta=sin(t)", '"x=t", "theta=sin(t)"'),
+        ("x=t,theta=sin(t)", 'one of {"x": "t", "theta": "sin(t)"}'),
         ("theta=minjerk(0,1,2)", "a motion has quintic(a, b, T)"),
         ("theta=angle.csv", "theta: a file is given alone, angle.csv"),
     ],
@@ -842,6 +842,10 @@ def test_a_function_of_a_run_is_a_measure(tmp_path: Path) -> None:
 
 
 def test_what_was_silent_is_told(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    with pytest.raises(SimulateError, match=r'formulas of the state are forces: forces=\{"F": "-x"\}'):
+        symdyn.simulate(CART, feedback={"F": "-x"}, until=1)
+    with pytest.raises(ArgumentError, match="did you mean bounds"):
+        symdyn.collocation(CART, until=1, limits={"F": 15})  # type: ignore[call-arg]
     upright = symdyn.linearize(CART)
     told = 'V misses theta: measured with variance 1; linearize with outputs=["x"] leaves it out'
     assert upright.kalman({"F": 1}, {"x": 1e-6}).notes == (told,)
@@ -902,8 +906,48 @@ def test_a_log_without_forces_is_sent_to_output_error() -> None:
     t = np.linspace(0, 1, 50)
     with pytest.raises(IdentifyError, match="output_error finds parameters where forces are not measured"):
         symdyn.identify(symdyn.example("pendulum"), {"t": t, "q1": np.sin(t)})
-    with pytest.raises(SimulateError, match=r'each is a text of its own, \["x=t", "theta=0"\]'):
+    with pytest.raises(SimulateError, match=r'x: each is one of \{"x": "t", "theta": 0\}'):
         symdyn.inverse(CART, "x=t, theta=0", [0, 1])
+
+
+def test_a_road_may_step_where_no_rate_of_it_acts() -> None:
+    lone = """
+inputs.road = { unit = "m", rates = 2 }
+[bodies.wheel]
+mass = 40
+[joints.up]
+type = "prismatic"
+axis = [0, 0, 1]
+parent = "ground"
+child = "wheel"
+coordinate = "z"
+[springs.tyre]
+from = { body = "ground", at = [0, 0, "road"] }
+to = "wheel"
+stiffness = 4000
+free = 0.3
+"""
+    start: dict[str, Any] = {"start": "z=0.3", "until": 1, "every": 0.01}
+    bare = read_text('gravity = "none"\n' + lone)
+    run = symdyn.simulate(bare, forces="road=if(t>0.5, 0.05, 0)", **start)
+    late = run.t > 0.5
+    assert run["z"][late] == pytest.approx(0.35 - 0.05 * np.cos(10 * (run.t[late] - 0.5)), abs=1e-9)
+    assert [note for note in run.notes if "has a step at t = 0.5 s" in note and "energy balance" in note]
+    damped = lone + lone[lone.index("[springs.tyre]") :].replace("springs", "dampers").replace(
+        "stiffness = 4000\nfree = 0.3", "damping = 1"
+    )
+    with pytest.raises(SimulateError, match="at t = 0.5 s, where road_dot acts".replace(".", "[.]")):
+        symdyn.simulate(read_text(damped), forces="road=if(t>0.5, 0.05, 0)", **start)
+    with pytest.raises(SimulateError, match="road, road_dot, road_ddot; of a formula or a table the rates"):
+        symdyn.simulate(bare, forces={"road": lambda t: 0.1 * t}, **start)
+
+
+def test_a_path_is_a_list_of_formulas_and_numbers() -> None:
+    arm = symdyn.example("two_link")
+    asked: dict[str, Any] = {"until": 1, "values": {"m1": 1, "m2": 1, "h1": 1, "h2": 1, "g": 9.81}}
+    text = symdyn.inverse(arm, path={"tool": "1.2, 0.2*t, _"}, **asked)
+    for path in ([1.2, "0.2*t", "_"], ("1.2", "0.2*t", "_")):
+        assert (symdyn.inverse(arm, path={"tool": path}, **asked).q == text.q).all()
 
 
 def test_a_small_grid_is_shown_row_by_row(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

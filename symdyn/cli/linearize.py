@@ -101,12 +101,13 @@ def _margins(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
         found = one.margins(output, input)
         lines.append(f"loop {input} = -{output}, {_kind(found)}: {found.words}")
         data.append({"output": output, "input": input, **found.as_json()})
-    regulator = None if options.lqr is None else system.lqr(options.lqr, options.dt)
-    for drive in () if regulator is None else regulator.inputs:
-        found = regulator.margins(drive)
+    if options.lqr is not None:
+        regulator = system.lqr(options.lqr, options.dt)
         others = " and closed at the other drives" * (len(regulator.inputs) > 1)
-        lines.append(f"loop of the regulator, cut open at {drive}{others}, {_kind(found)}: {found.words}")
-        data.append({"output": drive, "input": drive, **found.as_json()})
+        for drive in regulator.inputs:
+            found = regulator.margins(drive)
+            lines.append(f"loop of the regulator, cut open at {drive}{others}, {_kind(found)}: {found.words}")
+            data.append({"output": drive, "input": drive, **found.as_json()})
     return lines or ["no input drives anything"], data
 
 

@@ -20,7 +20,7 @@ import numpy.typing as npt
 from symdyn.algebra import Array, Batches
 from symdyn.arguments import argument
 from symdyn.dynamics.mechanism import TIME, prescribed, quaternions
-from symdyn.errors import MethodError, SymdynError
+from symdyn.errors import MethodError, SymdynError, alike
 from symdyn.frozen import dataclass, field, replace
 from symdyn.graph import Graph, evaluate, substitute
 from symdyn.scene import Quantity, Scene
@@ -376,7 +376,7 @@ def joined(task: Task, blocks: Sequence[RunBlock]) -> RunBlock:
         together([part.t for part in parts]), together([part.q for part in parts]),
         together([part.u for part in parts]), tuple(why for part in parts for why in part.stopped), sums,
         together([part.samples for part in parts]) if task.keep else None, sum(part.steps for part in parts),
-        tuple(dict.fromkeys(note for part in parts for note in part.notes)),
+        alike(note for part in parts for note in part.notes),
     )  # fmt: skip
 
 

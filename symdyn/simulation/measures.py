@@ -370,7 +370,7 @@ def read_measures(scene: Scene, texts: Sequence[object], faults: Faults) -> tupl
         if isinstance(text, Measure):
             found.append(text)
         elif callable(text):
-            found.append(Measure.of_run(text.__name__, text))
+            found.append(Measure.of_run(getattr(text, "__name__", "measure"), text))
         elif str(text) in map(str, texts[:k]):
             faults.add("measure", f'"{text}" is given twice')
         else:

@@ -6,7 +6,6 @@ A store is new, or one that goes on, if it is of the same study.
 from __future__ import annotations
 
 import json
-import re
 import shutil
 import tempfile
 import warnings
@@ -22,7 +21,7 @@ import numpy as np
 
 from symdyn.arguments import check_arguments, native, with_fields
 from symdyn.bounds import BOUNDS
-from symdyn.errors import SimulateError, StudyError
+from symdyn.errors import SimulateError, StudyError, alike
 from symdyn.extras import install
 from symdyn.resources import version
 from symdyn.scene import SceneLike
@@ -255,9 +254,6 @@ HERE = "here"
 USUAL = "inverse_dynamics"
 """What is called where places are given, and no function is."""
 
-NUMBERS = re.compile(r"\d[\d.e+-]*")
-"""What notes on runs differ in; of those that are alike, the first is reported."""
-
 Say = Callable[[str], None]
 
 
@@ -384,24 +380,22 @@ def made(
         notes += (f"{count} is no power of two, of which Sobol's sequence is most even; {1 << count.bit_length()} is",)
     for note in notes:
         say(note)
-    began, seen = perf_counter(), set[str]()
+    began, of_runs = perf_counter(), tuple[str, ...]()
     here = scheduler == HERE if isinstance(scheduler, str) else False
     job = replace(job, threads=workers if here else 1)
     try:
         with executor(scheduler, None if here else workers, say) as found_by:
             for done, (k, found) in enumerate(found_by.results(one_block, job, left), start=1):
-                for note in found.notes:
-                    if (like := NUMBERS.sub("#", note)) not in seen:
-                        seen.add(like)
-                        notes += (note,)
-                        say(note)
+                before, of_runs = len(of_runs), alike((*of_runs, *found.notes))
+                for note in of_runs[before:]:
+                    say(note)
                 store.put(job, k, found)
                 if progress is not None:
                     progress(1 - (len(left) - done) / job.blocks)
     except KeyboardInterrupt:
-        runs = store.runs(notes, perf_counter() - began)
+        runs = store.runs((*notes, *of_runs), perf_counter() - began)
         how = "the same command goes on with the rest" if path is not None else f"-o FILE{SUFFIX} would have kept it"
         told = f"{INTERRUPTED}: {len(runs) - runs.left} of {len(runs)} runs are there; {how}"
         say(told)
-        return replace(runs, notes=(*notes, told))
-    return store.runs(notes, perf_counter() - began)
+        return replace(runs, notes=(*notes, *of_runs, told))
+    return store.runs((*notes, *of_runs), perf_counter() - began)

@@ -196,6 +196,8 @@ def _read(scene: Scene, what: object) -> Feedback:
         gains, more = read_gains(scene, Path(law))
         return replace(Feedback(gains, gains.inputs, **more), **given)
     if isinstance(law, Mapping):
+        if law and law.keys() <= {*driven(scene)}:
+            raise SimulateError(f"feedback: formulas of the state are forces: {argument('forces', law)}")
         gains, more = gains_from(scene, law, "feedback")
         return replace(Feedback(gains, gains.inputs, **more), **given)
     matrices = matrices_of(law, faults)

@@ -162,9 +162,9 @@ def words(entries: Iterable[str], what: str, faults: Faults) -> dict[str, str]:
             faults.add(what, f"{name}: a file is given alone, {text}; its columns are called after what they are")
         elif (more := _SECOND.search(text)) is not None:
             each = f"{name}={text[: more.start()]}", f"{more[1]}={text[more.end() :]}"
-            first, second = f'"{each[0]}"', f'"{each[1]}"'
             python = argument(what, True) == f"{what}=True"
-            own = f"a text of its own, [{first}, {second}]" if python else f"an argument of its own: {first} {second}"
+            by_name = argument(what, dict(one.split("=", 1) for one in each)).partition("=")[2]
+            own = f"one of {by_name}" if python else f'an argument of its own: "{each[0]}" "{each[1]}"'
             faults.add(what, f"{name}: each is {own}")
         else:
             found[name] = text
