@@ -266,11 +266,8 @@ def at_drive(loop: StateSpace, drive: str | None) -> StateSpace:
 
 def _cross(N: object, states: Axis, drives: Axis, faults: Faults) -> Array:
     """Return weights of states times drives as a matrix; of those by name, "x*F", others are 0."""
-    found: Array = np.zeros((len(states), len(drives)))
-    if N is not None and not isinstance(N, Mapping):
-        found = array_of(N)
-        return found
-    for key, value in (N or {}).items():
+    found: Array = np.zeros((len(states), len(drives))) if N is None or isinstance(N, Mapping) else array_of(N)
+    for key, value in N.items() if isinstance(N, Mapping) else ():
         state, _, drive = (part.strip() for part in str(key).partition("*"))
         if state in states.names and drive in drives.names:
             found[states.names.index(state), drives.names.index(drive)] = value
