@@ -14,13 +14,13 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set, Sized
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass
 from functools import cache, wraps
 from operator import index
 from types import UnionType
 from typing import Any, Protocol, TypeVar, cast, get_origin
 
-from symdyn.errors import CALLED_OTHERWISE, ArgumentError, SymdynError, choice, quoted
+from symdyn.errors import CALLED_OTHERWISE, LIKE, ArgumentError, SymdynError, choice, quoted
+from symdyn.frozen import dataclass
 
 
 class SympyExpression(Protocol):
@@ -309,7 +309,8 @@ def _refuse_unknown(function: Callable[..., object], keywords: Iterable[str]) ->
     known = [name for name in inspect.signature(function).parameters if name != "self"] if keywords else []
     for name in (one for one in keywords if one not in known):
         needed, told = CALLED_OTHERWISE.get(name, ("", ""))
-        told = told if needed in (*known, name) and not {name[:-1], f"{name}es"} & {*known} else choice(name, known)
+        fits = needed in (*known, name) and not {name[:-1], f"{name}es"} & {*known}
+        told = told if fits else choice(LIKE.get(name, name), known)
         raise ArgumentError(f"{_called(function)}() got an unexpected keyword argument {name!r}; {told}")
 
 

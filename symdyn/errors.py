@@ -306,6 +306,26 @@ def listed(names: Iterable[str], most: int = MOST_LISTED) -> str:
     return ", ".join(every[:most]) + (f", ... ({len(every)} in all)" if len(every) > most else "")
 
 
+_NUMBERS = re.compile(r"\d[\d.e+-]*")
+_MORE = re.compile(r" \(and (\d+) alike\)$")
+
+
+def alike(notes: Iterable[str]) -> tuple[str, ...]:
+    """Return notes, of those that differ in numbers alone the first, and how many more there are.
+
+    >>> alike(["ended at 0.1 s", "a", "ended at 0.25 s", "ended at 0.3 s (and 4 alike)"])
+    ('ended at 0.1 s (and 6 alike)', 'a')
+    """
+    firsts, counts = dict[str, str](), dict[str, int]()
+    for note in dict.fromkeys(notes):
+        more = _MORE.search(note)
+        plain = note[: more.start()] if more else note
+        kind = _NUMBERS.sub("#", plain)
+        firsts.setdefault(kind, plain)
+        counts[kind] = counts.get(kind, -1) + 1 + (int(more[1]) if more else 0)
+    return tuple(f"{note} (and {counts[kind]} alike)" * (counts[kind] > 0) or note for kind, note in firsts.items())
+
+
 CALLED_OTHERWISE = {
     **{
         name: ("feedback", f"give it with the controller: feedback=symdyn.Feedback(law, {name}=...)")
@@ -328,6 +348,9 @@ CALLED_OTHERWISE = {
     **dict.fromkeys(("y0", "x0"), ("start_rates", "start={'q1': 0.1, 'q1_dot': 0} gives positions and velocities")),
 }
 """What to give in place of a keyword, told where there is another one, none but for its number; for errors alone."""
+
+LIKE = {"limits": "bounds"}
+"""Words for what a function may have by another name, for errors alone."""
 
 
 def suggestion(name: object, known: Iterable[str]) -> str:

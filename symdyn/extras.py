@@ -5,8 +5,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from importlib.util import find_spec
+
+from symdyn.frozen import dataclass
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,6 @@ INSTEAD: dict[str, dict[str, str]] = {
             ("kr", "x0", "setpoint", "set_point", "reference"),
             "symdyn.Feedback(regulator, reference={...}) sets another point",
         ),
-        "margins": "they are those of its loop, .loop.margins()",
         **dict.fromkeys(("step", "impulse", "bode", "stable", "damp"), "its .closed_loop has them"),
     },
     "observer": dict.fromkeys(("K", "L"), "gains are those of its parts, .regulator.K and .observer.L"),

@@ -7,9 +7,9 @@ T_AC = T_AB @ T_BC      inner letters match
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple, overload
 
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph, Scalar
 
 Vec = tuple[Expr, Expr, Expr]

@@ -5,11 +5,11 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 from unicodedata import combining, east_asian_width
 
 from symdyn.emit import in_html, in_latex, in_markdown
+from symdyn.frozen import dataclass
 from symdyn.rounding import in_digits
 
 C = TypeVar("C")

@@ -13,9 +13,10 @@ nowhere.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass
 from enum import StrEnum, nonmember
 from typing import Any
+
+from symdyn.frozen import asdict, dataclass
 
 
 class Verdict(StrEnum):

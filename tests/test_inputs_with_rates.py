@@ -379,7 +379,8 @@ REFUSED: dict[str, Any] = {
     "forces: zf has rates, and its table goes from 0 s to 1 s; give rows for the whole run, from 0 to 2 s": {
         "zf": (np.linspace(0, 1, 9), np.zeros(9))
     },
-    "forces: zf: the function returned 1 number at t = 0 s; it returns 3: zf, zf_dot, zf_ddot": {"zf": lambda t: 0.1},
+    "forces: zf: the function returned 1 number at t = 0 s; "
+    "it returns 3: zf, zf_dot, zf_ddot; of a formula or a table the rates follow": {"zf": lambda t: 0.1},
     "forces: zf: the function takes 3 arguments; give one of t that returns zf, zf_dot, zf_ddot": {
         "zf": lambda t, q, u: 0.1
     },

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -354,10 +356,6 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
         LinearizeError,
         lambda: symdyn.linearize(CART).bode("F", "theta"),
     ),
-    "they are those of its loop, .loop.margins()": (
-        AttributeError,
-        lambda: symdyn.linearize(CART).lqr().margins,  # type: ignore[attr-defined]
-    ),
     "gains are those of its parts, .regulator.K and .observer.L": (
         AttributeError,
         lambda: symdyn.linearize(CART).lqg().K,  # type: ignore[attr-defined]
@@ -566,7 +564,7 @@ def test_the_shell_guesses_what_is_meant_or_nothing(
     ("motion", "told"),
     [
         ("hinge=sin(t)", "hinge is not a coordinate, but a joint: it has theta"),
-        ("x=t,theta=sin(t)", '"x=t", "theta=sin(t)"'),
+        ("x=t,theta=sin(t)", 'one of {"x": "t", "theta": "sin(t)"}'),
         ("theta=minjerk(0,1,2)", "a motion has quintic(a, b, T)"),
         ("theta=angle.csv", "theta: a file is given alone, angle.csv"),
     ],
@@ -784,25 +782,70 @@ c = 1
 """
 
 
-def test_peaks_between_samples_are_told_and_settling_times_are_those_of_the_step_response() -> None:
-    block, measures = read_text(SPRUNG), ["max(x)", "settling_time(x)"]
-    asked: dict[str, str] = {"forces": "F=100"}
-    coarse, fine = (symdyn.sweep(block, "c=[5,8]", measures, until=6, every=t, **asked) for t in (0.05, 0.005))  # type: ignore[arg-type]
-    responses = [symdyn.linearize(block, values={"c": c}).step("x", "F") for c in (5.0, 8.0)]
+def test_peaks_are_those_between_samples_and_settling_times_those_of_the_step_response() -> None:
+    block, measures = read_text(SPRUNG), ["max(x)", "when_max(x)", "min(-abs(x)/2)", "settling_time(x)"]
+    asked: dict[str, Any] = {"forces": "F=100", "until": 6}
+    found = symdyn.sweep(block, "c=[5,8]", measures, every=0.02, **asked)
+    coarse = symdyn.ensemble(block, values={"c": [5, 8]}, measures=measures[:3], every=0.1, **asked)
+    single = symdyn.ensemble(block, values={"c": [5, 8]}, measures=measures[:3], every=0.1, method="radau", **asked)
+    series = symdyn.ensemble(block, values={"c": [5, 8]}, measures="max(x)", every=0.05, method="taylor", **asked)
 
-    exact = [1 + np.exp(-np.pi * z / np.sqrt(1 - z * z)) for z in (0.25, 0.4)]
-    assert any("max(x) of one of the runs is 1.4" in note and "give every=" in note for note in coarse.notes)
-    assert not any("peaks" in note for note in fine.notes)
-    assert fine["max(x)"] == pytest.approx(exact, rel=1e-3)
-    settled = [one.info()["settling_time"] for one in responses]
-    assert fine["settling_time(x)"] == pytest.approx(settled, rel=2e-3)
-    short = symdyn.sweep(block, "c=[0.1,8]", "settling_time(x)", until=6, every=0.02, **asked)  # type: ignore[arg-type]
+    z = np.array([0.25, 0.4])
+    exact = 1 + np.exp(-np.pi * z / np.sqrt(1 - z * z))
+    for one, near in ((found, 1e-5), (coarse, 1e-7), (single, 1e-5)):
+        assert not any("peaks" in note for note in one.notes)
+        assert one["max(x)"] == pytest.approx(exact, rel=near)
+        assert one["min(-abs(x)/2)"] == pytest.approx(-exact / 2, rel=near)
+        assert one["when_max(x)"] == pytest.approx(np.pi / (10 * np.sqrt(1 - z * z)), rel=2e-3)
+    assert any("max(x) of one of the runs is 1.4" in note and "give every=" in note for note in series.notes)
+    settled = [symdyn.linearize(block, values={"c": c}).step("x", "F").info()["settling_time"] for c in (5.0, 8.0)]
+    assert found["settling_time(x)"] == pytest.approx(settled, rel=2e-3)
+    short = symdyn.sweep(block, "c=[0.1,8]", "settling_time(x)", every=0.02, **asked)
     assert np.isnan(short["settling_time(x)"]).tolist() == [True, False]
-    assert repr(fine.table()).split()[:4] == ["c", "max(x)", "settling_time(x)", "ended"]
+    assert repr(short.table()).split()[:3] == ["c", "settling_time(x)", "ended"]
     assert symdyn.sweep(block, "c=[5]", "settling_time(2)", until=1)["settling_time(2)"] == 0
 
 
+def test_a_saturated_force_has_no_peak_above_its_limit() -> None:
+    asked: dict[str, Any] = {"forces": {"F": "if(30*cos(7*t)>6, 6, 30*cos(7*t))"}, "until": 3}
+    for more in ({}, {"method": "radau"}):
+        found = symdyn.ensemble(read_text(SPRUNG), measures="max(F)", **asked, **more)  # type: ignore[arg-type]
+        assert found["max(F)"] == 6
+
+
+def late(run: symdyn.Trajectory) -> float:
+    """Return when a run is last off its end by more than a fiftieth."""
+    return float(run.t[abs(run["x"] - 1) > 0.02][-1])
+
+
+def test_a_function_of_a_run_is_a_measure(tmp_path: Path) -> None:
+    block, asked = read_text(SPRUNG), {"forces": "F=100", "until": 6, "every": 0.02}
+    found = symdyn.sweep(block, "c=[5,8]", {"peak": "max(x)", "late": late}, **asked)  # type: ignore[arg-type]
+    own = symdyn.sweep(block, "c=[5,8]", ["max(x)", "settling_time(x)"], **asked)  # type: ignore[arg-type]
+    assert found["peak"] == pytest.approx(own["max(x)"], rel=1e-5)
+    assert found["late"] == pytest.approx(own["settling_time(x)"], abs=0.04)
+    each = symdyn.ensemble(block, values={"c": [5, 8]}, measures=late, **asked)  # type: ignore[arg-type]
+    assert (each["late"] == found["late"]).all()
+
+    failed = symdyn.sweep(block, "c=[5,8]", wrong := {"wrong": lambda run: "x"}, until=1)  # type: ignore[arg-type]
+    assert "a function takes a run and returns a number" in failed.reasons[1]
+    told = {
+        r'measure=\{"peak": f\}': lambda: symdyn.sweep(block, "c=[5,8]", wrong["wrong"]),  # type: ignore[arg-type]
+        "in Python a measure may be a function of a run": lambda: symdyn.sweep(block, "c=[5,8]", "overshoot(x)"),
+        "is a function of a run, and there is none": lambda: symdyn.sweep(
+            block, "m=[5,8]", late, function="mass_matrix", at="x=0"
+        ),
+    }
+    for words, call in told.items():
+        with pytest.raises(SimulateError, match=words):
+            call()
+
+
 def test_what_was_silent_is_told(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    with pytest.raises(SimulateError, match=r'formulas of the state are forces: forces=\{"F": "-x"\}'):
+        symdyn.simulate(CART, feedback={"F": "-x"}, until=1)
+    with pytest.raises(ArgumentError, match="did you mean bounds"):
+        symdyn.collocation(CART, until=1, limits={"F": 15})  # type: ignore[call-arg]
     upright = symdyn.linearize(CART)
     told = 'V misses theta: measured with variance 1; linearize with outputs=["x"] leaves it out'
     assert upright.kalman({"F": 1}, {"x": 1e-6}).notes == (told,)
@@ -815,22 +858,96 @@ def test_what_was_silent_is_told(capsys: pytest.CaptureFixture[str], tmp_path: P
     with pytest.raises(SimulateError, match="and no force, whose cost is over time: cost"):
         symdyn.collocation(CART, until=1, end={"x": 1}, final_cost="F**2", intervals=4)
 
-    regulator, path = upright.lqr({"x": 1}, {"F": 0.1}), str(tmp_path / "cart.toml")
+    path = str(tmp_path / "cart.toml")
     Path(path).write_text(symdyn.scene.write_text(CART, "toml").text)
-    assert main(["linearize", path, "--lqr", "Q=x:1", "R=F:0.1", "--show", "margins"]) == 0
+    regulator = upright.lqr({"x": 1, "x_integral": 2}, {"F": 0.1}, N={"x*F": 0.05}, integral="x")
+    asked = ["--lqr", "Q=x:1;x_integral:2", "R=F:0.1", "N=x*F:0.05", "integral=x"]
+    assert main(["linearize", path, *asked, "--show", "margins", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["result"]["lqr"]["K"] == regulator.K.tolist()
+    assert main(["linearize", path, *asked, "--show", "margins"]) == 0
     shown = capsys.readouterr().out
-    assert f"loop of the regulator, cut open at F, stable: {regulator.loop.margins().words}" in shown
+    assert f"loop of the regulator, cut open at F, stable: {regulator.margins().words}" in shown
+    assert main(["linearize", path, "--lqr", "N=F*x:1"]) == 1
+    assert "N: F*x is no state times a drive; write such as x*F" in capsys.readouterr().err
     with pytest.raises(SystemExit):
         main(["simulate", path, "--quantisation", "theta=0.1"])
     assert "in Python a controller has it: symdyn.Feedback(law, quantisation=...)" in capsys.readouterr().err
+
+
+def test_a_regulator_of_two_drives_has_the_margins_of_each_loop(capsys: pytest.CaptureFixture[str]) -> None:
+    values = {"m1": 1, "m2": 1, "h1": 1, "h2": 1, "g": 9.81}
+    lin = symdyn.linearize(symdyn.example("two_link"), values=values)
+    reg, lqg = lin.lqr(), lin.lqg()
+    for k, drive in enumerate(reg.inputs):
+        j, found = 1 - k, reg.margins(drive)
+        b, c = lin.B[:, [k]], reg.K[[k]]
+        A = lin.A - lin.B[:, [j]] @ reg.K[[j]]
+        w = np.geomspace(1e-2, 1e3, 20001)
+        loop = np.array([(c @ np.linalg.solve(1j * x * np.eye(len(A)) - A, b))[0, 0] for x in w])
+        near = np.abs(loop) - 1
+        crossed = np.flatnonzero(near[1:] * near[:-1] < 0)
+        assert found.stable
+        assert abs(found.phase) == pytest.approx(min(abs(np.degrees(np.angle(-loop[crossed])))), abs=0.1)
+        assert abs(found.phase) > 60  # Kalman's inequality holds for each loop where R is diagonal
+        assert lqg.margins(drive).stable
+    with pytest.raises(LinearizeError, match=r'margins\("M1"\) of the regulator cuts one open'):
+        reg.loop.margins()
+    path, bound = (
+        str(Path(symdyn.__file__).parents[1] / "examples" / "two_link.toml"),
+        ",".join(f"{k}={x}" for k, x in values.items()),
+    )
+    assert main(["linearize", path, "--bind", bound, "--lqr", "--show", "margins"]) == 0
+    assert (
+        f"cut open at M2 and closed at the other drives, stable: {reg.margins('M2').words}" in capsys.readouterr().out
+    )
 
 
 def test_a_log_without_forces_is_sent_to_output_error() -> None:
     t = np.linspace(0, 1, 50)
     with pytest.raises(IdentifyError, match="output_error finds parameters where forces are not measured"):
         symdyn.identify(symdyn.example("pendulum"), {"t": t, "q1": np.sin(t)})
-    with pytest.raises(SimulateError, match=r'each is a text of its own, \["x=t", "theta=0"\]'):
+    with pytest.raises(SimulateError, match=r'x: each is one of \{"x": "t", "theta": 0\}'):
         symdyn.inverse(CART, "x=t, theta=0", [0, 1])
+
+
+def test_a_road_may_step_where_no_rate_of_it_acts() -> None:
+    lone = """
+inputs.road = { unit = "m", rates = 2 }
+[bodies.wheel]
+mass = 40
+[joints.up]
+type = "prismatic"
+axis = [0, 0, 1]
+parent = "ground"
+child = "wheel"
+coordinate = "z"
+[springs.tyre]
+from = { body = "ground", at = [0, 0, "road"] }
+to = "wheel"
+stiffness = 4000
+free = 0.3
+"""
+    start: dict[str, Any] = {"start": "z=0.3", "until": 1, "every": 0.01}
+    bare = read_text('gravity = "none"\n' + lone)
+    run = symdyn.simulate(bare, forces="road=if(t>0.5, 0.05, 0)", **start)
+    late = run.t > 0.5
+    assert run["z"][late] == pytest.approx(0.35 - 0.05 * np.cos(10 * (run.t[late] - 0.5)), abs=1e-9)
+    assert [note for note in run.notes if "has a step at t = 0.5 s" in note and "energy balance" in note]
+    damped = lone + lone[lone.index("[springs.tyre]") :].replace("springs", "dampers").replace(
+        "stiffness = 4000\nfree = 0.3", "damping = 1"
+    )
+    with pytest.raises(SimulateError, match="at t = 0.5 s, where road_dot acts".replace(".", "[.]")):
+        symdyn.simulate(read_text(damped), forces="road=if(t>0.5, 0.05, 0)", **start)
+    with pytest.raises(SimulateError, match="road, road_dot, road_ddot; of a formula or a table the rates"):
+        symdyn.simulate(bare, forces={"road": lambda t: 0.1 * t}, **start)
+
+
+def test_a_path_is_a_list_of_formulas_and_numbers() -> None:
+    arm = symdyn.example("two_link")
+    asked: dict[str, Any] = {"until": 1, "values": {"m1": 1, "m2": 1, "h1": 1, "h2": 1, "g": 9.81}}
+    text = symdyn.inverse(arm, path={"tool": "1.2, 0.2*t, _"}, **asked)
+    for path in ([1.2, "0.2*t", "_"], ("1.2", "0.2*t", "_")):
+        assert (symdyn.inverse(arm, path={"tool": path}, **asked).q == text.q).all()
 
 
 def test_a_small_grid_is_shown_row_by_row(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

@@ -20,7 +20,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 from math import gcd, lcm
@@ -40,6 +39,7 @@ from symdyn.algebra.sums_of_angles import (
     take_out,
 )
 from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Op, evaluate
 
 Powers = tuple[tuple[int, int], ...]  # ((generator, power), …), ascending

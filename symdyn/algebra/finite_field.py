@@ -26,7 +26,6 @@ node's value one for each j. What is no field operation (sines, roots, what is u
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 from math import floor, isqrt, lcm, prod
@@ -35,6 +34,7 @@ from flint import fmpz
 
 from symdyn.algebra.generators import coprime_base
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass
 from symdyn.graph import SMALL_PRIMES, Expr, Op, Piecewise, evaluate, reachable
 
 BITS = 127  # enough that few of the primes drawn from divide the coefficients of any scene

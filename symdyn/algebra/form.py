@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, ClassVar
 
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Graph, Op, Piecewise, evaluate, reachable
 
 

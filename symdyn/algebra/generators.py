@@ -11,13 +11,13 @@ An angle is a multiple of π/12, which has an exact sine, plus multiples of atom
 from __future__ import annotations
 
 from collections.abc import Container, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from math import gcd, inf, isqrt, lcm
 
 from flint import fmpz
 
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass
 from symdyn.graph import SMALL_PRIMES, Expr, Op, reachable, tangents
 
 COSINES = {  # part of a turn -> 4 cos = a + b √2 + c √3 + d √6

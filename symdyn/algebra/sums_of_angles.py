@@ -16,7 +16,6 @@ of products, with common factors taken out, the one that saves most first.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
 from decimal import Decimal, localcontext
 from fractions import Fraction
 from functools import cache
@@ -27,6 +26,7 @@ from operator import itemgetter
 from flint import fmpz_mat
 
 from symdyn.algebra.form import Form, Number
+from symdyn.frozen import dataclass, field
 from symdyn.graph import Expr
 
 Angle = tuple[tuple[int, int], ...]  # ((atom, multiple), …), in the order of the group

@@ -18,7 +18,6 @@ What relies on one of them may stay as a term whose value is zero: longer than n
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from itertools import compress
 from math import prod
@@ -41,6 +40,7 @@ from symdyn.algebra.generators import (
 )
 from symdyn.algebra.sums_of_angles import AngleGroup, rounded, total_angles
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass
 from symdyn.graph import Arithmetic, Expr, Op, evaluate, reachable
 
 MOST_PRODUCTS = 3_000_000  # a 7-axis arm with ten symbolic inertial parameters a link takes 16 thousand

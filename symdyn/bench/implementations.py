@@ -9,7 +9,6 @@ from __future__ import annotations
 import ctypes
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import partial
 from itertools import groupby
 from operator import attrgetter
@@ -25,6 +24,7 @@ from symdyn.dynamics import Equations
 from symdyn.emit import TARGETS, Sources, emit, render
 from symdyn.emit.code import REALS, SINGLE, ShortSines
 from symdyn.errors import EmitError, MissingCompiler
+from symdyn.frozen import dataclass, replace
 from symdyn.program import Program, Routine, lower, shared
 from symdyn.runtime import RUNNERS, build, build_extension
 

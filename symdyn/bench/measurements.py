@@ -11,12 +11,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from symdyn.algebra import Array
 from symdyn.errors import SimulateError
 from symdyn.extras import install
+from symdyn.frozen import asdict, dataclass, replace
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene, SceneUnits
 from symdyn.simulation import METHODS, TimedRuns, Trajectory

@@ -22,7 +22,6 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 from types import SimpleNamespace
@@ -38,6 +37,7 @@ from symdyn.dynamics.loops import Numbers
 from symdyn.dynamics.outputs import DIRECTIONS
 from symdyn.emit.code import REALS
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass
 from symdyn.graph import evaluate, reachable
 from symdyn.program import Routine, formulate, lower, quaternion_places
 from symdyn.scene import Scene, SceneUnits

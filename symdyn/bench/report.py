@@ -10,11 +10,11 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from math import isnan
 from typing import TYPE_CHECKING, Any
 
 from symdyn.emit import in_html, in_markdown, render
+from symdyn.frozen import dataclass, field, replace
 from symdyn.rounding import finite, in_digits
 from symdyn.table import Table
 from symdyn.verdict import Verdict

@@ -8,7 +8,6 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
@@ -32,6 +31,7 @@ from symdyn.dynamics import Equations, Requested, Workspace, derive_one, formula
 from symdyn.emit import emit
 from symdyn.emit.code import REALS
 from symdyn.errors import DerivationError, MissingCompiler, SimulateError
+from symdyn.frozen import asdict, dataclass, replace
 from symdyn.program import formulate, lower
 from symdyn.runtime import CACHE_VARIABLE, RUNNERS, find_compiler, here
 from symdyn.scene import Scene, SceneLike, scene_of

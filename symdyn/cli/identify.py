@@ -14,7 +14,6 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -26,6 +25,7 @@ from symdyn.cli.talk import Bar, Waiting, answer, give, print_table, print_text,
 from symdyn.cli.trajectory_options import flattened, pairs, write_table
 from symdyn.emit import write
 from symdyn.errors import IdentifyError, SimulateError, choice
+from symdyn.frozen import dataclass
 from symdyn.identification import Identification, Outcome, Payload, excite, identify
 from symdyn.rounding import finite, in_digits
 from symdyn.scene import Scene, parse

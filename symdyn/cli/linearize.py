@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import shlex
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -18,7 +17,8 @@ from symdyn.cli.trajectory_options import collected, flattened, pairs, reel
 from symdyn.draw import Reel
 from symdyn.emit import Contents, write_file
 from symdyn.errors import LinearizeError, choice
-from symdyn.linear import System, SystemsFile, locus_over, poles_in_words
+from symdyn.frozen import dataclass, replace
+from symdyn.linear import Margins, System, SystemsFile, locus_over, poles_in_words
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene
 from symdyn.scene.values import Faults, split_commas
@@ -99,15 +99,20 @@ def _margins(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
     one, lines, data = system.linearization, Lines(), []
     for output, input in product(one.outputs.names, one.inputs.names):
         found = one.margins(output, input)
-        kind = "stable" if found.stable else "unstable"
-        lines.append(f"loop {input} = -{output}, {kind}: {found.words}")
+        lines.append(f"loop {input} = -{output}, {_kind(found)}: {found.words}")
         data.append({"output": output, "input": input, **found.as_json()})
-    if options.lqr is not None and len((loop := system.lqr(options.lqr, options.dt).loop).inputs) == 1:
-        found, drive = loop.margins(), loop.inputs.names[0]
-        kind = "stable" if found.stable else "unstable"
-        lines.append(f"loop of the regulator, cut open at {drive}, {kind}: {found.words}")
-        data.append({"output": drive, "input": drive, **found.as_json()})
+    if options.lqr is not None:
+        regulator = system.lqr(options.lqr, options.dt)
+        others = " and closed at the other drives" * (len(regulator.inputs) > 1)
+        for drive in regulator.inputs:
+            found = regulator.margins(drive)
+            lines.append(f"loop of the regulator, cut open at {drive}{others}, {_kind(found)}: {found.words}")
+            data.append({"output": drive, "input": drive, **found.as_json()})
     return lines or ["no input drives anything"], data
+
+
+def _kind(found: Margins) -> str:
+    return "stable" if found.stable else "unstable"
 
 
 def _step(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:

@@ -10,7 +10,6 @@ import math
 import shutil
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from operator import index
 from os import PathLike
@@ -30,6 +29,7 @@ from symdyn.draw.stage import Stage
 from symdyn.draw.svg import Drawing
 from symdyn.emit import Contents
 from symdyn.errors import DrawError
+from symdyn.frozen import dataclass
 from symdyn.scene import Scene, SceneLike
 
 FRAMES, EXACT = 9, 32  # frames that the colours of a GIF are taken from, and colours that are not mixed

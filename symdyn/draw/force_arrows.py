@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,6 +20,7 @@ from symdyn.draw.stage import View
 from symdyn.draw.style import FONT, Text
 from symdyn.draw.svg import Drawing
 from symdyn.emit.print import latex_symbols
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Op
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES

@@ -12,7 +12,6 @@ balls and patches, made of triangles with normals.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -24,6 +23,7 @@ from symdyn.draw.shapes import COLOURS, between_ends, carrier, outer, spots
 from symdyn.draw.stage import View, vertical
 from symdyn.draw.style import LIGHT
 from symdyn.errors import DrawError
+from symdyn.frozen import dataclass
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS
 

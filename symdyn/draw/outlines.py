@@ -11,7 +11,6 @@ What is drawn of a scene, places of bodies, joints, forces, masses and points, a
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
@@ -20,6 +19,7 @@ import numpy as np
 from symdyn.algebra import Array, Floats
 from symdyn.dynamics.mechanism import Taut, body_placements, vector
 from symdyn.errors import SymdynError
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph, Op, evaluate, substitute
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.forces import FORCES, in_plane

@@ -10,7 +10,6 @@ in a notebook what it describes.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -38,6 +37,7 @@ from symdyn.draw.style import Text
 from symdyn.draw.svg import Drawing, svg
 from symdyn.emit.print import latex_symbols
 from symdyn.errors import DrawError, choice, quoted, suggestion
+from symdyn.frozen import dataclass, replace
 from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.scene.values import Load
 from symdyn.shown import Shown

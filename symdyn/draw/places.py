@@ -10,7 +10,6 @@ all, and a label that finds none worth reading is left out (its group still has 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -19,6 +18,7 @@ from symdyn.algebra import Batches
 from symdyn.draw.outlines import BEYOND, Key, Outlined, drawn, outlines, strings, touching
 from symdyn.draw.style import FONT, Text
 from symdyn.errors import DrawError
+from symdyn.frozen import dataclass
 from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS

@@ -11,7 +11,6 @@ import importlib.util
 import io
 import sys
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,6 +22,7 @@ from symdyn.draw.places import Array
 from symdyn.draw.style import DROP, FONT, SMALL, Text
 from symdyn.errors import DrawError
 from symdyn.extras import install
+from symdyn.frozen import dataclass
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

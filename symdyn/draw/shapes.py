@@ -10,13 +10,13 @@ Who points at a part of a picture is told what it is in English; a lesson says i
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from symdyn.draw.outlines import Outlined, touching
 from symdyn.draw.places import Array, JointAxis, Placed, Places, across, unit
+from symdyn.frozen import dataclass, field
 from symdyn.scene import Scene
 from symdyn.scene.values import PlaneContact
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 from symdyn.draw.force_arrows import from_zero
 from symdyn.draw.outlines import drawn, outline, strings
 from symdyn.dynamics.mechanism import vector
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES

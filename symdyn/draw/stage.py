@@ -10,7 +10,6 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
@@ -19,6 +18,7 @@ from symdyn.draw.ground import patches
 from symdyn.draw.places import Array, Places, places, unit
 from symdyn.dynamics.loops import Numbers
 from symdyn.errors import DerivationError, DrawError, suggestion
+from symdyn.frozen import dataclass, replace
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import start_of

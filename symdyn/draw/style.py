@@ -9,13 +9,13 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cache
 from itertools import groupby
 
 from symdyn.emit import in_html
 from symdyn.emit.print import PrintName
 from symdyn.errors import DrawError, choice
+from symdyn.frozen import dataclass
 from symdyn.scene.values import GREEK
 from symdyn.unlocked import cached_property
 

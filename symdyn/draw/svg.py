@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
@@ -19,6 +18,7 @@ from symdyn.draw.shapes import ENGLISH, Item, Shape, Title, arrow, dot, path
 from symdyn.draw.style import FONT, Text, lowered, style
 from symdyn.emit import in_html
 from symdyn.errors import DrawError
+from symdyn.frozen import dataclass, field
 from symdyn.unlocked import cached_property
 
 MARGIN = 12.0

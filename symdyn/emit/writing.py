@@ -7,7 +7,6 @@ half of them, a full disk leaves nothing, and a link that stands where the file 
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from errno import EILSEQ, EISDIR, ENAMETOOLONG, ENOSPC
@@ -97,6 +96,8 @@ def _check_place(path: Path) -> None:
 
 def _aside(place: Path) -> Path:
     """Return a new empty file in a folder, with the permissions of any other file there."""
+    import tempfile  # with all compressors, which few commands want
+
     handle, name = tempfile.mkstemp(prefix=".symdyn-", dir=place)
     os.close(handle)
     mask = os.umask(0)

@@ -12,11 +12,12 @@ same way, so the decomposition stands here once.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import IntEnum
 from fractions import Fraction
 from math import isqrt
 from typing import TYPE_CHECKING
+
+from symdyn.frozen import dataclass
 
 if TYPE_CHECKING:
     from symdyn.graph.expression import Expr, Graph

@@ -13,12 +13,12 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
 from itertools import pairwise
 from math import lcm
 
+from symdyn.frozen import dataclass, replace
 from symdyn.graph.differentiate import Algebra, T, evaluate, reachable, substitute, tangents
 from symdyn.graph.expression import Expr, Graph
 from symdyn.graph.ops import Op

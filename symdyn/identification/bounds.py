@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 
 from symdyn.errors import suggestion
+from symdyn.frozen import dataclass, replace
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.values import Faults, Joint, acceleration_name, force_unit
 from symdyn.simulation.prescribed import drive_names, number_of, parameter_values, read_formula

@@ -13,7 +13,6 @@ References: Hollerbach, Khalil and Gautier, Springer Handbook of Robotics (2016)
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
@@ -24,6 +23,7 @@ from symdyn.algebra import Array
 from symdyn.arguments import argument, check_arguments
 from symdyn.draw import FilledFigure
 from symdyn.errors import IdentifyError, UnknownNameError, choice, listed
+from symdyn.frozen import dataclass, field, replace
 from symdyn.identification.filtered import Flags
 from symdyn.identification.geometry import GeometricModel, read_poses
 from symdyn.identification.identification import NEVER, STRUCTURE, NotIdentifiable, formula

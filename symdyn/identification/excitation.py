@@ -24,13 +24,13 @@ series and the determinant.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.frozen import dataclass
 from symdyn.identification.bounds import Bound
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene

@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -26,6 +25,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.arguments import check_arguments, native, suggesting
 from symdyn.errors import IdentifyError, SimulateError, choice, suggestion
+from symdyn.frozen import dataclass
 from symdyn.identification.bounds import Bound, Box, fits, read_bounds, usual_notes
 from symdyn.identification.excitation import CRITERIA, FAMILIES, Basis, Criterion, Excitation, Improved, Reached
 from symdyn.runtime import Loaded, load

@@ -15,12 +15,12 @@ Reference: Gautier and Poignet, Extended Kalman filtering and weighted least squ
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra import Array
+from symdyn.frozen import dataclass
 from symdyn.identification.log import SHORTEST, Log
 
 Flags = npt.NDArray[np.bool_]

@@ -23,13 +23,13 @@ variables separate (1973); Golub and Van Loan, Matrix Computations, section 6.1 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.arguments import argument
 from symdyn.errors import IdentifyError, listed
+from symdyn.frozen import dataclass
 from symdyn.identification.gains import Fitted
 from symdyn.identification.linear_model import LinearModel
 from symdyn.identification.log import ColumnUnits

@@ -18,13 +18,13 @@ Reference: Gautier and Briot, Global identification of joint drive gains and dyn
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.arguments import argument
 from symdyn.errors import IdentifyError
+from symdyn.frozen import dataclass, replace
 from symdyn.identification.filtered import Flags, Indices, Motion
 from symdyn.identification.linear_model import LinearModel
 from symdyn.identification.payload import Carried, Evidence, Fit, held_in, mean_square, moving, rows_of

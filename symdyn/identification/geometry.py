@@ -13,7 +13,6 @@ Reference: Hollerbach, Khalil and Gautier, Model Identification, Springer Handbo
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -23,6 +22,7 @@ import numpy as np
 from symdyn.algebra import Array, Batches
 from symdyn.dynamics.mechanism import body_placements
 from symdyn.errors import IdentifyError, SimulateError, choice, listed, nearest
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Graph, Op, evaluate, gradient, reachable
 from symdyn.identification.identified_scene import DIGITS, with_parameters
 from symdyn.identification.log import in_si

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -15,6 +14,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.arguments import argument, check_arguments, native
 from symdyn.errors import IdentifyError, UnknownNameError, choice
+from symdyn.frozen import dataclass
 from symdyn.identification.bounds import fits
 from symdyn.identification.filtered import Flags, Motion
 from symdyn.identification.gains import Fitted, Gain, Gains

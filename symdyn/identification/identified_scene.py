@@ -16,7 +16,6 @@ taken.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
@@ -26,6 +25,7 @@ from symdyn.arguments import argument, check_arguments, native
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.outputs import BaseColumns
 from symdyn.errors import IdentifyError, SceneError, choice, listed
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Op, evaluate, gradient, reachable
 from symdyn.identification.identification import Identification
 from symdyn.identification.linear_model import TEN, never_negative, places_of, unknowns, without_values

@@ -9,13 +9,13 @@ not.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from symdyn.arguments import argument, check_arguments, native, suggesting
 from symdyn.errors import IdentifyError, listed
+from symdyn.frozen import dataclass
 from symdyn.identification.filtered import Motion, motions, usual_bands
 from symdyn.identification.gain_doubts import doubts
 from symdyn.identification.gains import Fitted, estimated_gains, fitted

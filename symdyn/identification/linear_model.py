@@ -17,7 +17,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -27,6 +26,7 @@ from symdyn.arguments import argument
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.outputs import BaseColumns, Linear
 from symdyn.errors import DerivationError, IdentifyError, SceneError, choice
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute
 from symdyn.identification.filtered import Motion
 from symdyn.identification.rate_rows import apart, rate_rows, width

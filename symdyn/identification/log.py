@@ -17,7 +17,6 @@ the scene expects.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from math import isfinite, pi
 from typing import Any
@@ -28,6 +27,7 @@ from symdyn.algebra import Array
 from symdyn.arguments import argument
 from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import IdentifyError, SimulateError, choice, listed, nearest
+from symdyn.frozen import dataclass, field
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import Faults, Unit, UnitError, acceleration_name, shorten
 from symdyn.simulation.prescribed import Columns, drive_names, read_entries

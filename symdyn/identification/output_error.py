@@ -13,7 +13,6 @@ References: Ljung, System Identification (1999), 7.2 to 7.4; Bock (1981).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any, Unpack
 
 import numpy as np
@@ -21,6 +20,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.arguments import argument, with_fields
 from symdyn.errors import IdentifyError, UnknownNameError, listed, suggestion
+from symdyn.frozen import dataclass, field
 from symdyn.identification.shooting import FEWEST, Measured, Search, first_state, read_measured, searched, shooting
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene, SceneLike, SceneUnits, bind

@@ -14,7 +14,6 @@ joint by joint, of data that were fitted and of validation data.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from numbers import Real
 from pathlib import Path
@@ -24,6 +23,7 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.errors import IdentifyError, choice, listed
+from symdyn.frozen import dataclass
 from symdyn.identification.filtered import Flags, Motion, projected
 from symdyn.identification.linear_model import TEN, LinearModel
 from symdyn.identification.log import Log

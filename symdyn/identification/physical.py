@@ -26,7 +26,6 @@ identification (2018); Lee, Wensing and Park, Geometric robot dynamic identifica
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from math import sqrt
 
 import numpy as np
@@ -34,6 +33,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.errors import IdentifyError
 from symdyn.extras import install
+from symdyn.frozen import dataclass
 from symdyn.identification.linear_model import TEN, Unknowns
 
 TOLERANCES = (1e-10, 1e-8, 1e-6)

@@ -16,7 +16,6 @@ driving forces know of otherwise, as a length, keeps its value.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -24,6 +23,7 @@ from symdyn.algebra import Array
 from symdyn.dynamics import Argument, Workspace
 from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import IdentifyError, listed
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Op, gradient, reachable, substitute
 from symdyn.scene import Scene
 from symdyn.scene.values import acceleration_name

@@ -28,12 +28,12 @@ References: Khalil and Dombre (2002), section 12.4; Gautier, Numerical calculati
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.errors import IdentifyError
+from symdyn.frozen import dataclass, field
 from symdyn.identification.filtered import Flags, Indices
 
 BURIED = 0.25

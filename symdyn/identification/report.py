@@ -8,7 +8,6 @@ The identified scene is written too: what it was made of stands on top, where a 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
 from math import isfinite, pi
 from typing import Any
 
@@ -19,6 +18,7 @@ from symdyn.algebra import Array
 from symdyn.arguments import argument, check_arguments
 from symdyn.emit import render
 from symdyn.errors import IdentifyError, printable
+from symdyn.frozen import dataclass, replace
 from symdyn.identification.filtered import Motion
 from symdyn.identification.identification import Identification
 from symdyn.identification.identified_scene import Identified, identified

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import isfinite, nan
 from typing import TYPE_CHECKING
 
@@ -20,6 +19,7 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.emit import in_html
+from symdyn.frozen import dataclass
 from symdyn.rounding import in_digits
 from symdyn.table import Table
 

@@ -13,7 +13,6 @@ Reference: Bock, Numerical treatment of inverse problems in chemical reaction ki
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -21,6 +20,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import IdentifyError, SimulateError, SymdynError, listed, suggestion
+from symdyn.frozen import dataclass, field, replace
 from symdyn.scene import Scene, bind
 from symdyn.scene.values import Faults, velocity_name
 from symdyn.simulation import Flow, Forces, Problem

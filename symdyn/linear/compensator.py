@@ -7,7 +7,6 @@ w = w0 - K x̂       by the filter: x̂' = (A - B K - L C + L D K) x̂ + L y, in
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
@@ -16,8 +15,20 @@ from symdyn.algebra import Array
 from symdyn.arguments import argument
 from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError, listed
+from symdyn.frozen import dataclass
 from symdyn.linear.modes import Complexes, pairs_of
-from symdyn.linear.regulator import WORDS, Gain, Regulator, before_and_after, held, opened, riccati, steps, when
+from symdyn.linear.regulator import (
+    WORDS,
+    Gain,
+    Regulator,
+    at_drive,
+    before_and_after,
+    held,
+    opened,
+    riccati,
+    steps,
+    when,
+)
 from symdyn.linear.state_space import StateSpace
 from symdyn.linear.transfer import Margins, poles_in_words
 from symdyn.linear.weights import Axis, Weights, weight
@@ -102,9 +113,9 @@ class Compensator(StateSpace):
         notes = "".join(f"; {note}" for note in (*self.regulator.notes, *self.observer.notes))
         return f"{super().__repr__()[:-1]}{notes}>"
 
-    def margins(self, output: str | None = None, input: str | None = None) -> Margins:
-        """Return how far the loop, cut open at a drive, is from the edge of stability; errors as of a system."""
-        return self.loop.margins(output, input)
+    def margins(self, drive: str | None = None) -> Margins:  # type: ignore[override]  # of its loop
+        """Return how far the loop, cut open at a drive, is from the edge of stability, as of a `Regulator`."""
+        return at_drive(self.loop, drive).margins()
 
     @property
     def loop(self) -> StateSpace:

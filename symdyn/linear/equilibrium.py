@@ -14,7 +14,6 @@ are singular (`search`).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import product
 
@@ -24,6 +23,7 @@ from symdyn.algebra import Array, Form, Number, Ratios
 from symdyn.arguments import argument
 from symdyn.dynamics import formulas
 from symdyn.errors import DerivationError, LinearizeError
+from symdyn.frozen import dataclass, field, replace
 from symdyn.graph import Expr, evaluate, gradient, reachable, substitute
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.modes import Complexes, SecondOrder

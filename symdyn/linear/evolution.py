@@ -23,7 +23,6 @@ Reference: Van Loan, Computing integrals involving the matrix exponential, IEEE 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
 from itertools import islice, product
 from typing import TYPE_CHECKING
 
@@ -33,6 +32,7 @@ from symdyn.algebra import Array
 from symdyn.arguments import argument
 from symdyn.dynamics.outputs import COLUMNS
 from symdyn.errors import LinearizeError
+from symdyn.frozen import dataclass, replace
 from symdyn.linear.state_space import StateSpace, check_period, sampled
 from symdyn.rounding import in_digits
 from symdyn.scene.joints import JOINTS, Gimbal

@@ -10,7 +10,6 @@ share has then a symbol of its own, as `sympy.cse` gives it, so that no entry is
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 from itertools import count
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -20,6 +19,7 @@ from symdyn.algebra import Array, Nodes, shared_to_sympy
 from symdyn.arguments import check_arguments
 from symdyn.emit.print import latex_symbols
 from symdyn.errors import LinearizeError, suggestion
+from symdyn.frozen import dataclass, field
 from symdyn.graph import Expr, growing, substitute
 from symdyn.linear.symbolic import EXACT, Blocks, assembled, blocks_of, entries_of, exact, fresh, kept, places, symbolic
 from symdyn.shown import Shown

@@ -18,7 +18,6 @@ Eigenvalues that are zero are no modes and no sign of instability. They are coun
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal, NoReturn
 
 import numpy as np
@@ -27,6 +26,7 @@ import numpy.typing as npt
 from symdyn.algebra import Array
 from symdyn.arguments import checked, native, walked
 from symdyn.errors import LinearizeError, listed
+from symdyn.frozen import dataclass, field, replace
 from symdyn.linear.compensator import Compensator, Observer, kalman
 from symdyn.linear.evolution import STILL
 from symdyn.linear.modes import NOTHING
@@ -284,7 +284,7 @@ class Linearization(StateSpace):
         R: Weights | None = None,
         period: float | None = None,
         *,
-        N: Sequence[Sequence[float]] | Array | None = None,
+        N: Mapping[str, float] | Sequence[Sequence[float]] | Array | None = None,
         integral: str | Sequence[str] = (),
     ) -> Regulator:
         """Return the linear quadratic regulator, u = u0 - K (x - x0).
@@ -300,8 +300,8 @@ class Linearization(StateSpace):
                 or a number for all; 1 each without.
             R: of drives likewise, positive definite, others 1; other inputs are no controls where there are drives.
             period: seconds between samples, for gains of a sampled controller.
-            N: weights of states times drives, shape (nx, drives): 2 xᵀ N u is added to what is paid; not of a sampled
-                controller.
+            N: weights of states times drives, shape (nx, drives), or by name, {"x*F": 0.1}, others 0: 2 xᵀ N u is added
+                to what is paid; not of a sampled controller.
             integral: outputs, or states, that come to their references exactly, whatever pushes: states `NAME_integral`
                 stand behind the others in Q, K and S.
 

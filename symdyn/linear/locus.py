@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,6 +23,7 @@ from symdyn.algebra import Array
 from symdyn.arguments import argument, suggesting
 from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError, quoted
+from symdyn.frozen import dataclass
 from symdyn.linear.modes import SIDEWAYS, Complexes, pairs_of
 from symdyn.linear.plots import Plotted, pole_map
 from symdyn.rounding import in_digits

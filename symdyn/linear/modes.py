@@ -26,7 +26,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -39,6 +38,7 @@ from symdyn.draw import Reel, Stage, film
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.outputs import COLUMNS
 from symdyn.errors import LinearizeError
+from symdyn.frozen import dataclass, replace
 from symdyn.simulation import CHECKS, opened
 from symdyn.unlocked import cached_property
 

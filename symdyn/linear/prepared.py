@@ -21,7 +21,6 @@ multibody dynamics equations, J. Comput. Nonlinear Dynam. 1 (2006), for constrai
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -33,6 +32,7 @@ from symdyn.dynamics.loops import pivots
 from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.outputs import COLUMNS
 from symdyn.errors import LinearizeError, NoValueError
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Op, reachable
 from symdyn.linear.linearization import Linearization, Point
 from symdyn.linear.variations import Outputs, Variations, read_outputs, variations

@@ -17,8 +17,7 @@ from __future__ import annotations
 
 import json
 import warnings
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -27,11 +26,12 @@ from symdyn.algebra import Array
 from symdyn.arguments import argument
 from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError, suggestion
+from symdyn.frozen import dataclass, replace
 from symdyn.linear.locus import array_of
 from symdyn.linear.modes import SIDEWAYS, Complexes, balance, pairs_of, spectrum
 from symdyn.linear.plots import Plotted, pole_map
 from symdyn.linear.state_space import StateSpace
-from symdyn.linear.transfer import poles_in_words, shown, staircase
+from symdyn.linear.transfer import Margins, poles_in_words, shown, staircase
 from symdyn.linear.weights import SYMMETRIC, Axis, Weights, weight
 from symdyn.scene.values import Faults
 from symdyn.table import Table
@@ -103,12 +103,20 @@ class Regulator(Gain):
 
     @property
     def loop(self) -> StateSpace:
-        """The loop cut open at the drives, from them to K x, for `.margins()` and `.nyquist()`."""
+        """The loop cut open at all drives at once, from them to K x, for `.nyquist()` and `.bode()`."""
         step, places = opened(self.system, self.inputs, self.period, self.integral)
         axis = step.inputs.of(places)
         return StateSpace(
             step.A, step.B[:, places], self.K, None, step.states, axis, axis, self.period, f"{self.name}_loop"
         )
+
+    def margins(self, drive: str | None = None) -> Margins:
+        """Return how far the loop that is cut open at a drive, the others closed, is from the edge of stability.
+
+        Raises:
+            LinearizeError: a name that is none of the drives, or none given where there are several.
+        """
+        return at_drive(self.loop, drive).margins()
 
     @property
     def _names(self) -> tuple[str, ...]:
@@ -122,18 +130,15 @@ class Regulator(Gain):
 
     def gains(self) -> dict[str, object]:
         """Return what `symdyn simulate --feedback` reads; LinearizeError of integrals, which it does not."""
-        one = self.system
         if self.integral:
-            raise LinearizeError(
-                f"{self.name}: gains act on integrals, too; give the regulator itself: feedback=regulator"
-            )
-        found: dict[str, object] = {
-            "K": self.K.tolist(),
-            "states": list(one.states.names),
-            "inputs": list(self.inputs),
-            "x0": self._point,
-            "u0": held(one, self.inputs),
-        }
+            told = "gains act on integrals, too; in Python give the regulator itself: feedback=regulator"
+            raise LinearizeError(f"{self.name}: {told}")
+        return self._told
+
+    @property
+    def _told(self) -> dict[str, object]:
+        point = {"x0": self._point, "u0": held(self.system, self.inputs)}
+        found = {"K": self.K.tolist(), "states": list(self._names), "inputs": list(self.inputs), **point}
         return found if self.period is None else found | {"period": self.period}
 
     def feedback(self) -> Feedback:
@@ -177,7 +182,7 @@ class Regulator(Gain):
 
     def as_json(self) -> dict[str, object]:
         """Return it for JSON, poles and notes beside the gains."""
-        return self.gains() | {"poles": pairs_of(self.poles), "notes": list(self.notes)}
+        return self._told | {"poles": pairs_of(self.poles), "notes": list(self.notes)}
 
 
 def held(one: Linearization, inputs: Sequence[str]) -> dict[str, float]:
@@ -225,7 +230,7 @@ def lqr(
     Q: Weights | None = None,
     R: Weights | None = None,
     period: float | None = None,
-    N: Sequence[Sequence[float]] | Array | None = None,
+    N: Mapping[str, float] | Sequence[Sequence[float]] | Array | None = None,
     integral: Sequence[str] = (),
 ) -> Regulator:
     """Return the linear quadratic regulator of a system; arguments and errors as of its method."""
@@ -233,7 +238,7 @@ def lqr(
     whole, step = steps(one, None, integral), steps(one, period, integral)
     heavy = weight("Q", Q, step.states, faults)
     light = weight("R", R, one.inputs.of(used), faults, definite=True, inputs=one.inputs)
-    cross = np.zeros((len(heavy), len(used))) if N is None else array_of(N)
+    cross = _cross(N, step.states, one.inputs.of(used), faults)
     if cross.shape != (len(heavy), len(used)) or not np.isfinite(cross).all():
         faults.add("N", f"is no matrix of {len(heavy)} x {len(used)} finite numbers, states by drives")
     elif period is not None and cross.any():
@@ -249,6 +254,26 @@ def lqr(
     A, Phi = A - B @ before, Phi - Gamma @ before
     K, S, poles, notes = riccati(A, B, Phi, Gamma, rest, light, period, WORDS["lqr"], step.states.names)
     return _noted(Regulator(one, one.inputs.of(used).names, K + before, poles, period, notes, S, tuple(integral)))
+
+
+def at_drive(loop: StateSpace, drive: str | None) -> StateSpace:
+    """Return a loop that is open at all drives, cut open at one and closed at the others; errors as of `margins`."""
+    k = loop.inputs.place(drive, "drive")
+    rest = [j for j in range(len(loop.inputs)) if j != k]
+    names = loop.inputs.names
+    return replace(loop, A=loop.A - loop.B[:, rest] @ loop.C[rest])[names[k], names[k]]
+
+
+def _cross(N: object, states: Axis, drives: Axis, faults: Faults) -> Array:
+    """Return weights of states times drives as a matrix; of those by name, "x*F", others are 0."""
+    found: Array = np.zeros((len(states), len(drives))) if N is None or isinstance(N, Mapping) else array_of(N)
+    for key, value in N.items() if isinstance(N, Mapping) else ():
+        state, _, drive = (part.strip() for part in str(key).partition("*"))
+        if state in states.names and drive in drives.names:
+            found[states.names.index(state), drives.names.index(drive)] = value
+        else:
+            faults.add("N", f"{key} is no state times a drive; write such as {states.names[0]}*{drives.names[0]}")
+    return found
 
 
 def place(one: Linearization, poles: Sequence[complex] | Array, period: float | None = None) -> Regulator:

@@ -7,13 +7,13 @@ all other cases, to six digits in print and all digits in JSON.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from symdyn.algebra import Array, Form, Number, Symbol
 from symdyn.emit.print import BMatrix, Latex, latex_symbols, text_of
+from symdyn.frozen import dataclass
 from symdyn.linear.modes import Mode
 from symdyn.rounding import in_digits, requested_digits, showing
 from symdyn.scene import SceneUnits

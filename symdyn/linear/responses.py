@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -18,6 +17,7 @@ from symdyn.algebra import Array
 from symdyn.arguments import argument, checked, native
 from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError
+from symdyn.frozen import dataclass, replace
 from symdyn.linear.locus import RootLocus, array_of, numbers, root_locus
 from symdyn.linear.modes import SIDEWAYS, Complexes
 from symdyn.linear.plots import Plotted, bode, courses, nyquist

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.frozen import dataclass
 from symdyn.linear.modes import NOTHING, balance, spectrum
 from symdyn.linear.plots import Answer
 from symdyn.rounding import in_digits

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
@@ -22,6 +21,7 @@ from symdyn.arguments import argument, check_arguments, checked, native
 from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError
 from symdyn.extras import install
+from symdyn.frozen import dataclass
 from symdyn.linear.locus import RootLocus
 from symdyn.linear.modes import Mode, Spectrum, array, spectrum
 from symdyn.linear.plots import Plotted, pole_map
@@ -306,6 +306,8 @@ class StateSpace(Plotted):
         Raises:
             LinearizeError: a name that is not known, or none given where there are several.
         """
+        if output is input is None and self.inputs == self.outputs and len(self.inputs) > 1:
+            raise LinearizeError(f'{self.name}: .margins("{self.inputs.names[0]}") of the regulator cuts one open')
         return margins(self[output, input])
 
     @checked(LinearizeError)

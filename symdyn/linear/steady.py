@@ -8,7 +8,6 @@ looked at a second time, after the mechanism has moved on by about a radian.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from symdyn.arguments import argument
 from symdyn.dynamics.loops import Numbers
 from symdyn.dynamics.outputs import COLUMNS
 from symdyn.errors import DerivationError, LinearizeError
+from symdyn.frozen import dataclass, replace
 from symdyn.linear.evolution import EQUAL, STILL, SpinAxes, seen, ways
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.modes import NOTHING, balance, untouched

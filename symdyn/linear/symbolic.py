@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +19,7 @@ from symdyn.algebra import Array, Floats, Form, Nodes, Number, Ratio, Ratios, Sy
 from symdyn.dynamics import formulas
 from symdyn.dynamics.outputs import COLUMNS
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph, Op, evaluate, growing, reachable, substitute
 from symdyn.linear.report import SAME, Root, Symbolic, negated
 from symdyn.rounding import digits_or

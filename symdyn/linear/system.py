@@ -16,7 +16,6 @@ from __future__ import annotations
 import io
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import IO, Any
@@ -27,6 +26,7 @@ from symdyn.algebra import Array
 from symdyn.draw import Reel
 from symdyn.emit import Contents, write_file
 from symdyn.errors import EmitError, LinearizeError
+from symdyn.frozen import dataclass, replace
 from symdyn.linear.compensator import Observer
 from symdyn.linear.equilibrium import equilibria
 from symdyn.linear.evolution import along_a_step
@@ -140,8 +140,13 @@ class System:
 
     def lqr(self, weights: Sequence[str], period: float | None = None) -> Regulator:
         """Return the regulator of weights that --lqr says; errors as of `read_weights` and `lqr`."""
-        given = read_weights("--lqr", weights, ("Q", "R"))
-        return self.linearization.lqr(given.get("Q"), given.get("R"), period)
+        apart = [one.split("=") for one in weights]
+        integral = [
+            name.strip() for head, *rest in apart if head.strip() == "integral" for name in ";".join(rest).split(";")
+        ]
+        others = [text for text, one in zip(weights, apart, strict=True) if one[0].strip() != "integral"]
+        given = read_weights("--lqr", others, ("Q", "R", "N"))
+        return self.linearization.lqr(given.get("Q"), given.get("R"), period, N=given.get("N"), integral=integral)
 
     def kalman(self, variances: Sequence[str], period: float | None = None) -> Observer:
         """Return the gain of the filter of variances that --kalman says; errors as of `read_weights` and `kalman`."""

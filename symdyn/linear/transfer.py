@@ -31,13 +31,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.errors import LinearizeError
+from symdyn.frozen import asdict, dataclass, replace
 from symdyn.linear.modes import Complexes, balance, pairs_of, spectrum
 from symdyn.linear.plots import Answer
 from symdyn.rounding import in_digits

@@ -20,7 +20,6 @@ forces and constraints.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
 
@@ -32,6 +31,7 @@ from symdyn.dynamics import LoopChoices, Workspace, derive_one
 from symdyn.dynamics.mechanism import refuse_ideal_friction
 from symdyn.dynamics.outputs import Moving
 from symdyn.errors import DerivationError, LinearizeError, SimulateError
+from symdyn.frozen import dataclass, field
 from symdyn.graph import Expr, growing, reachable, repeated, substitute, tangents
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.values import LETTERS, Faults, acceleration_name, formula_text, split_commas

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import zlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 from zipfile import BadZipFile, ZipFile, ZipInfo
@@ -15,6 +14,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.bounds import BOUNDS
 from symdyn.errors import LinearizeError, quoted, suggestion
+from symdyn.frozen import dataclass
 from symdyn.linear.locus import array_of, number_in
 from symdyn.scene.values import Faults, FormulaError
 

@@ -11,13 +11,13 @@ from __future__ import annotations
 
 from base64 import b64encode
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
 from symdyn.emit import in_html, verbatim
 from symdyn.emit.print import BREAK
 from symdyn.extras import EXTRAS, install
+from symdyn.frozen import dataclass
 from symdyn.table import Table
 
 

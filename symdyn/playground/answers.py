@@ -8,7 +8,6 @@ with its places, what does not exist for the scene in words; nothing of a scene 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -16,6 +15,7 @@ from symdyn.dynamics import derive
 from symdyn.emit import TARGETS, emit
 from symdyn.emit.print import EquationsOfMotion
 from symdyn.errors import EmitError, SceneError, SymdynError, choice, printable
+from symdyn.frozen import dataclass
 from symdyn.program import Program, lower, tunable
 from symdyn.resources import example_files, folder
 from symdyn.scene import example, examples, read_noting, schema, write_text
@@ -208,7 +208,7 @@ def _asked(text: str, settings: Settings) -> Asked:
     return Asked(text, settings)
 
 
-def answer(what: str, text: str, how: How, settings: Settings = Settings()) -> dict[str, Any]:
+def answer(what: str, text: str, how: How, settings: Settings = Settings()) -> dict[str, Any]:  # noqa: B008  frozen
     """Return what JSON holds: the answer, or `faults` with their places, or `refused` in words, or `failed`.
 
     Args:

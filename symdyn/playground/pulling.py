@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +13,7 @@ from symdyn.algebra import Array
 from symdyn.draw import Stage, picture, pose
 from symdyn.dynamics.loops import Numbers
 from symdyn.errors import DerivationError, DrawError
+from symdyn.frozen import asdict, dataclass, field, replace
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import velocity_name
 

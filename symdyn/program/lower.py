@@ -23,7 +23,6 @@ has lost digits that the product form keeps.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from itertools import chain
 from weakref import WeakKeyDictionary
 
@@ -43,6 +42,7 @@ from symdyn.dynamics import (
 from symdyn.dynamics.mechanism import RowSolve
 from symdyn.dynamics.outputs import Counts
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Graph, Op, growing, reachable, substitute
 from symdyn.program.passes import DEFAULT, optimise
 from symdyn.program.routine import Program, assemble

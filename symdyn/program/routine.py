@@ -26,7 +26,6 @@ operands in P. The operations and their order do not change, so that both forms 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import count
 from typing import ClassVar
@@ -36,6 +35,7 @@ from symdyn.arguments import check_arguments
 from symdyn.dynamics import Argument, Function
 from symdyn.dynamics.outputs import Counts
 from symdyn.errors import DerivationError, UnknownNameError, choice, listed
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Graph, Op, Piecewise, reachable, substitute
 from symdyn.scene import Scene
 from symdyn.shown import Shown

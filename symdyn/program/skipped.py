@@ -14,12 +14,12 @@ since nobody would know what to put in its place, is listed without a number.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from symdyn.dynamics import Equations, Workspace, angle_groups, derive_one, formulations_of
 from symdyn.dynamics.outputs import Counts
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Graph, reachable
 from symdyn.program.lower import lower
 from symdyn.program.passes import DEFAULT

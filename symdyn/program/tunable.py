@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import random
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from symdyn.arguments import argument
 from symdyn.dynamics import Argument, LoopChoices
 from symdyn.dynamics.outputs import DIRECTIONS
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass, replace
 from symdyn.program.lower import formulate, lower
 from symdyn.program.routine import Program
 from symdyn.scene import Scene

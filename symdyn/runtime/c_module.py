@@ -12,7 +12,6 @@ import ctypes
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
-from dataclasses import dataclass, field
 from math import prod
 from pathlib import Path
 from typing import Any
@@ -25,6 +24,7 @@ from symdyn.dynamics.outputs import Counts
 from symdyn.emit import C, Entries, Sources, emit
 from symdyn.emit.code import REALS
 from symdyn.errors import BuildError
+from symdyn.frozen import dataclass, field
 from symdyn.program import Program, shared
 from symdyn.runtime.cache import check_target
 from symdyn.runtime.compiler import CPLUSPLUS, PATIENCE, RUSTC, Compiler, find_compiler

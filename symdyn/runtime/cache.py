@@ -31,7 +31,6 @@ import time
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -39,6 +38,7 @@ from weakref import WeakSet
 
 from symdyn.emit import Sources
 from symdyn.errors import BuildError, MissingCompiler, SymdynWarning
+from symdyn.frozen import dataclass
 
 
 class Lock:

@@ -15,8 +15,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, nullcontext, suppress
 from contextvars import ContextVar
-from dataclasses import dataclass, replace
 from pathlib import Path, PureWindowsPath
+
+from symdyn.frozen import dataclass, replace
 
 
 class Stopped(BaseException):

@@ -17,7 +17,6 @@ import tempfile
 import threading
 import zipfile
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -26,6 +25,7 @@ from typing import IO
 from symdyn.emit import TARGETS, Sources, packed
 from symdyn.errors import BuildError, MissingCompiler, choice
 from symdyn.extras import install
+from symdyn.frozen import dataclass, replace
 from symdyn.runtime.commands import (
     GNU,
     NVCC,

@@ -18,7 +18,6 @@ import sys
 import sysconfig
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from errno import ENOSPC
 from functools import partial
 from importlib.machinery import EXTENSION_SUFFIXES, ExtensionFileLoader
@@ -31,6 +30,7 @@ import numpy as np
 
 from symdyn.emit import Sources
 from symdyn.errors import BuildError, MissingCompiler
+from symdyn.frozen import dataclass
 from symdyn.runtime.cache import (
     Damaged,
     check_target,

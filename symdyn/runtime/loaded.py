@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, overload
 
@@ -11,6 +10,7 @@ from symdyn.arguments import check_arguments, suggesting
 from symdyn.dynamics import Function, LoopChoices, Requested, Workspace, called, request_of, row_of
 from symdyn.emit import TARGETS, C, emit
 from symdyn.errors import EmitError, SceneError, UnknownNameError, choice, nearest, quoted, suggestion
+from symdyn.frozen import dataclass, field, replace
 from symdyn.graph import growing
 from symdyn.program import Program, formulate, identifier, lower, prepare as prepare_program
 from symdyn.runtime.numeric_function import Later, Makers, NumericFunction, numeric_function, plain, soon
@@ -52,7 +52,7 @@ class Loaded(Shown):
     compiler: str | None = None
     machine: str = "native"
     prepared: bool = False
-    closing: LoopChoices = LoopChoices()  # noqa: RUF009  frozen
+    closing: LoopChoices = LoopChoices()
     free: Mapping[str, float] = field(default_factory=dict)
     backend: str = "NumPy"
     again: tuple[Callable[..., Loaded], tuple[Any, ...]] | None = None

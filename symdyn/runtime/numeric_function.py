@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
 from functools import partial
 from inspect import Parameter, Signature
 from types import ModuleType
@@ -22,6 +21,7 @@ import numpy as np
 from symdyn.dynamics import Function
 from symdyn.emit import Code, emit
 from symdyn.errors import ArgumentError, listed, suggestion
+from symdyn.frozen import dataclass, field
 from symdyn.program import Program
 from symdyn.runtime.cache import Lock
 from symdyn.runtime.commands import Needs, threads

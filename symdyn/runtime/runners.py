@@ -16,7 +16,6 @@ import operator
 import os
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
 from math import prod
@@ -32,6 +31,7 @@ from symdyn.emit import Sources, budgets, emit
 from symdyn.emit.code import REALS
 from symdyn.errors import BuildError, MissingProgram
 from symdyn.extras import install
+from symdyn.frozen import dataclass
 from symdyn.runtime.c_module import Array, CFunction, build, run_cpp, run_rust
 from symdyn.runtime.cache import check_target, warn_once
 from symdyn.runtime.compiler import COMPILER_VARIABLE, CompilerFault

@@ -11,7 +11,6 @@ Those of forward dynamics at any size: what lines would be too many for is produ
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,6 +19,7 @@ import numpy.typing as npt
 from symdyn.arguments import check_arguments
 from symdyn.dynamics import second_derivative_places
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass
 from symdyn.runtime.loaded import lambdify
 from symdyn.runtime.numeric_function import NumericFunction
 from symdyn.scene import SceneLike, scene_of

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from importlib import import_module
 from math import isfinite, pi
 from numbers import Real
@@ -17,6 +16,7 @@ from typing import ClassVar, Literal
 
 from symdyn.arguments import argument, check_arguments, suggesting
 from symdyn.errors import SceneError, choice, suggestion
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import growing
 from symdyn.resources import example_files, folder
 from symdyn.scene.declaration.reading import (

@@ -16,7 +16,6 @@ leaves what can be reached, rows end.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -24,6 +23,7 @@ from symdyn.algebra import Array
 from symdyn.arguments import argument
 from symdyn.dynamics.loops import direction_words
 from symdyn.errors import DerivationError, SimulateError
+from symdyn.frozen import dataclass
 from symdyn.scene.values import velocity_name
 from symdyn.simulation.following import CLOSED, GUESSES, Followed, Following, Known, Tied
 from symdyn.simulation.initial import no_equations

@@ -16,7 +16,6 @@ Reference: Elias and Wen, IK-Geo, Mechanism and Machine Theory 209 (2025) 105971
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -27,6 +26,7 @@ from symdyn.arguments import argument, check_arguments, suggesting
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.errors import SimulateError
 from symdyn.extras import install
+from symdyn.frozen import dataclass, field
 from symdyn.program import identifier
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene, SceneLike

@@ -9,7 +9,6 @@ import importlib
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from decimal import ROUND_HALF_EVEN, Context, Decimal
 from itertools import count
 from types import MappingProxyType
@@ -21,6 +20,7 @@ from symdyn.dynamics.reactions import why_no_reactions
 from symdyn.emit import in_latex
 from symdyn.emit.print import PrintName, latex_symbols
 from symdyn.errors import SimulateError, choice, listed, quoted
+from symdyn.frozen import dataclass, replace
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.values import LETTERS, Faults, acceleration_name, force_unit
 from symdyn.simulation.prescribed.forces import drive_names

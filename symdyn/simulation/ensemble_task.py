@@ -11,7 +11,6 @@ import re
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
-from dataclasses import dataclass, field, replace
 from threading import Lock
 from typing import Any
 
@@ -21,7 +20,8 @@ import numpy.typing as npt
 from symdyn.algebra import Array, Batches
 from symdyn.arguments import argument
 from symdyn.dynamics.mechanism import TIME, prescribed, quaternions
-from symdyn.errors import MethodError, SymdynError
+from symdyn.errors import MethodError, SymdynError, alike
+from symdyn.frozen import dataclass, field, replace
 from symdyn.graph import Graph, evaluate, substitute
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.joints import start_of
@@ -29,7 +29,7 @@ from symdyn.scene.values import LETTERS, spell
 from symdyn.simulation.equations.controller import Feedback
 from symdyn.simulation.forward import simulate
 from symdyn.simulation.integrate.integration import END, INTERRUPTED
-from symdyn.simulation.measures import FOLDS, Measure, Sums, sums_over
+from symdyn.simulation.measures import Measure, Sums, at_peak, sums_over
 from symdyn.simulation.prescribed.forces import Forces, at_start
 from symdyn.simulation.trajectory import Trajectory
 
@@ -231,6 +231,11 @@ class Task:
         return tuple(dict.fromkeys(one for measure in self.measures for one in measure.insides))
 
     @property
+    def peaks(self) -> tuple[tuple[Quantity, int], ...]:
+        """The formulas whose largest (1) or smallest (-1) values count, each once."""
+        return tuple(dict.fromkeys(one for measure in self.measures for one in measure.peaks))
+
+    @property
     def until(self) -> float:
         """Time of the end, s."""
         return float(self.times[-1])
@@ -263,7 +268,7 @@ class Task:
 
     def _unseen(self, block: RunBlock) -> Iterator[str]:
         """Yield what peaks between the samples of the first run change in its measures, where that is much."""
-        peaks = [one.text for one in self.measures if any(FOLDS[fold].peaks for _, fold, _ in one.folds)]
+        peaks = [one.text for one in self.measures if one.peaks]
         if not peaks or not self.lanes.count or not block.complete[0] or len(self.times) < 2:
             return
         times = np.linspace(0.0, self.until, FINER * (len(self.times) - 1) + 1)
@@ -371,7 +376,7 @@ def joined(task: Task, blocks: Sequence[RunBlock]) -> RunBlock:
         together([part.t for part in parts]), together([part.q for part in parts]),
         together([part.u for part in parts]), tuple(why for part in parts for why in part.stopped), sums,
         together([part.samples for part in parts]) if task.keep else None, sum(part.steps for part in parts),
-        tuple(dict.fromkeys(note for part in parts for note in part.notes)),
+        alike(note for part in parts for note in part.notes),
     )  # fmt: skip
 
 
@@ -390,10 +395,18 @@ def one_after_other(task: Task) -> Runner:
                 continue
             if one.stopped == INTERRUPTED:
                 raise KeyboardInterrupt
+            try:
+                told = {name: x for measure in task.measures for name, x in measure.known(one).items()}
+            except SymdynError as fault:
+                why.append(str(fault))
+                continue
             t[row], q[row], u[row] = one.t[-1], one.q[-1], one.qd[-1]
             why.append(_why(one))
             steps += one.steps
-            for inside, kept in sums_over(task.insides, one).items():
+            seen = dict(sums_over(task.insides, one, told))
+            for inside, sign in task.peaks:
+                seen[inside] = at_peak(seen[inside], inside, sign, one)
+            for inside, kept in seen.items():
                 for name in Sums.__dataclass_fields__:
                     getattr(sums[inside], name)[row] = getattr(kept, name)
             if samples is not None:

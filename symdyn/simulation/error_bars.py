@@ -8,7 +8,6 @@ derivatives are differences of runs with the parameter on both sides of its valu
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -22,6 +21,7 @@ from symdyn.dynamics import LoopChoices, Workspace, derive_one
 from symdyn.dynamics.mechanism import TIME
 from symdyn.emit import write_file
 from symdyn.errors import DerivationError, EmitError, SimulateError, UnknownNameError, choice, listed, quoted
+from symdyn.frozen import dataclass, field, replace
 from symdyn.runtime import lambdify
 from symdyn.shown import Shown
 from symdyn.simulation.columns import FORCES, Column, columns_csv, frame

@@ -17,7 +17,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -25,6 +24,7 @@ from symdyn.algebra import Array
 from symdyn.arguments import argument
 from symdyn.dynamics.loops import Numbers, free_motions, idle_motions
 from symdyn.errors import SimulateError
+from symdyn.frozen import dataclass
 from symdyn.scene import Scene
 from symdyn.scene.values import Joint, velocity_name
 from symdyn.simulation.initial import no_equations

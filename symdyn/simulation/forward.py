@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 from typing import Unpack
 
 import numpy as np
@@ -20,6 +19,7 @@ from symdyn.arguments import argument, with_fields
 from symdyn.dynamics.outputs import lacks_modes, with_modes
 from symdyn.errors import MethodError, SimulateError, suggestion
 from symdyn.extras import install
+from symdyn.frozen import dataclass, replace
 from symdyn.scene import Quantity, Scene, SceneLike
 from symdyn.scene.values import Faults
 from symdyn.simulation.columns import apart, axes_of

@@ -7,7 +7,6 @@ derivative of that. Their errors are what a coarser tolerance and wider differen
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from typing import Any, Unpack
 
 import numpy as np
@@ -15,6 +14,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.arguments import native, with_fields
 from symdyn.errors import SimulateError, listed
+from symdyn.frozen import dataclass, field, replace
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene, SceneLike
 from symdyn.scene.values import split_commas

@@ -12,7 +12,6 @@ replace those of the scene, of which only those are kept that the given ones lea
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from types import MappingProxyType
 from typing import Any, TypeAlias
@@ -23,6 +22,7 @@ from symdyn.algebra import Array, Floats, constants
 from symdyn.dynamics.loops import Assembly, Numbers, free_motions
 from symdyn.dynamics.mechanism import TIME, prescribed, quaternions
 from symdyn.errors import DerivationError, SimulateError, suggestion
+from symdyn.frozen import dataclass, field, replace
 from symdyn.graph import Graph, evaluate, substitute
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.joints import start_of

@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
@@ -30,6 +29,7 @@ from symdyn.dynamics.outputs import Moving, lacks_modes
 from symdyn.emit import C, emit, render
 from symdyn.emit.code import REALS
 from symdyn.errors import MissingCompiler
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, evaluate, substitute
 from symdyn.program import Program, assemble, lower, prepare
 from symdyn.runtime import find_compiler, load_functions
@@ -206,8 +206,8 @@ class Library:
         return end, ended, why, sums, kept, int(steps)
 
 
-def library(functions: Lockstep, quaternions: Iterable[int]) -> Library:
-    """Return the loop compiled, from the cache if it was compiled before.
+def library(functions: Lockstep, quaternions: Iterable[int], peaks: Sequence[tuple[int, int]] = ()) -> Library:
+    """Return the loop compiled, from the cache if it was compiled before; `peaks` of formulas that are seen, and signs.
 
     Raises:
         MissingCompiler: there is no C compiler.
@@ -220,7 +220,7 @@ def library(functions: Lockstep, quaternions: Iterable[int]) -> Library:
     values = {
         "stem": opening, "lanes": REALS["double"].lanes, "nq": nq, "nx": nq + nv, "values": functions.values,
         "seen": functions.seen, "watched": functions.watched, "outward": functions.outward,
-        "quaternions": list(quaternions), **tableau(),
+        "quaternions": list(quaternions), "peaks": [*peaks], **tableau(),
         "first": _looks(FIRST), "closer": _looks(CLOSER), "rounding": repr(ROUNDING),
     }  # fmt: skip
     name = f"{opening}.c"
@@ -299,6 +299,8 @@ def shape(task: Task) -> str:
         return "a force is a function"
     if task.feedback is not None:
         return "a controller acts that is more than gains"
+    if any(one.function is not None for one in task.measures):
+        return "a measure is a function of a run"
     if whole := {fold for one in task.measures for _, fold, _ in one.folds if FOLDS[fold].whole}:
         return f"{', '.join(sorted(whole))} is known of whole runs"
     columns = {name for one in task.insides for name in one.symbols if name in LETTERS.columns and name not in ENERGIES}
@@ -341,7 +343,8 @@ def ready(task: Task) -> Runner:
     scene, key, parts = task.scene, _key(task), functions(task)
     names = list(scene.coordinates)
     firsts = [names.index(group[0]) for group in quaternions(scene)]
-    made = _LIBRARIES.get(key, lambda: library(parts, firsts))
+    peaks = tuple((task.insides.index(inside), sign) for inside, sign in task.peaks)
+    made = _LIBRARIES.get((*key, peaks), lambda: library(parts, firsts, peaks))
     again = one_after_other(task)
     halt = np.zeros(1, dtype=np.int32)
 

@@ -4,21 +4,23 @@
     max(q1) - end(q2)           statistics are numbers, with which formulas go on
     rms(q1_dot)/max(abs(F))
 
-A fold sees the samples alone, `every` seconds apart, as who reads `simulate`'s rows does: a peak between two of them is
-missed by what the curve bends between, which many runs tell where it is more than 0.1 %. Integrals, and so `mean` and
-`rms`, are sums of trapezoids.
+A fold sees the samples, `every` seconds apart, as who reads `simulate`'s rows does; peaks are looked for between them,
+by the dense output of the run. Integrals, and so `mean` and `rms`, are sums of trapezoids.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import suppress
+from typing import TypeAlias
 
 import numpy as np
 
 from symdyn.algebra import Array, Batches
-from symdyn.errors import SimulateError
+from symdyn.arguments import SympyExpression
+from symdyn.errors import SimulateError, SymdynError
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.values import LETTERS, Faults, Unit, UnitError, formula_text, shorten, spell, substituted
@@ -71,14 +73,14 @@ class Fold:
         of: the number, from what was kept.
         unit: of it, from that of the formula.
         whole: whether it takes all samples at once.
-        peaks: whether a peak between two samples changes it.
+        peak: 1 where the largest value between samples changes it, -1 where the smallest does.
     """
 
     text: str
     of: Callable[[Sums], Array]
     unit: Callable[[str], str] = lambda unit: unit
     whole: bool = False
-    peaks: bool = False
+    peak: int = 0
 
 
 def _seconds(unit: str) -> str:
@@ -90,8 +92,8 @@ def _seconds(unit: str) -> str:
 
 
 FOLDS: Mapping[str, Fold] = {
-    "max": Fold("largest value", lambda s: s.most, peaks=True),
-    "min": Fold("smallest value", lambda s: s.least, peaks=True),
+    "max": Fold("largest value", lambda s: s.most, peak=1),
+    "min": Fold("smallest value", lambda s: s.least, peak=-1),
     "mean": Fold("mean over time", lambda s: np.where(s.span > 0, s.area / np.where(s.span > 0, s.span, 1.0), s.first)),
     "rms": Fold(
         "root of the mean square over time",
@@ -100,8 +102,8 @@ FOLDS: Mapping[str, Fold] = {
     "start": Fold("value at the start", lambda s: s.first),
     "end": Fold("value at the end", lambda s: s.last),
     "integral": Fold("integral over time", lambda s: s.area, _seconds),
-    "when_max": Fold("time of the largest value, s", lambda s: s.when_most, lambda unit: "s"),
-    "when_min": Fold("time of the smallest value, s", lambda s: s.when_least, lambda unit: "s"),
+    "when_max": Fold("time of the largest value, s", lambda s: s.when_most, lambda unit: "s", peak=1),
+    "when_min": Fold("time of the smallest value, s", lambda s: s.when_least, lambda unit: "s", peak=-1),
     "settling_time": Fold("time from which it stays near its end, s", lambda s: s.settled, lambda unit: "s", True),
 }
 """Folds by name."""
@@ -112,22 +114,46 @@ class Measure:
     """A number of a run, by a formula.
 
     Attributes:
-        text: as the user wrote it.
+        text: as the user wrote it, or the name of a function.
         folds: key of `FOLDS` and the formula inside, by the letter that stands for the fold.
         formula: of these letters and of parameters.
+        function: that gives the number of a run, in place of a formula.
     """
 
     text: str
     folds: tuple[tuple[str, str, Quantity], ...]
     formula: Quantity
+    function: Callable[[Trajectory], float] | None = None
+
+    @classmethod
+    def of_run(cls, text: str, function: Callable[[Trajectory], float]) -> Measure:
+        """Return a measure that is a function of a run; it is folded as a formula that has its value all the time."""
+        return cls(text, (("value", "end", Quantity.symbol(f"measure {text}")),), Quantity.symbol("value"), function)
+
+    def known(self, run: Trajectory) -> dict[str, Array]:
+        """Return the number of a run by the symbol that stands for it, nothing of a formula."""
+        if self.function is None:
+            return {}
+        try:
+            return {f"measure {self.text}": np.asarray(float(self.function(run)))}
+        except Exception as fault:
+            why = f"{type(fault).__name__}: {fault}"
+            raise SimulateError(f"measure {self.text}: {why}; a function takes a run and returns a number") from fault
 
     @property
     def insides(self) -> tuple[Quantity, ...]:
         """The formulas that are folded."""
         return tuple(inside for _, _, inside in self.folds)
 
+    @property
+    def peaks(self) -> tuple[tuple[Quantity, int], ...]:
+        """The formulas whose largest (1) or smallest (-1) values count."""
+        return tuple((inside, FOLDS[fold].peak) for _, fold, inside in self.folds if FOLDS[fold].peak)
+
     def unit(self, scene: Scene, called: str = "") -> str:
         """Return its unit; "" where a number in it may carry one, or nothing tells it."""
+        if self.function is not None:
+            return ""
         return SceneUnits(scene).of_formula(self.formula, fold_units(scene, self.folds), called)
 
     def folded(self, t: Array, inside: Callable[[Quantity], Array]) -> dict[str, Array]:
@@ -181,7 +207,9 @@ class Measure:
         seen = {*_seen(scene, said), *more, *(one.name for one in scene.outputs)}
         own = Faults("")
         found = read_formula(left + rest, [*known, *seen], where, own)
-        own.lines[:] = [line.replace("write * for a product", f"statistics are {_listed()}") for line in own.lines]
+        own.lines[:] = [
+            line.replace("write * for a product", f"statistics are {_listed()}; {ALSO}") for line in own.lines
+        ]
         found = found and substituted(found, scene.derived_formulas)
         loose = [name for name in (found.symbols if found else ()) if name not in known]
         for one in loose:
@@ -235,19 +263,48 @@ def fold_over(fold: str, t: Array, y: Array) -> Array:
     return FOLDS[fold].of(Sums(one, one, one, one, zero + t[0], zero + t[0], zero, zero, zero, zero + t[0]))
 
 
-def sums_over(insides: Sequence[Quantity], run: Trajectory) -> Mapping[Quantity, Sums]:
-    """Return what is kept of formulas over the rows of a run."""
+def sums_over(
+    insides: Sequence[Quantity], run: Trajectory, told: Mapping[str, Array] | None = None
+) -> Mapping[Quantity, Sums]:
+    """Return what is kept of formulas over the rows of a run, of which more may be `told` by name."""
+    told = dict(told or {})
     if not insides:
         return {}
     known = dict(zip(*(run.names, run.table()[1].T), strict=True))
-    known |= columns_for(run, (name for one in insides for name in one.symbols))
-    known |= {name: np.asarray(value) for name, value in opened(run.scene).values.items()}
+    known |= columns_for(run, (name for one in insides for name in one.symbols if name not in told))
+    known |= told | {name: np.asarray(value) for name, value in opened(run.scene).values.items()}
     graph = Graph()
     letters = {graph.symbol(n): known.get(n, np.nan) for one in insides for n in one.symbols}
     with np.errstate(all="ignore"):
         found = evaluate([one.express(graph) for one in insides], Batches(), letters)
         rows: list[Array] = [np.broadcast_to(np.asarray(y, dtype=np.float64), run.t.shape) for y in found]
         return {one: sums_of(run.t, y) for one, y in zip(insides, rows, strict=True)}
+
+
+Measures: TypeAlias = (
+    str | Measure | Callable[[Trajectory], float]
+    | Sequence[str | Measure | SympyExpression | Callable[[Trajectory], float]]
+)  # fmt: skip
+"""What is kept of every run: formulas, or functions of a run."""
+
+ALSO = "in Python a measure may be a function of a run, too"
+
+ROUNDS, LOOKS = 2, 33
+"""How often a peak is looked at more closely, and times of a look."""
+
+
+def at_peak(kept: Sums, inside: Quantity, sign: int, run: Trajectory) -> Sums:
+    """Return sums with the largest value between samples, or the smallest (sign -1), by the run's dense output."""
+    value, when, t = "most" if sign > 0 else "least", "when_most" if sign > 0 else "when_least", run.t
+    with suppress(SymdynError):  # what an integrator cannot pass again
+        for _ in range(ROUNDS if run.dense is not None and np.isfinite(kept.area) else 0):
+            k = int(np.searchsorted(t, getattr(kept, when)))
+            t = np.linspace(t[max(k - 1, 0)], t[min(k + 1, len(t) - 1)], LOOKS)
+            near = sums_over((inside,), run(t))[inside]
+            if not sign * getattr(near, value) >= sign * getattr(kept, value):
+                break
+            kept = replace(kept, **{name: getattr(near, name) for name in (value, when)})
+    return kept
 
 
 def measured(run: Trajectory, measures: Sequence[Measure]) -> Array:
@@ -312,6 +369,8 @@ def read_measures(scene: Scene, texts: Sequence[object], faults: Faults) -> tupl
     for k, text in enumerate(texts):
         if isinstance(text, Measure):
             found.append(text)
+        elif callable(text):
+            found.append(Measure.of_run(getattr(text, "__name__", "measure"), text))
         elif str(text) in map(str, texts[:k]):
             faults.add("measure", f'"{text}" is given twice')
         else:

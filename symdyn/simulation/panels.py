@@ -10,7 +10,6 @@ from __future__ import annotations
 import fnmatch
 import json
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -24,6 +23,7 @@ from symdyn.dynamics.mechanism import TIME
 from symdyn.emit import Contents, in_html, render, write
 from symdyn.errors import DrawError, EmitError, SimulateError, UnknownNameError
 from symdyn.extras import EXTRAS, install
+from symdyn.frozen import dataclass, replace
 from symdyn.simulation.columns import ENERGIES, FORCES, Column, missing
 from symdyn.table import Table
 

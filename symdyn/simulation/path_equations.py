@@ -16,13 +16,13 @@ Reference: Whitney, Resolved motion rate control of manipulators and human prost
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.arguments import argument
 from symdyn.errors import DerivationError, SimulateError
+from symdyn.frozen import dataclass
 from symdyn.simulation.following import CLOSED, NEGLIGIBLE, Following, integrated, shortest
 from symdyn.simulation.prescribed.point_path import Approach, PathRequest, PointPath
 

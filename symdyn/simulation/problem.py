@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import InitVar, dataclass, replace
 from typing import Any, TypedDict
 
 import numpy as np
@@ -16,6 +15,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.arguments import SympyExpression, check_arguments, native, suggesting
 from symdyn.errors import SimulateError, suggestion
+from symdyn.frozen import InitVar, dataclass, replace
 from symdyn.scene import Quantity, Scene, scene_of
 from symdyn.scene.values import Faults, formula_text
 from symdyn.shown import Suggesting

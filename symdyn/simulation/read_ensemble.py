@@ -20,7 +20,6 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import SympyExpression
 from symdyn.dynamics.mechanism import TIME, quaternions
 from symdyn.errors import SimulateError, suggestion
 from symdyn.graph import Expr, evaluate, reachable
@@ -49,7 +48,7 @@ from symdyn.simulation.integrate import METHODS
 from symdyn.simulation.integrate.heyoka_expressions import BRANCHED, UNSEEN, Expressions, library
 from symdyn.simulation.integrate.integration import END
 from symdyn.simulation.integrate.taylor import SHORTEST, SMALLEST
-from symdyn.simulation.measures import Measure, Sums, read_measures, sums_of
+from symdyn.simulation.measures import Measures, Sums, read_measures, sums_of
 from symdyn.simulation.prescribed.forces import Forces, held
 from symdyn.simulation.prescribed.formulas_in_time import parameter_values, read_formula
 from symdyn.simulation.problem import Problem, Run
@@ -188,7 +187,7 @@ def read_task(
     start: object,
     start_rates: object,
     values: object,
-    measures: str | Measure | Sequence[str | Measure | SympyExpression],
+    measures: Measures,
     samples: bool = False,
     workers: int | None = None,
     feedback: object = None,
@@ -200,7 +199,7 @@ def read_task(
         SceneError: a value that the scene cannot have.
         DerivationError: there is no forward dynamics, or loops cannot be closed.
     """
-    texts = (measures,) if isinstance(measures, str | Measure) else tuple(measures)
+    texts = tuple(measures) if isinstance(measures, Sequence) and not isinstance(measures, str) else (measures,)
     faults = Faults("")
     lanes = read_lanes(problem, start, start_rates, values, faults)
     given = faults.taken(lambda: replace(problem, scene=lanes.scene).driving, Forces())

@@ -18,7 +18,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -27,6 +26,7 @@ from symdyn.algebra import Array
 from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.outputs import MODE
 from symdyn.errors import SimulateError, listed, suggestion
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, reachable
 from symdyn.scene import Scene
 from symdyn.scene.values import Faults

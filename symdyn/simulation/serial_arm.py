@@ -14,7 +14,6 @@ decomposition for analytical inverse kinematics, IEEE Robotics and Automation Le
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -23,6 +22,7 @@ from symdyn.algebra import Array, Floats
 from symdyn.arguments import argument
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.errors import SimulateError, listed
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import evaluate
 from symdyn.scene import Scene
 from symdyn.scene.values import Joint, velocity_name

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
@@ -22,6 +21,7 @@ import numpy.typing as npt
 
 from symdyn.algebra import Array, BigFloats
 from symdyn.errors import SimulateError
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import evaluate
 from symdyn.scene import Scene
 from symdyn.simulation.equations.system import Projection, StateEquations

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, Literal
 
@@ -14,6 +13,7 @@ from symdyn.arguments import check_arguments
 from symdyn.dynamics.mechanism import TIME
 from symdyn.emit import write_file
 from symdyn.errors import DrawError, EmitError, SimulateError, UnknownNameError, listed, quoted
+from symdyn.frozen import asdict, dataclass, field
 from symdyn.graph import Graph
 from symdyn.scene import Scene
 from symdyn.scene.values import Letter, acceleration_name

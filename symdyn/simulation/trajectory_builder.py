@@ -14,13 +14,13 @@ motion. Limits of velocity and effort say what a drive can do; the equations hol
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.arguments import argument
 from symdyn.errors import DerivationError, SimulateError, listed
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Graph
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.forces import FORCES

@@ -16,7 +16,6 @@ start is held: what depends on it follows the parameter too, as prescribed motio
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 from typing import Unpack
 
 import numpy as np
@@ -24,6 +23,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.arguments import check_arguments, with_fields
 from symdyn.errors import SimulateError, UnknownNameError, listed, suggestion
+from symdyn.frozen import dataclass, field
 from symdyn.scene import Scene, SceneLike, bind
 from symdyn.scene.values import Faults
 from symdyn.shown import Shown

@@ -15,7 +15,6 @@ import warnings
 from collections.abc import Iterable, Iterator
 from concurrent.futures import CancelledError
 from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 from uuid import uuid4
@@ -25,6 +24,7 @@ import distributed
 from distributed.scheduler import KilledWorker, NoValidWorkerError
 
 from symdyn.errors import StudyError, quoted
+from symdyn.frozen import dataclass
 from symdyn.interrupts import interrupts_wait
 from symdyn.resources import version
 

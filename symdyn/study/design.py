@@ -19,7 +19,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from math import prod
 from typing import TYPE_CHECKING, Any
@@ -30,6 +29,7 @@ from symdyn.algebra import Array
 from symdyn.arguments import argument, native
 from symdyn.bounds import BOUNDS
 from symdyn.errors import SimulateError, UnknownNameError, choice, suggestion
+from symdyn.frozen import dataclass
 from symdyn.scene.values import Faults
 from symdyn.shown import Shown
 from symdyn.study.distributions import LEAST, MOST, Distribution

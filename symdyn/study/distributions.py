@@ -15,7 +15,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -24,6 +23,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.arguments import argument
 from symdyn.errors import suggestion
+from symdyn.frozen import dataclass
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.values import Faults, FormulaError, Letter, Parameter, question, read_tolerance, shorten, split_commas
 from symdyn.simulation.prescribed import number_of, read_formula

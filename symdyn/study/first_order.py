@@ -11,7 +11,6 @@ uncertain in proportion, and blind to skewness, to means that move, and to what 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from math import sqrt
 from typing import Any, Unpack
 
@@ -21,6 +20,7 @@ import numpy.typing as npt
 from symdyn.algebra import Array
 from symdyn.arguments import KINDS, with_fields
 from symdyn.errors import SimulateError, quoted, suggestion
+from symdyn.frozen import dataclass
 from symdyn.scene import Scene, SceneLike
 from symdyn.scene.values import Faults
 from symdyn.simulation import Problem, Run, Uncertainty, measure_slopes, state_names

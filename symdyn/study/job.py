@@ -12,19 +12,20 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass, field
 from functools import partial
 from hashlib import sha256
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.arguments import SympyExpression, is_sympy
 from symdyn.errors import StudyError
 from symdyn.extras import install
+from symdyn.frozen import dataclass, field
 from symdyn.interrupts import interrupts_wait
 from symdyn.scene import Scene, SceneUnits, write_text
-from symdyn.scene.values import Faults, shorten
+from symdyn.scene.values import Faults, formula_text, shorten
 from symdyn.study.design import Design
 
 if TYPE_CHECKING:
@@ -90,11 +91,13 @@ class Measured:
         name: of its column.
         formula: as the user writes it.
         unit: "" where it is not known.
+        function: that gives it of a run; its formula is where that stands.
     """
 
     name: str
     formula: str
     unit: str = ""
+    function: Callable[[Any], float] | None = None
 
 
 @dataclass(frozen=True)
@@ -185,23 +188,36 @@ def units_of(scene: Scene, names: Sequence[str]) -> dict[str, str]:
     return {name: known.get(name, "") for name in names}
 
 
+Wanted: TypeAlias = (
+    str | Callable[[Any], float] | Sequence[str | SympyExpression | Callable[[Any], float]]
+    | Mapping[str, str | SympyExpression | Callable[[Any], float]]
+)  # fmt: skip
+"""Formulas or functions of a run, alone, in a list, or by the names of their columns."""
+
+
 def block(job: Job, k: int) -> BlockResult:
     """Return what comes of block k of a job, in any process."""
     return job.run(job, *job.span(k))
 
 
-def read_measured(measure: str | Sequence[str], faults: Faults) -> tuple[Measured, ...]:
+def read_measured(measure: Wanted, faults: Faults) -> tuple[Measured, ...]:
     """Return what is kept of every run; what is wrong is among the faults."""
     found: dict[str, Measured] = {}
-    for text in [measure] if isinstance(measure, str) else measure:
-        name, equals, formula = (part.strip() for part in str(text).partition("="))
-        plain = " ".join(str(text).split())
-        one = Measured(name, formula) if equals else Measured(plain, plain)
-        if equals and not NAME.fullmatch(name):
-            faults.add("measure", f'"{shorten(name)}" is no name of a column; use letters and digits, peak={formula}')
-        if one.name in found:
-            faults.add("measure", f"{one.name} is given twice")
-        found[one.name] = one
+    several = measure if isinstance(measure, Mapping | Sequence) and not isinstance(measure, str) else [measure]
+    for one in several.items() if isinstance(several, Mapping) else (("", one) for one in several):
+        given, wanted = one
+        if callable(wanted) and not is_sympy(wanted):
+            name, formula, function = given or wanted.__name__, f"{wanted.__module__}.{wanted.__qualname__}", wanted
+        else:
+            text, function = formula_text(wanted), None
+            first, equals, formula = ("", "", text) if given else (part.strip() for part in text.partition("="))
+            name, formula = (given or first, formula) if equals or given else 2 * (" ".join(text.split()),)
+        call = f"peak={formula}" if function is None else 'measure={"peak": f}'
+        if (function or given or formula != name) and not NAME.fullmatch(name):
+            faults.add("measure", f'"{shorten(name)}" is no name of a column; use letters and digits, {call}')
+        if name in found:
+            faults.add("measure", f"{name} is given twice")
+        found[name] = Measured(name, formula, function=function)
     if not found:
         faults.add("measure", 'nothing is measured; give such as "max(abs(q1))"')
     return tuple(found.values())

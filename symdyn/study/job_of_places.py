@@ -7,8 +7,7 @@ three times as long.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -18,6 +17,7 @@ import numpy as np
 from symdyn.algebra import Array, Batches
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.errors import DerivationError, SimulateError, suggestion
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.program import Program
 from symdyn.runtime import Loaded, Operand, load
@@ -27,7 +27,7 @@ from symdyn.simulation import Measure, Problem
 from symdyn.simulation.prescribed import Columns, drive_names, number_of, parameter_values, read_formula, words
 from symdyn.study.design import read_design
 from symdyn.study.distributions import Over, read_over
-from symdyn.study.job import BlockResult, Job, Measured, check_names, impossible, read_measured
+from symdyn.study.job import BlockResult, Job, Measured, Wanted, check_names, impossible, read_measured
 from symdyn.study.runs import ENDED, FAILED, MOST_TOLD
 from symdyn.unlocked import cached_property
 
@@ -46,7 +46,7 @@ def places_job(
     function: str,
     at: At,
     over: Over,
-    measure: str | Sequence[str],
+    measure: Wanted,
     design: str | None,
     count: int | None,
     seed: int,
@@ -67,6 +67,10 @@ def places_job(
     planned = read_design(varied, design, count, seed, faults)
     measures = read_measured(measure, faults)
     check_names(measures, [one.name for one in varied], faults)
+    for one in measures:
+        if one.function is not None:
+            faults.add("measure", f"{one.name} is a function of a run, and there is none; give a formula of {function}")
+    measures = tuple(one for one in measures if one.function is None)
     if size is not None and size < 1:
         faults.add("block", f"{size} is no number of sets; give 1 or more")
     faults.close(SimulateError)

@@ -16,15 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.algebra import Array
-from symdyn.arguments import SympyExpression, native, with_fields
+from symdyn.arguments import native, with_fields
 from symdyn.errors import SimulateError, SymdynError, spoken
 from symdyn.scene import Scene, SceneLike, bind
 from symdyn.scene.values import Faults, Parameter
-from symdyn.simulation import Forces, Measure, Problem, Run, RunBlock, read_feedback, read_task
+from symdyn.simulation import Forces, Measure, Measures, Problem, Run, RunBlock, read_feedback, read_task
 from symdyn.simulation.prescribed import Entries
 from symdyn.study.design import read_design
 from symdyn.study.distributions import Over, read_over
-from symdyn.study.job import BlockResult, Job, Measured, check_names, impossible, read_measured, units_of
+from symdyn.study.job import BlockResult, Job, Measured, Wanted, check_names, impossible, read_measured, units_of
 from symdyn.study.runs import ENDED, FAILED, MOST_TOLD, NOT_MADE, STOPPED, Ends, Runs
 
 NO_NUMBER = "the motion has no finite value"
@@ -38,7 +38,7 @@ def ensemble(
     start: Mapping[str, Any] | str | None = None,
     start_rates: Mapping[str, Any] | str | None = None,
     values: Mapping[str, Any] | str | None = None,
-    measures: str | Measure | Sequence[str | Measure | SympyExpression] = (),
+    measures: Measures = (),
     samples: bool = False,
     feedback: object = None,
     workers: int | None = None,
@@ -67,7 +67,8 @@ def ensemble(
         start: by coordinate, numbers, formulas in parameters, or arrays of shape (N,).
         start_rates: likewise by velocity.
         values: likewise by parameter, without symbols.
-        measures: formulas of statistics over a run's samples, such as "max(abs(q1)) - end(q2)", see `FOLDS`.
+        measures: formulas of statistics over a run's samples, such as "max(abs(q1)) - end(q2)", see `FOLDS`; or
+            functions of a run.
         samples: whether to keep the states at the samples.
         feedback: a controller of all runs, as for `simulate`; its noise is the same in each. Gains alone are formulas
             of forces, and as fast; with others `simulate` makes the runs.
@@ -122,7 +123,7 @@ def runs_job(
     problem: Problem,
     run: Run,
     over: Over,
-    measure: str | Sequence[str],
+    measure: Wanted,
     feedback: object,
     design: str | None,
     count: int | None,
@@ -193,6 +194,8 @@ def usual_block(count: int) -> int:
 
 def _checked(scene: Scene, one: Measured, faults: Faults) -> Measured:
     """Return a measure with its unit; what is wrong with it is among the faults."""
+    if one.function is not None:
+        return one
     read = Measure.read(scene, one.formula, faults)
     called = one.name if one.name.isidentifier() else ""  # what has no name is called as it is written
     return one if read is None else replace(one, unit=read.unit(scene, called))
@@ -283,7 +286,10 @@ def _together(job: Job, values: Array) -> tuple[RunBlock, dict[str, Array]]:
     parts = {
         part: dict(asked.get(part, {})) | {n: columns[n] for n in names} for part, names in asked["varied"].items()
     }
-    problem, formulas = Problem(job.scene, asked["forces"]), [one.formula for one in job.measures]
+    problem = Problem(job.scene, asked["forces"])
+    formulas = [
+        one.formula if one.function is None else Measure.of_run(one.formula, one.function) for one in job.measures
+    ]
     task = read_task(
         problem, asked["run"], parts["start"], parts["start_rates"], parts["values"], formulas, workers=job.threads,
         feedback=asked["feedback"],

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,6 +13,7 @@ from symdyn.algebra import Array
 from symdyn.arguments import argument
 from symdyn.draw import FilledFigure
 from symdyn.errors import SimulateError, choice, suggestion
+from symdyn.frozen import dataclass
 from symdyn.simulation import CHECKS, write_picture
 from symdyn.study.design import SALTELLI
 

@@ -6,11 +6,10 @@ A store is new, or one that goes on, if it is of the same study.
 from __future__ import annotations
 
 import json
-import re
 import shutil
 import tempfile
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from hashlib import sha256
@@ -20,16 +19,16 @@ from typing import Any, Unpack
 
 import numpy as np
 
-from symdyn.arguments import SympyExpression, check_arguments, native, with_fields
+from symdyn.arguments import check_arguments, native, with_fields
 from symdyn.bounds import BOUNDS
-from symdyn.errors import SimulateError, StudyError
+from symdyn.errors import SimulateError, StudyError, alike
 from symdyn.extras import install
 from symdyn.resources import version
 from symdyn.scene import SceneLike
-from symdyn.scene.values import Faults, formula_text
+from symdyn.scene.values import Faults
 from symdyn.simulation import Problem, Run
 from symdyn.study.distributions import Over
-from symdyn.study.job import Job, block as one_block, executor
+from symdyn.study.job import Job, Wanted, block as one_block, executor
 from symdyn.study.job_of_places import At, places_job
 from symdyn.study.job_of_runs import runs_job
 from symdyn.study.runs import NOT_MADE, Runs
@@ -255,9 +254,6 @@ HERE = "here"
 USUAL = "inverse_dynamics"
 """What is called where places are given, and no function is."""
 
-NUMBERS = re.compile(r"\d[\d.e+-]*")
-"""What notes on runs differ in; of those that are alike, the first is reported."""
-
 Say = Callable[[str], None]
 
 
@@ -269,7 +265,7 @@ def _is_empty(value: object) -> bool:
 def sweep(
     scene: SceneLike | Problem,
     over: Over = (),
-    measure: str | Sequence[str | SympyExpression] = (),
+    measure: Wanted = (),
     *,
     feedback: object = None,
     design: str | None = None,
@@ -301,6 +297,7 @@ def sweep(
             "m1=linspace(1,2,5)"; nothing takes all parameters that have a tolerance. Texts "NAME=DISTRIBUTION" (see
             `symdyn.study.distributions`), or lists by name.
         measure: kept of a run: formulas of max, min, mean, rms, end, ... as "max(abs(tau2))"; "NAME=FORMULA" names one.
+            Or functions that take a run of `simulate` and return a number; a mapping names what it has.
         **fields: of `Problem` and `Run`, the same for every run.
         feedback: a controller of all runs, as for `simulate`: gains found at one value, say, at all of them.
         design: which values meet; None takes a grid of lists, random draws of distributions. A key of `DESIGNS`.
@@ -325,7 +322,6 @@ def sweep(
     """
     problem, run = Problem.requested(sweep, locals())
     count, seed, workers, block = native(int, count, seed, workers, block)
-    measure = measure if isinstance(measure, str) else tuple(map(formula_text, measure))
     path = None if output is None else Path(output)
     faults = Faults("")
     if path is not None and path.suffix != SUFFIX:
@@ -384,24 +380,22 @@ def made(
         notes += (f"{count} is no power of two, of which Sobol's sequence is most even; {1 << count.bit_length()} is",)
     for note in notes:
         say(note)
-    began, seen = perf_counter(), set[str]()
+    began, of_runs = perf_counter(), tuple[str, ...]()
     here = scheduler == HERE if isinstance(scheduler, str) else False
     job = replace(job, threads=workers if here else 1)
     try:
         with executor(scheduler, None if here else workers, say) as found_by:
             for done, (k, found) in enumerate(found_by.results(one_block, job, left), start=1):
-                for note in found.notes:
-                    if (like := NUMBERS.sub("#", note)) not in seen:
-                        seen.add(like)
-                        notes += (note,)
-                        say(note)
+                before, of_runs = len(of_runs), alike((*of_runs, *found.notes))
+                for note in of_runs[before:]:
+                    say(note)
                 store.put(job, k, found)
                 if progress is not None:
                     progress(1 - (len(left) - done) / job.blocks)
     except KeyboardInterrupt:
-        runs = store.runs(notes, perf_counter() - began)
+        runs = store.runs((*notes, *of_runs), perf_counter() - began)
         how = "the same command goes on with the rest" if path is not None else f"-o FILE{SUFFIX} would have kept it"
         told = f"{INTERRUPTED}: {len(runs) - runs.left} of {len(runs)} runs are there; {how}"
         say(told)
-        return replace(runs, notes=(*notes, told))
-    return store.runs(notes, perf_counter() - began)
+        return replace(runs, notes=(*notes, *of_runs, told))
+    return store.runs((*notes, *of_runs), perf_counter() - began)

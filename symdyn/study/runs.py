@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -14,6 +13,7 @@ from symdyn.algebra import Array
 from symdyn.arguments import check_arguments, native, walked
 from symdyn.emit import write_file
 from symdyn.errors import EmitError, SimulateError, UnknownNameError, choice, listed, quoted
+from symdyn.frozen import dataclass, field
 from symdyn.rounding import in_digits
 from symdyn.shown import Shown
 from symdyn.study.design import SALTELLI, Indices, indices

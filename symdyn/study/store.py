@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, Protocol
@@ -28,6 +27,7 @@ from numpy.typing import NDArray
 
 from symdyn.algebra import Array
 from symdyn.errors import StudyError
+from symdyn.frozen import dataclass, field
 from symdyn.resources import version
 from symdyn.study.job import BlockResult, Job
 from symdyn.study.runs import MOST_TOLD, NOT_MADE, Runs

@@ -8,11 +8,11 @@ every rendered text against the graph by value.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import Union
 
 from symdyn.algebra import Form
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Graph, Op, reachable, substitute
 from symdyn.scene import Scene
 from symdyn.table import Table

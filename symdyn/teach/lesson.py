@@ -9,7 +9,6 @@ of these alone moves as the open one, by Lagrange's method; one with others as w
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from functools import cache
 
 from symdyn.algebra import AngleGroup, Compactor, Form, Polynomial, Symbol, TrigonometricRing, with_added_angles
@@ -18,6 +17,7 @@ from symdyn.dynamics import ClosedForm, Energies, Workspace, angle_groups, close
 from symdyn.dynamics.mechanism import State, body_placements, strut_way, vector
 from symdyn.emit.print import Letters, Printable
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass, field, replace
 from symdyn.graph import Expr, Graph, evaluate, gradient, tangents
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS

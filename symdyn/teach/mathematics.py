@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache
 from itertools import accumulate
@@ -19,6 +18,7 @@ from symdyn.emit import in_html, in_latex
 from symdyn.emit.print import BREAK, Latex, PrintName, latex_symbols, latex_width
 from symdyn.errors import EmitError
 from symdyn.extras import install
+from symdyn.frozen import dataclass, replace
 from symdyn.rounding import digits_or, in_digits
 from symdyn.scene.values import GREEK
 from symdyn.teach.document import Braced, Document, Formula, Letter, Matrix, Name, Rate, Words

@@ -11,12 +11,12 @@ import ast
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from symdyn.algebra import Form, Function, Number, Ratios, Symbol
 from symdyn.dynamics.mechanism import body_placements, vector
 from symdyn.emit.print import value_text
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Graph, Op, evaluate, substitute
 from symdyn.scene import Quantity, Scene, SceneUnits, parse
 from symdyn.scene.forces import FORCES, elastic

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
@@ -21,6 +20,7 @@ from symdyn.dynamics import Energies, Workspace
 from symdyn.dynamics.mechanism import TIME, State, body_placements, prescribed, vector
 from symdyn.emit.print import latex_symbols
 from symdyn.errors import DrawError, NoValueError
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Graph, Op, evaluate, gradient
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.joints import joint_motion, start_of

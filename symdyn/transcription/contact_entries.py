@@ -23,11 +23,11 @@ Reference: Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts (19
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from operator import sub
 
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.outputs import Touch, dot, touching
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, tangents
 
 Rows = Sequence[Sequence[Expr]]

@@ -29,7 +29,6 @@ Equations II (1996), tables IV.5.1 (Gauss), IV.5.7 (Lobatto IIIA).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from operator import index
 from typing import TYPE_CHECKING, Any
@@ -38,6 +37,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.algebra import Array
+from symdyn.frozen import dataclass
 from symdyn.scene.values import Faults
 from symdyn.transcription.local import PLACES
 from symdyn.unlocked import cached_property

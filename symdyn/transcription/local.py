@@ -27,7 +27,6 @@ u_k = ṗ(t) like those of loops; its multiplier is the force that it takes.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import chain, product
 from operator import add
@@ -39,6 +38,7 @@ from symdyn.dynamics import Argument, LoopChoices, Workspace
 from symdyn.dynamics.mechanism import TIME, cost, refuse_ideal_friction
 from symdyn.dynamics.outputs import dot, inverse_derivatives, kinks
 from symdyn.errors import listed
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Op, gradient, reachable, substitute, tangents
 from symdyn.scene import Quantity, Scene, parse
 from symdyn.scene.joints import start_of

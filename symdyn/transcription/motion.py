@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -11,6 +10,7 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.dynamics.mechanism import TIME
+from symdyn.frozen import dataclass, field, replace
 from symdyn.scene import Scene
 from symdyn.simulation import Forces, Impact, Trajectory, change_of, column_words
 from symdyn.simulation.prescribed import ForceTable
@@ -59,7 +59,7 @@ def forces_of(problem: Collocation, z: Array) -> Forces:
         t = times[grid.stage]
         return Forces(tables={k: ForceTable(t, x) for k, x in zip(problem.driven, values.T, strict=True)})
     t = times[grid.node[[0, *grid.ends]]]
-    tables = [Pieces(t, np.zeros(len(t)), problem.method.c, x[grid.of]) for x in values.T]
+    tables = [Pieces(t, np.zeros(len(t)), c=problem.method.c, values=x[grid.of]) for x in values.T]
     return Forces(tables=dict(zip(problem.driven, tables, strict=True)))
 
 

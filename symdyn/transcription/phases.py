@@ -12,7 +12,6 @@ bounds; an equation that a phase does not have has none.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from itertools import chain, pairwise
 from typing import Any, NamedTuple
 
@@ -22,6 +21,7 @@ from numpy.typing import NDArray
 from symdyn.algebra import Array
 from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import SimulateError, listed, suggestion
+from symdyn.frozen import dataclass, field
 from symdyn.scene import Scene
 from symdyn.scene.values import DryJoint, Faults, Unilateral
 from symdyn.simulation.prescribed import number_of, parameter_values

@@ -12,7 +12,6 @@ gives the column of T.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +21,7 @@ from numpy.typing import NDArray
 from symdyn.algebra import Array
 from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import SimulateError, listed
+from symdyn.frozen import dataclass, field
 from symdyn.graph import gradient, tangents
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene, bind

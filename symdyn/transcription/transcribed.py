@@ -21,7 +21,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -31,6 +30,7 @@ from symdyn.algebra import Array
 from symdyn.arguments import check_arguments
 from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import ArgumentError, SimulateError, choice, listed, quoted
+from symdyn.frozen import dataclass, field
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene
 from symdyn.shown import Shown

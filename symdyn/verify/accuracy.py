@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from math import inf, isfinite, nan
 from statistics import median
@@ -22,6 +21,7 @@ import numpy as np
 from symdyn.algebra import BigFloats, Bounded, Midpoints, RunningErrors
 from symdyn.dynamics import Function
 from symdyn.emit.code import REALS, Real
+from symdyn.frozen import dataclass
 from symdyn.graph import Arithmetic, Expr, evaluate, reachable, repeated
 from symdyn.program import Program, Sampling
 from symdyn.verdict import Verdict

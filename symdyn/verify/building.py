@@ -15,7 +15,6 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Container, Mapping, Sequence
 from concurrent.futures import Future
-from dataclasses import dataclass, replace
 from math import prod
 from types import TracebackType
 from typing import Any
@@ -29,6 +28,7 @@ from symdyn.dynamics import Function, row_of
 from symdyn.emit import TARGETS, Sources, emit
 from symdyn.emit.code import REALS
 from symdyn.errors import BuildError, EmitError, MissingProgram
+from symdyn.frozen import dataclass, replace
 from symdyn.program import Program, Sampling, shared
 from symdyn.runtime import RUNNERS, Commands, bind_rows
 from symdyn.verdict import Unclaimed, Verdict

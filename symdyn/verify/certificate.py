@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +22,7 @@ from symdyn.dynamics.mechanism import quaternions
 from symdyn.emit import Sources
 from symdyn.emit.code import SINGLE, ShortSines
 from symdyn.errors import VerifyError
+from symdyn.frozen import asdict, dataclass, replace
 from symdyn.graph import Expr, Graph, growing, reachable, substitute
 from symdyn.program import Program, lower, prepare as prepare_program, shared
 from symdyn.rounding import finite

@@ -24,7 +24,6 @@ Reference: Orin, Goswami and Lee, Centroidal dynamics of a humanoid robot, Auton
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from symdyn.dynamics import (
@@ -40,6 +39,7 @@ from symdyn.dynamics import (
 )
 from symdyn.dynamics.outputs import BaseColumns, Linear
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, reachable, substitute, tangents
 from symdyn.program import Program, RowLoop, choose, choose_one
 from symdyn.scene import Quantity, Scene

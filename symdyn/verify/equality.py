@@ -13,12 +13,12 @@ its tips without fill; what is too small to be told from zero is none.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from math import lgamma, log
 from typing import Any
 
 from symdyn.algebra import FiniteField, Needs, RealBalls, Redraw
 from symdyn.errors import VerifyError
+from symdyn.frozen import dataclass
 from symdyn.graph import Algebra, Expr, Op, reachable
 from symdyn.verdict import Verdict
 from symdyn.verify.points import (

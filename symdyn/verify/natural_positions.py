@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -29,6 +28,7 @@ from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.reactions import Equilibrium, why_no_reactions
 from symdyn.emit import emit
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, evaluate, substitute
 from symdyn.program import Sampling
 from symdyn.runtime import RUNNERS

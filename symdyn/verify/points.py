@@ -26,12 +26,12 @@ from __future__ import annotations
 import random
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from fractions import Fraction
 from math import log, log10
 from typing import Any, NamedTuple
 
 from symdyn.algebra import FiniteField, ManyPoints, Needs, RealBalls, Redraw
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Op, Piecewise, arithmetic, evaluate, reachable
 
 UNEVENNESS = 64  # a prime after a long gap is drawn more often than the average one; no gap there is this much longer

@@ -13,7 +13,6 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -23,6 +22,7 @@ from symdyn.algebra import Balls, BigFloats
 from symdyn.dynamics import Equations, Function, LoopChoices, Workspace
 from symdyn.emit.code import REALS
 from symdyn.errors import VerifyError, suggestion
+from symdyn.frozen import asdict, dataclass
 from symdyn.graph import Expr, evaluate
 from symdyn.program import Sampling, lower
 from symdyn.rounding import finite

@@ -5,8 +5,7 @@ T = tension (exp(rise ε) - 1)     E = tension free (exp(rise ε) - 1 - rise ε)
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Op
 from symdyn.scene import Quantity
 from symdyn.scene.forces import FORCES

@@ -5,8 +5,7 @@ F = -charge / (x - dead)        E = -charge log(x - dead)        x: position of 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Op
 from symdyn.scene import Quantity
 from symdyn.scene.forces import FORCES

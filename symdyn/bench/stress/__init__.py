@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 
 from symdyn.bench.measurements import Case, Stress
 from symdyn.bench.stress import motions, odd_numbers as numbers, solving
 from symdyn.errors import DerivationError, MethodError, MissingProgram, SimulateError
+from symdyn.frozen import dataclass, replace
 from symdyn.scene import Scene
 from symdyn.verdict import Unclaimed
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
@@ -19,6 +18,7 @@ from symdyn.bench.reference import Reference, column, norm, reference
 from symdyn.dynamics import Equations, Function, Requested, Workspace, derive_one, row_of
 from symdyn.emit import emit
 from symdyn.errors import MissingCompiler
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import evaluate
 from symdyn.program import Program, choose, identifier, lower
 from symdyn.runtime import RUNNERS, build

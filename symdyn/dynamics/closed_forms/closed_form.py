@@ -14,7 +14,6 @@ the frame in which a body's velocity is written, so it is written in the body, w
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from itertools import combinations, product
 from typing import Any
 
@@ -36,6 +35,7 @@ from symdyn.dynamics.mechanism.kinematics import directions
 from symdyn.dynamics.mechanism.state import State, body_placements, moved_placements, vector
 from symdyn.dynamics.mechanism.tree import body_inertia
 from symdyn.errors import DerivationError, listed
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.scene.forces import elastic

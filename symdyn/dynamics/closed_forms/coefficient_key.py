@@ -10,7 +10,6 @@ Closed forms of struts, friction and loads are geometry in normal form in laws o
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from itertools import combinations
 from operator import index
 from typing import Any
@@ -31,6 +30,7 @@ from symdyn.dynamics.mechanism.state import (
     vector,
 )
 from symdyn.errors import DerivationError, quoted
+from symdyn.frozen import dataclass, field, replace
 from symdyn.graph import Expr, Graph, Op, evaluate, tangents
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES, elastic

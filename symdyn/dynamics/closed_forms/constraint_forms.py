@@ -9,7 +9,6 @@ parallel axes add up, and sines of the sums make short closed forms.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 from itertools import combinations
 from operator import itemgetter
@@ -20,6 +19,7 @@ from symdyn.dynamics.closed_forms.coefficient_key import MOST_TERMS, Slopes, ord
 from symdyn.dynamics.mechanism.kinematics import directions
 from symdyn.dynamics.mechanism.state import State
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph, evaluate, reachable
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS, unit

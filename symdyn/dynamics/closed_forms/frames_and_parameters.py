@@ -30,7 +30,6 @@ Reference: Gautier and Khalil 1990; Khalil and Dombre (2002), section 9.4.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
 from itertools import islice
 
 from symdyn.algebra import Form, Number
@@ -39,6 +38,7 @@ from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.dynamics.recursive.links import GeneralTurn, JointTransform, Moments, PlanarTurn, moments_of
 from symdyn.dynamics.recursive.reduced_tree import ReducedTree, reframe, settled, slides_along_all_turns
 from symdyn.dynamics.recursive.tree_dynamics import rnea
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute
 from symdyn.rounding import digits_or
 from symdyn.scene import Scene

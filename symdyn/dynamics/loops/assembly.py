@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import random
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
@@ -37,6 +36,7 @@ from symdyn.dynamics.loops.newton import (
 )
 from symdyn.dynamics.loops.sparse_rows import is_large, triangular
 from symdyn.errors import DerivationError, NoValueError
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Op, arithmetic, reachable
 from symdyn.scene.forces import FORCES
 

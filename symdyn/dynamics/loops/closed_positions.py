@@ -27,7 +27,6 @@ move independent positions.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -41,6 +40,7 @@ from symdyn.dynamics.loops.newton import NEGLIGIBLE
 from symdyn.dynamics.loops.partition import LoopBlock, Partition, blocks
 from symdyn.dynamics.mechanism.tree import Tree
 from symdyn.errors import DerivationError, choice
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Op, evaluate, substitute
 from symdyn.scene import Scene
 from symdyn.spatial import Transform, Vec, add, cross, dot, neg, scale, sub, zero_vector

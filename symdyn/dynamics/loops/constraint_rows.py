@@ -22,7 +22,6 @@ Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), sections 8.1 to 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
 
@@ -32,6 +31,7 @@ from symdyn.dynamics.mechanism.ropes import Taut
 from symdyn.dynamics.mechanism.state import State, body_placements, vector
 from symdyn.dynamics.mechanism.tree import Tree
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph, evaluate, gradient, reachable, substitute, tangents
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.forces import FORCES

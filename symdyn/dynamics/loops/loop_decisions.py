@@ -18,7 +18,6 @@ dynamic systems, J. Mechanical Design 104 (1982).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import combinations
 from math import comb
 from typing import TYPE_CHECKING
@@ -38,6 +37,7 @@ from symdyn.dynamics.loops.partition import (
 )
 from symdyn.dynamics.loops.sparse_rows import is_large, triangular
 from symdyn.errors import DerivationError, choice
+from symdyn.frozen import dataclass
 from symdyn.scene import Scene
 
 if TYPE_CHECKING:

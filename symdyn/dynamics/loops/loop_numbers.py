@@ -15,7 +15,6 @@ from __future__ import annotations
 import random
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Union
 
 import numpy as np
@@ -30,6 +29,7 @@ from symdyn.dynamics.mechanism.kinematics import directions
 from symdyn.dynamics.mechanism.state import State, quaternions
 from symdyn.dynamics.mechanism.tree import build_tree
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph, evaluate, operands, reachable, repeated
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.joints import start_of

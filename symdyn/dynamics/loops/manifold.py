@@ -17,10 +17,10 @@ Reference: Bayo and García de Jalón, Kinematic and Dynamic Simulation of Multi
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 
 from symdyn.dynamics.loops.partition import Matrix, Partition
 from symdyn.dynamics.mechanism.state import State
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph, LocalPartials, gradient, operands, substitute, tangents
 from symdyn.unlocked import cached_property
 

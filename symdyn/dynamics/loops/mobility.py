@@ -18,7 +18,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Container
-from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -29,6 +28,7 @@ from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.dynamics.loops.newton import free_motions
 from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass, replace
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Joint

@@ -16,10 +16,10 @@ unknowns, are solved by their normal equations, which are singular nowhere else 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 
 from symdyn.dynamics.mechanism.linear_solve import Factored, factored
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr
 from symdyn.scene import Scene
 from symdyn.scene.values import spell

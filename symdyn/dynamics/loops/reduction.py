@@ -36,10 +36,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
 
 from symdyn.dynamics.loops.partition import CRAMER, Matrix, Partition, inverse, squared
 from symdyn.dynamics.mechanism.linear_solve import Factored, RowStep, Singular, factored, solve
+from symdyn.frozen import dataclass, field
 from symdyn.graph import Expr, Graph
 from symdyn.unlocked import cached_property
 

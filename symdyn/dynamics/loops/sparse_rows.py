@@ -14,13 +14,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra import Array
+from symdyn.frozen import dataclass
 from symdyn.unlocked import cached_property
 
 Indices = npt.NDArray[np.intp]

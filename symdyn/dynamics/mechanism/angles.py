@@ -16,11 +16,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.joints import JOINTS, Gimbal

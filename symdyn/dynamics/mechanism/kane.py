@@ -18,7 +18,6 @@ the two others the scene, the joints' own placements and rates, and the laws of 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 from symdyn.dynamics.mechanism.ropes import Taut
 from symdyn.dynamics.mechanism.state import (
@@ -32,6 +31,7 @@ from symdyn.dynamics.mechanism.state import (
     pull,
     vector,
 )
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph, gradient, substitute, tangents
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES

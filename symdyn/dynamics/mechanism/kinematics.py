@@ -43,12 +43,12 @@ and Control 1 (1978) 223.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import combinations
 
 from symdyn.dynamics.mechanism.state import State, body_placements, vector
 from symdyn.dynamics.mechanism.tree import Tree, body_inertia
 from symdyn.errors import DerivationError, choice
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph, gradient, tangents
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS, joint_motion

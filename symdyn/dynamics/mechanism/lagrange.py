@@ -13,8 +13,6 @@ This formulation shares nothing with the recursive one but the scene and the joi
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from symdyn.dynamics.mechanism.kinematics import Directions, directions
 from symdyn.dynamics.mechanism.state import (
     State,
@@ -24,6 +22,7 @@ from symdyn.dynamics.mechanism.state import (
     generalized_forces,
     vector,
 )
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph, gradient, substitute, tangents
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS, joint_motion

@@ -18,11 +18,11 @@ Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 6.5, tab
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from random import Random
 
 from symdyn.algebra import FiniteField, Needs, Redraw
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.scene import Scene
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 from symdyn.dynamics.mechanism.tree import Tree
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr
 from symdyn.spatial import Transform, Vec, add, cross, dot, neg, scale, sub, zero_vector
 

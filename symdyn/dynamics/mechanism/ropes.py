@@ -19,12 +19,12 @@ Reference: the tangents of two circles; Pott, Cable-Driven Parallel Robots (2018
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 
 from symdyn.algebra import Compactor, TrigonometricRing
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph, Op, evaluate, substitute
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS, start_of, unit

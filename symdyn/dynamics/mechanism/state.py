@@ -22,11 +22,11 @@ hybrid dynamics.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 from symdyn.dynamics.mechanism.linear_solve import Singular, solve
 from symdyn.dynamics.mechanism.ropes import Taut
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph, gradient, tangents
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.forces import FORCES, elastic

@@ -35,7 +35,6 @@ it.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
@@ -44,6 +43,7 @@ from flint import arb
 from symdyn.algebra import Midpoints, rounded
 from symdyn.dynamics.mechanism.state import vector
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable, substitute
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS, joint_motion

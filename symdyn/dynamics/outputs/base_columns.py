@@ -20,7 +20,6 @@ Reference: Atkeson, An and Hollerbach, Estimation of inertial parameters of mani
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 from itertools import product
 
 from symdyn.dynamics.mechanism.tree import body_inertia
@@ -29,6 +28,7 @@ from symdyn.dynamics.recursive.links import Moments
 from symdyn.dynamics.recursive.reduced_tree import ReducedTree, slides_along_all_turns, split
 from symdyn.dynamics.recursive.tree_dynamics import rnea
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, gradient, reachable, substitute, tangents
 from symdyn.scene import INERTIAL, Quantity, Scene, with_force_parameters
 from symdyn.scene.forces import FORCES

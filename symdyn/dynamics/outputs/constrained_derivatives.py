@@ -12,7 +12,6 @@ solved, by q, u, u̇, τ and λ; or for "unprojected" derivatives of what is sol
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from functools import partial
 
 from symdyn.dynamics.loops.manifold import Manifold
@@ -45,6 +44,7 @@ from symdyn.dynamics.outputs.tangent_space import (
     independent_velocities,
 )
 from symdyn.dynamics.outputs.workspace import Workspace
+from symdyn.frozen import dataclass, field, replace
 from symdyn.graph import Expr, substitute
 
 COUNTED = 8

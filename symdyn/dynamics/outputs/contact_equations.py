@@ -24,13 +24,13 @@ Reference: Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts (19
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from itertools import islice
 
 from symdyn.dynamics.loops.partition import solve_square
 from symdyn.dynamics.outputs.contact_rows import Row, Touch, touching
 from symdyn.dynamics.outputs.workspace import Workspace
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, tangents
 from symdyn.unlocked import cached_property
 

@@ -13,12 +13,12 @@ Reference: Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts (19
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import NamedTuple
 
 from symdyn.dynamics.loops.constraint_rows import Constraints, differentiated, recursive
 from symdyn.dynamics.outputs.workspace import Workspace
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Op, gradient, substitute, tangents
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.forces import FORCES

@@ -6,7 +6,6 @@ What a scene has without being asked: outputs that fit it, exist and are not too
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 from math import prod
 from typing import ClassVar
 
@@ -32,6 +31,7 @@ from symdyn.dynamics.outputs.requests import (
 from symdyn.dynamics.outputs.result_labels import flagged_entries
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.errors import DerivationError, choice, listed
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Op, growing, reachable
 from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.scene.forces import elastic

@@ -21,7 +21,6 @@ Reference: Carpentier, Budhiraja and Mansard, Proximal and sparse resolution of 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from itertools import chain
 
@@ -36,6 +35,7 @@ from symdyn.dynamics.outputs.output import Formulation, Output, Size, by_lagrang
 from symdyn.dynamics.outputs.tangent_space import FREE
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.errors import DerivationError, listed
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, substitute, tangents
 
 Rows = list[list[Expr]]

@@ -26,7 +26,6 @@ section IV, on derivatives of solutions by those of the equations.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import partial
 
 from symdyn.dynamics.loops.constraint_rows import Constraints
@@ -37,6 +36,7 @@ from symdyn.dynamics.outputs.named_functions import WEIGHTS, direction, multipli
 from symdyn.dynamics.outputs.tangent_space import FREE, TangentSpace, by_row, cheaper
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.dynamics.recursive.tree_dynamics import aba
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, LocalPartials, substitute, tangents
 
 

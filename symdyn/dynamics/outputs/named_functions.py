@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
 from typing import Any
 
 from symdyn.arguments import check_arguments
@@ -22,6 +21,7 @@ from symdyn.dynamics.outputs.contact_rows import Touch, touching
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.dynamics.recursive.table_loops import TableLoop, count_loop
 from symdyn.errors import UnknownNameError, choice, listed
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Graph, Op, reachable, substitute
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import force_unit
@@ -111,7 +111,7 @@ class Equations(Shown):
     scene: Scene
     graph: Graph
     functions: tuple[Function, ...]
-    closing: LoopChoices = LoopChoices()  # noqa: RUF009  frozen
+    closing: LoopChoices = LoopChoices()
 
     def __repr__(self) -> str:
         shown = (f"{one.name}({', '.join(x.name for x in one.arguments)})" for one in self.functions)

@@ -13,13 +13,13 @@ not simpler for that.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 from math import fsum, inf
 from typing import Literal, get_args
 
 from symdyn.dynamics.mechanism.linear_solve import RowSolve
 from symdyn.dynamics.outputs.result_labels import Axis
 from symdyn.dynamics.outputs.workspace import Workspace
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr
 from symdyn.scene import Scene
 

@@ -26,7 +26,6 @@ Reference: Carpentier and Mansard, Analytical derivatives of rigid body dynamics
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import chain
 from operator import mul
 
@@ -35,6 +34,7 @@ from symdyn.dynamics.mechanism.linear_solve import Factored, RowSolve, RowStep, 
 from symdyn.dynamics.outputs.workspace import Matrix, Workspace
 from symdyn.dynamics.recursive.rnea_derivatives import JointForceDerivatives, halves_by_rate, rnea_derivatives
 from symdyn.dynamics.recursive.tree_dynamics import rnea
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, gradient, substitute, tangents
 
 Jacobians = dict[str, Matrix]

@@ -11,7 +11,6 @@ not tie one branch to another.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from symdyn.dynamics.mechanism.linear_solve import Factored, RowSolve, RowStep
@@ -25,6 +24,7 @@ from symdyn.dynamics.outputs.tree_formulations import forward
 from symdyn.dynamics.outputs.workspace import Matrix, Workspace
 from symdyn.dynamics.recursive.second_order import Velocities, places, second_order
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, substitute, tangents
 from symdyn.scene import Scene
 

@@ -23,7 +23,6 @@ Transactions on Automatic Control 47 (2002) 1218.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from symdyn.dynamics.mechanism.linear_solve import Singular, solve, vanishes
 from symdyn.dynamics.mechanism.state import refuse_ideal_friction
@@ -33,6 +32,7 @@ from symdyn.dynamics.outputs.output import FORCES, Output
 from symdyn.dynamics.outputs.signal_outputs import SIGNALS
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, evaluate, gradient, reachable, substitute, tangents
 
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Container, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from math import inf
 from typing import TYPE_CHECKING
@@ -23,6 +22,7 @@ from symdyn.dynamics.outputs.output import Formulation, Output
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.dynamics.recursive.wrenches import along
 from symdyn.errors import DerivationError, choice, suggestion
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, substitute, tangents
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.forces import FORCES

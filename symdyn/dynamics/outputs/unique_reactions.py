@@ -21,7 +21,6 @@ every entry that any of them does; it is drawn at generic positions, where the l
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -35,6 +34,7 @@ from symdyn.dynamics.reactions.closure_equations import all_ties, refuse_without
 from symdyn.dynamics.reactions.dalembert import COUPLING, DRIVE, ROW, Equilibrium, Flags, Unknown
 from symdyn.dynamics.reactions.free_bodies import FreeBodies, with_loops
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, evaluate
 from symdyn.scene import Scene
 from symdyn.spatial import Wrench

@@ -20,7 +20,6 @@ whose loops all meet a change point at once.
 from __future__ import annotations
 
 import random
-from dataclasses import dataclass, field, fields
 from fractions import Fraction
 
 import numpy as np
@@ -34,6 +33,7 @@ from symdyn.dynamics.loops.reduction import Reduction, accelerations
 from symdyn.dynamics.outputs.signal_outputs import multiplier_names
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass, field, fields
 from symdyn.graph import Expr, substitute
 from symdyn.scene import Scene
 

@@ -17,7 +17,6 @@ exert. A rod, or a plane that leans, can exert nothing else than its one wrench,
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,6 +27,7 @@ from symdyn.dynamics.loops.partition import Partition, blocks
 from symdyn.dynamics.mechanism.tree import has_symbols
 from symdyn.dynamics.reactions.joint_frames import PLACES, JointFrames, Twist
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES, without_place

@@ -28,7 +28,6 @@ Reference: the textbook, section 5.1.1, eq. (5.1)-(5.20).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -46,6 +45,7 @@ from symdyn.dynamics.reactions.closure_equations import (
 from symdyn.dynamics.reactions.free_bodies import Bivectors, FreeBodies, exerted_on
 from symdyn.dynamics.reactions.joint_frames import PLACES, JointFrames, reactions_of
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, evaluate
 from symdyn.spatial import Mat, Vec, Wrench, cross, dot
 

@@ -26,7 +26,6 @@ from __future__ import annotations
 
 import random
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -51,6 +50,7 @@ from symdyn.dynamics.reactions.joint_frames import (
     relative_twists,
     way_apart,
 )
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable, substitute
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import Strut

@@ -27,7 +27,6 @@ Every declared body has, in its own axes:
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import reduce
 from typing import TYPE_CHECKING
 
@@ -39,6 +38,7 @@ from symdyn.dynamics.mechanism.linear_solve import solve, vanishes
 from symdyn.dynamics.mechanism.ropes import Taut
 from symdyn.dynamics.mechanism.state import State, carried, joint_resistance, load_vectors, pull, vector
 from symdyn.dynamics.mechanism.tree import Tree, TreeMotion, body_inertia, spherical_rotor
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph, tangents
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES

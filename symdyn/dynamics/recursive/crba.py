@@ -42,10 +42,10 @@ Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), table 6.2.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
 
 from symdyn.dynamics.recursive.links import JointTransform, Moments, PlanarTurn
 from symdyn.dynamics.recursive.reduced_tree import ReducedTree
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr
 from symdyn.spatial import Mat, Vec, add, zero_vector
 

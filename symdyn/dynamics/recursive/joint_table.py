@@ -18,7 +18,6 @@ the loop nothing; what differs is a symbol:
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import ClassVar
 
@@ -26,6 +25,7 @@ from symdyn.algebra import constants
 from symdyn.dynamics.mechanism.tree import build_tree
 from symdyn.dynamics.recursive.links import GeneralTurn, JointTransform, LinkMotion, Moments, PlanarTurn, Turn
 from symdyn.dynamics.recursive.reduced_tree import ReducedTree
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph, Op, reachable, substitute
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import Joint

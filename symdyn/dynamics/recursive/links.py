@@ -55,9 +55,9 @@ References: Khalil and Dombre, Modeling, Identification and Control of Robots (2
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from typing import Protocol
 
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Op
 from symdyn.spatial import Inertia, Mat, Transform, Vec, add, cross, dot, scale, zero_vector
 

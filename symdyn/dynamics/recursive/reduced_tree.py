@@ -69,11 +69,11 @@ Gain (operations; ns one state a call, a state of a batch):
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 
 from symdyn.dynamics.mechanism.tree import Topology, Tree, has_symbols, rational, settle, values_of
 from symdyn.dynamics.recursive.links import GeneralTurn, JointTransform, Moments, PlanarTurn, Turn, moments_of
+from symdyn.frozen import dataclass, fields, replace
 from symdyn.graph import Expr, Graph, Op
 from symdyn.spatial import Mat, Transform, Vec, Wrench, add, dot, zero_vector
 

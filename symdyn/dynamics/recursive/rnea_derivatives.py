@@ -36,7 +36,6 @@ of the rate of S stands for 2 S' in F₁ and beside A. Forces are (moment, force
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 
 from symdyn.dynamics.recursive.links import (
     JointTransform,
@@ -52,6 +51,7 @@ from symdyn.dynamics.recursive.links import (
     propagate,
 )
 from symdyn.dynamics.recursive.reduced_tree import ReducedTree
+from symdyn.frozen import dataclass, field
 from symdyn.graph import Expr
 from symdyn.spatial import Mat, Vec, add, cross, dot, neg, scale, sub, zero_vector
 

@@ -43,13 +43,13 @@ trees do enters. Twists are (angular, linear), forces (moment, force).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import reduce
 from typing import NamedTuple
 
 from symdyn.dynamics.recursive.links import GeneralTurn, Moments, SpatialForce, Twist, plus
 from symdyn.dynamics.recursive.reduced_tree import ReducedTree
 from symdyn.dynamics.recursive.rnea_derivatives import Composite, bracket
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr
 from symdyn.spatial import Mat, Transform, Vec, add, cross, neg, scale, sub, zero_vector
 

@@ -8,13 +8,13 @@ expressions is proved of that loop. A sweep back may do something to each pair o
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
 from operator import add, attrgetter
 from typing import ClassVar, TypeVar
 
 from symdyn.dynamics.recursive.joint_table import JointTable, RowKind, kinds_of, names_of
+from symdyn.frozen import dataclass
 from symdyn.graph import Algebra, Expr, Graph, Op, reachable, repeated, substitute
 
 

@@ -27,7 +27,6 @@ from __future__ import annotations
 import random
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import cache
 from typing import TypeVar
 
@@ -51,6 +50,7 @@ from symdyn.dynamics.recursive.links import JointTransform, Twist, base_motion, 
 from symdyn.dynamics.recursive.sweeps import Pairs, Sweep, Sweeps, over_table, values_over_table
 from symdyn.dynamics.recursive.tree_dynamics import ArticulatedInertia, across_locked, along_z, articulated_inertia
 from symdyn.errors import NoValueError
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Algebra, Expr, Graph, evaluate, reachable
 from symdyn.scene import Scene
 from symdyn.spatial import Mat, zero_vector

@@ -37,7 +37,6 @@ Slotine (1991), of polarised forms.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 
 from symdyn.dynamics.mechanism.linear_solve import Singular, vanishes
 from symdyn.dynamics.recursive.links import (
@@ -57,6 +56,7 @@ from symdyn.dynamics.recursive.links import (
 )
 from symdyn.dynamics.recursive.reduced_tree import ReducedTree
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, tangents
 from symdyn.spatial import Mat, Vec, Wrench, add, cross, neg, sub, zero_vector
 

@@ -12,7 +12,6 @@ Joint axes are z axes.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
 
@@ -33,6 +32,7 @@ from symdyn.dynamics.mechanism.state import (
 from symdyn.dynamics.mechanism.tree import Tree, settle
 from symdyn.dynamics.recursive.links import JointTransform
 from symdyn.dynamics.recursive.reduced_tree import ReducedTree, settled
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph, tangents
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES, elastic as struts

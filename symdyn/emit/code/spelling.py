@@ -22,13 +22,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import lru_cache
 from typing import TYPE_CHECKING, ClassVar
 
 from symdyn.algebra import NAMES, BigFloats, RunningErrors
 from symdyn.errors import EmitError, choice
+from symdyn.frozen import dataclass, field
 from symdyn.graph import Expr, Op, Piecewise
 
 if TYPE_CHECKING:

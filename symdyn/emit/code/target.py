@@ -6,7 +6,6 @@ A template is given every piece of a file as finished text, the same for all tar
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from math import prod
 
 from symdyn.arguments import argument
@@ -16,6 +15,7 @@ from symdyn.emit.code.identifiers import function_names, stem
 from symdyn.emit.code.spelling import Printer, Real, ShortSines
 from symdyn.emit.render import render
 from symdyn.errors import EmitError
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Op, Piecewise, reachable
 from symdyn.program import Program, Routine, identifier
 from symdyn.scene import Scene

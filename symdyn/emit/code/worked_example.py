@@ -10,7 +10,6 @@ from __future__ import annotations
 import random
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
@@ -20,6 +19,7 @@ from symdyn.emit.code.identifiers import stem
 from symdyn.emit.code.spelling import Real, digits, find_real
 from symdyn.emit.code.target import Sources
 from symdyn.emit.render import render
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, evaluate
 from symdyn.program import Program, Sampling
 

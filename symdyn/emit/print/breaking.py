@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
 
 from symdyn.algebra import Form
 from symdyn.errors import EmitError
+from symdyn.frozen import dataclass
 
 BREAK = "\v"
 """Stands in formulas in front of every + and - at which a line may end."""

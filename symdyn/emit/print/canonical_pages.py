@@ -7,7 +7,6 @@ Systems Theory (2014), 2.1 and 4.2.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 from symdyn.algebra import Form, Function, Number, Ratios, Symbol
 from symdyn.dynamics import ClosedForm, Workspace
@@ -30,6 +29,7 @@ from symdyn.emit.print.printable import Printable
 from symdyn.emit.print.printed_names import PrintName
 from symdyn.emit.render import in_latex
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Op, evaluate, gradient, substitute, tangents
 from symdyn.scene import Scene
 from symdyn.scene.values import velocity_name

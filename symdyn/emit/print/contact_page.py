@@ -8,7 +8,6 @@ References: Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts (1
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 from symdyn.algebra import Form, Number, Ratios, Symbol
 from symdyn.dynamics import ClosedForm
@@ -30,6 +29,7 @@ from symdyn.emit.print.formulation_groups import (
 from symdyn.emit.print.printable import Printable
 from symdyn.emit.print.printed_names import PrintName
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import Scene
 from symdyn.scene.values import acceleration_name

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 from symdyn.algebra import Form, Function, Symbol
 from symdyn.arguments import argument
@@ -31,6 +30,7 @@ from symdyn.emit.print.written_page import (
 )
 from symdyn.emit.render import in_latex
 from symdyn.errors import EmitError
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Op, reachable, substitute, tangents
 from symdyn.rounding import digits_or, requested_digits
 from symdyn.scene import Scene

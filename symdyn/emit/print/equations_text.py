@@ -6,7 +6,6 @@ They are grouped one way or another, in every format, and base parameters with t
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from symdyn.algebra import Form
@@ -25,6 +24,7 @@ from symdyn.emit.print.written_page import (
     text_page,
 )
 from symdyn.errors import EmitError, choice, quoted
+from symdyn.frozen import dataclass
 from symdyn.rounding import requested_digits
 from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.shown import BySympy, Shown

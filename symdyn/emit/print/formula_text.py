@@ -10,7 +10,6 @@ import math
 from collections import Counter
 from collections.abc import Callable, Container, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import lru_cache
 
@@ -31,6 +30,7 @@ from symdyn.emit.print.breaking import BREAK, LINE, Sizes, latex_width, parts
 from symdyn.emit.print.printed_names import PrintName
 from symdyn.emit.render import in_latex
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass, field
 from symdyn.graph import Expr, Op, reachable, substitute
 from symdyn.rounding import digits_or
 from symdyn.scene import Quantity

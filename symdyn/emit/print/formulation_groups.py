@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 
 from symdyn.algebra import Form, Function, Number, Power, Ratios, Sum, Symbol
 from symdyn.dynamics import ClosedForm, Workspace, angle_groups, closed_form
 from symdyn.emit.print.formula_text import Forms, in_sines
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Op
 from symdyn.scene import Scene
 

@@ -16,7 +16,6 @@ of the Royal Society A 439 (1992) 407.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
 
 from symdyn.algebra import Form, Number, Ratios
 from symdyn.dynamics import Function, Workspace
@@ -46,6 +45,7 @@ from symdyn.emit.print.sympy_page import sympy_rows
 from symdyn.emit.print.written_page import equation_lines, rate_lines, rate_sections, symbol_table
 from symdyn.emit.render import in_latex
 from symdyn.errors import DerivationError, EmitError
+from symdyn.frozen import dataclass
 from symdyn.graph import Graph, evaluate, gradient
 from symdyn.rounding import digits_or, requested_digits
 from symdyn.scene import Scene

@@ -14,7 +14,6 @@ the scene has with such an index; of two struts that are called alike the second
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from symdyn.algebra import Form, Power, Symbol
@@ -23,6 +22,7 @@ from symdyn.dynamics.mechanism import TIME, State
 from symdyn.emit.print.breaking import DIGITS
 from symdyn.emit.print.formula_text import Latex, in_sines, rounded, shortened
 from symdyn.emit.print.printed_names import Letters, coefficient_index, latex_symbols
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Graph
 from symdyn.rounding import digits_or
 from symdyn.scene import Scene, SceneUnits

@@ -11,12 +11,12 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from itertools import chain, count
 from typing import ClassVar
 
 from symdyn.emit.print.breaking import together
 from symdyn.emit.render import in_latex
+from symdyn.frozen import dataclass, replace
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import GREEK, LatexSymbol, acceleration_name, velocity_name
 from symdyn.unlocked import cached_property
@@ -350,5 +350,7 @@ def _offered(choices: tuple[tuple[str, ...], ...]) -> Iterator[tuple[str, ...]]:
 
 def _any(letters: Sequence[str], index: str, taken: Sequence[str]) -> bool:
     """Tell whether a letter with one of its indices prints as a symbol that is taken."""
-    pattern = re.compile(rf"(?:{'|'.join(re.escape(bare(x)) for x in letters)})(?:{index})")
-    return any(pattern.fullmatch(symbol) for symbol in taken)
+    starts = tuple(map(bare, letters))
+    near = [symbol for symbol in taken if symbol.startswith(starts)]  # most families have none, and need no pattern
+    pattern = rf"(?:{'|'.join(map(re.escape, starts))})(?:{index})"
+    return any(re.fullmatch(pattern, symbol) for symbol in near)

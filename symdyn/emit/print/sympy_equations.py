@@ -7,7 +7,6 @@ r(q) = 0,  G q̇ = 0,  G q̈ + Ġ q̇ = 0        rows of loops and contacts
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -19,6 +18,7 @@ from symdyn.dynamics.loops import differentiated
 from symdyn.dynamics.mechanism import TIME, State
 from symdyn.emit.print.printable import Printable
 from symdyn.errors import EmitError, UnknownNameError, choice, listed, quoted
+from symdyn.frozen import dataclass, field, fields, replace
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene, parse
 from symdyn.scene.values import acceleration_name, velocity_name

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from math import prod
 from typing import Any
 
@@ -28,6 +27,7 @@ from symdyn.emit.targets.ros2 import ROS2
 from symdyn.emit.targets.rust import RUST, TYPES
 from symdyn.emit.targets.ufunc import UFUNC
 from symdyn.errors import EmitError, choice
+from symdyn.frozen import dataclass
 from symdyn.graph import growing
 from symdyn.program import Program, in_lines, shared
 from symdyn.scene.values import spell

@@ -6,7 +6,6 @@ Templates of model descriptions are given every attribute as finished text.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from symdyn.arguments import argument
@@ -14,6 +13,7 @@ from symdyn.dynamics.mechanism import quaternions
 from symdyn.emit.code.target import Draft
 from symdyn.emit.render import in_xml
 from symdyn.errors import EmitError
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.program import Program
 from symdyn.scene import Quantity, Scene, SceneUnits

@@ -22,7 +22,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Container, Mapping, Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
 from weakref import finalize
@@ -45,6 +44,7 @@ from symdyn.emit.code.target import Draft, FunctionText, Sources, Target, compos
 from symdyn.emit.code.worked_example import Called, ExampleInputs, worked_example
 from symdyn.emit.render import in_comment, render
 from symdyn.emit.targets.gpu_budget import BLOCKS, MANY, SIZES, SPARE, Budget, Line, Plan, Task, budget
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Op
 from symdyn.program import Program, Routine, shared
 

@@ -22,13 +22,13 @@ from __future__ import annotations
 import sys
 from collections import Counter, defaultdict, deque
 from collections.abc import Callable, Container, Hashable, Iterator, Sequence
-from dataclasses import dataclass, replace
 from functools import cache
 from heapq import heappop, heappush
 from itertools import count
 
 from symdyn.emit.code.schedule import most_alive, schedule, schedule_backwards, schedule_in_turn
 from symdyn.emit.code.spelling import Real
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Op
 
 

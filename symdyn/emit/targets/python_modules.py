@@ -23,7 +23,6 @@ from __future__ import annotations
 import builtins
 import keyword
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache, partial
 from importlib.resources import files
 from itertools import accumulate
@@ -36,6 +35,7 @@ from symdyn.emit.code.spelling import OPERATORS, REALS, SINGLE, TABLE, Printer, 
 from symdyn.emit.code.target import ArgumentText, Draft, FunctionText, Target, alone
 from symdyn.emit.render import in_docstring, render
 from symdyn.emit.targets.c.c_and_cpp import HEADER_ONLY, C
+from symdyn.frozen import dataclass
 from symdyn.graph import Op
 from symdyn.program import Program
 from symdyn.scene import Scene

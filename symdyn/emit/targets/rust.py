@@ -22,7 +22,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, partial
 from math import prod
@@ -35,6 +34,7 @@ from symdyn.emit.targets.c.cuts import STACK, cuts, length_of, writer_of
 from symdyn.emit.targets.c.plan import LONGEST, LONGEST_LOOP, WIDEST_LOOP, SineCosine
 from symdyn.emit.targets.c.writer import Layout, PassText, sincos_values
 from symdyn.errors import EmitError
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Op
 from symdyn.program import Program, Routine, shared
 

@@ -11,7 +11,6 @@ compilers read in a tenth of the time that the headers of Python and NumPy take.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from symdyn.emit.code.spelling import REALS, ShortSines
@@ -19,6 +18,7 @@ from symdyn.emit.code.target import Contents, Draft, FunctionText, Page, Target,
 from symdyn.emit.render import render, verbatim
 from symdyn.emit.targets.c.c_and_cpp import ROWS, C
 from symdyn.errors import EmitError
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import growing
 from symdyn.program import Program, shared
 

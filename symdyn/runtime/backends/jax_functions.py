@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from math import prod
 from pathlib import Path
@@ -30,6 +29,7 @@ from jax.interpreters import ad, batching, mlir
 
 from symdyn.emit import C, Entries, Sources, emit
 from symdyn.errors import ArgumentError, BuildError
+from symdyn.frozen import dataclass
 from symdyn.program import Program, shared
 from symdyn.runtime.backends.rules import Array, Arrays, Named, all_columns, all_rows, cotangent, tangent, whole
 from symdyn.runtime.backends.words import (

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
@@ -14,6 +13,7 @@ from symdyn.dynamics import LoopChoices, request_of
 from symdyn.emit.code import ShortSines
 from symdyn.errors import BuildError, EmitError, MissingProgram, choice
 from symdyn.extras import install
+from symdyn.frozen import dataclass, replace
 from symdyn.runtime.loaded import Loaded, loaded, names_of, values_of
 from symdyn.runtime.numeric_function import compile_all
 from symdyn.scene import SceneLike, bind, scene_of

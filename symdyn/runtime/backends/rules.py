@@ -13,10 +13,10 @@ Backwards the same is read the other way round. Arrays have equal leading dimens
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from math import prod
 from typing import Any
 
+from symdyn.frozen import dataclass
 from symdyn.runtime.backends.words import ALL, ALONG, BACK, BENT, VALUE, DerivativeRule, Word, weights_of
 
 Array = Any

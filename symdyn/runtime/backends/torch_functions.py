@@ -13,7 +13,6 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
 from functools import cache, partial
 from math import prod
 from pathlib import Path
@@ -24,6 +23,7 @@ import torch
 
 from symdyn.emit import TARGETS, Entries, Sources, emit
 from symdyn.errors import ArgumentError, BuildError
+from symdyn.frozen import dataclass
 from symdyn.program import Program, shared
 from symdyn.runtime.backends.rules import Array, Arrays, all_columns, all_rows, cotangent, tangent
 from symdyn.runtime.backends.words import (

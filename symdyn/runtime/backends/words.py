@@ -23,7 +23,6 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from math import prod
 from pathlib import Path
@@ -35,6 +34,7 @@ from symdyn.dynamics.outputs import differentiable
 from symdyn.emit import TARGETS, C, Entries, Sources, emit, render
 from symdyn.emit.code import REALS
 from symdyn.errors import ArgumentError, DerivationError
+from symdyn.frozen import dataclass, field, fields, replace
 from symdyn.graph import Expr, gradient, tangents
 from symdyn.program import Program, Routine, formulate, lower, prepare as prepare_program
 from symdyn.runtime.compiler import CUDA, NOTHING, find_compiler

@@ -16,12 +16,12 @@ coordinates keep their names.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import reduce
 from typing import Any
 
 from symdyn.arguments import check_arguments
 from symdyn.errors import SceneError, listed, suggestion
+from symdyn.frozen import dataclass, replace
 from symdyn.scene.declaration.dimensions import analysed
 from symdyn.scene.declaration.draft import draft_of, uses
 from symdyn.scene.joints.joint_table import JOINTS, resting

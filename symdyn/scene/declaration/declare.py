@@ -17,9 +17,9 @@ twice; formulas that have no value; masses below zero; joints that close no tree
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
+from symdyn.frozen import dataclass, field, replace
 from symdyn.scene.declaration.coupling import lock, read_locks
 from symdyn.scene.declaration.draft import Draft
 from symdyn.scene.declaration.joint_table import (

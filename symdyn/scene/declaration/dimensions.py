@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, lru_cache
 
 from symdyn.arguments import argument
+from symdyn.frozen import dataclass
 from symdyn.graph import Op
 from symdyn.scene.declaration.draft import Use, draft_of, uses
 from symdyn.scene.forces.constraints import Formula

@@ -13,11 +13,11 @@ that has both. What is welded to the ground moves nowhere, and no equation holds
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from symdyn.errors import listed
+from symdyn.frozen import dataclass
 from symdyn.graph import Op
 from symdyn.scene.declaration.scene_table import BODY, GRAVITY, POINT
 from symdyn.scene.declaration.states import STATE

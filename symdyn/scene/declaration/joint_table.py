@@ -7,11 +7,11 @@ other key says something about its velocities; a key that a type knows nothing o
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any, TypeGuard
 
 from symdyn.errors import choice
+from symdyn.frozen import dataclass, field, replace
 from symdyn.scene.declaration.coupling import LOCKED, MIMIC, RATIOS, Mimic, couple, read_mimic, said_mimic
 from symdyn.scene.declaration.description import DESCRIBED
 from symdyn.scene.forces.force_kind import Scope

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
 from os import PathLike, fsdecode
 from pathlib import Path
 from typing import Protocol
 
 from symdyn.bounds import BOUNDS
 from symdyn.errors import SceneError
+from symdyn.frozen import dataclass
 from symdyn.resources import example_files
 from symdyn.scene.forces.force_table import FORCES, place_of
 from symdyn.scene.values.dimensional_analysis import fits

@@ -13,10 +13,10 @@ round, since their velocities are measured in the child; they are cut instead.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 
 from symdyn.arguments import argument
 from symdyn.errors import listed, suggestion
+from symdyn.frozen import dataclass, replace
 from symdyn.scene.declaration.joint_table import acts, freedoms, loop_keys
 from symdyn.scene.forces.force_kind import Pull
 from symdyn.scene.forces.force_table import FORCES

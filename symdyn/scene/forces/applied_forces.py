@@ -15,12 +15,12 @@ A load is a wrench on a body.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import comb, pi
 from typing import Literal
 
 from symdyn.arguments import check_arguments, suggesting
 from symdyn.errors import SceneError
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph, Op
 from symdyn.scene.forces.attachments import AtBody, End, Ends, as_keys
 from symdyn.scene.forces.force_kind import ForceKind, Mark, Pull, Push, Rub

@@ -19,12 +19,12 @@ Reference: Neimark and Fufaev, Dynamics of Nonholonomic Systems (1972), chapter 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import Literal
 
 from symdyn.arguments import suggesting
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph, Op
 from symdyn.scene.forces.attachments import AtBody, OnPlane
 from symdyn.scene.forces.force_kind import Forbid, ForceKind, Rim, Touch

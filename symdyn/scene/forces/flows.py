@@ -21,10 +21,10 @@ Thomson, Introduction to Space Dynamics (1961), section 7.5, of jet damping.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from symdyn.errors import listed
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Graph
 from symdyn.scene.forces.attachments import AtBody, place_of, table_of
 from symdyn.scene.forces.force_kind import ForceKind, Push, Scope

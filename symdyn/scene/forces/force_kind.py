@@ -14,9 +14,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph
 from symdyn.scene.values.folding import neg, substituted
 from symdyn.scene.values.joint import Contact, Element, Row

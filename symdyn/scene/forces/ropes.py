@@ -12,10 +12,10 @@ whose gap is what its places leave of its length.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 
 from symdyn.arguments import check_arguments
 from symdyn.errors import SceneError
+from symdyn.frozen import dataclass, replace
 from symdyn.scene.forces.applied_forces import DAMPER, SPRING, Damper, Spring
 from symdyn.scene.forces.attachments import End, Through
 from symdyn.scene.forces.force_kind import ForceKind, Hold

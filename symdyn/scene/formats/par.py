@@ -17,10 +17,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from symdyn.bounds import BOUNDS
+from symdyn.frozen import dataclass
 from symdyn.graph import Op
 from symdyn.scene.declaration.declare import Declaration, reading_of
 from symdyn.scene.declaration.reading import Opened, Reading, ReadOptions, read_bounded

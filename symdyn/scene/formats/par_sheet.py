@@ -14,10 +14,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 from symdyn.bounds import BOUNDS
 from symdyn.errors import SceneError
+from symdyn.frozen import dataclass
 from symdyn.scene.values import folding
 from symdyn.scene.values.body import Body, Step, cosine_and_sine
 from symdyn.scene.values.entry import Faults, shorten, show

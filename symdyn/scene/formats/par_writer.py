@@ -17,12 +17,12 @@ every "z x z" of it is a row. One row is enough for all but a few placements; th
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from itertools import groupby, permutations, product
 
 from symdyn.arguments import argument
 from symdyn.errors import SceneError
+from symdyn.frozen import dataclass
 from symdyn.scene.declaration.reading import Written, lost_words
 from symdyn.scene.formats.par import FIXED, TYPES
 from symdyn.scene.formats.par_sheet import INERTIAL, NOTHING, Link, link

@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 
 from symdyn.errors import suggestion
+from symdyn.frozen import dataclass
 from symdyn.scene.formats.mjcf_joints import merged
 from symdyn.scene.formats.placing import Doubles, Matrix, known, placement, times
 from symdyn.scene.formats.robot_file import Attributes

@@ -8,10 +8,10 @@ effort of zero, a free joint is none; gravity that is not the usual one is that 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from operator import mul
 
 from symdyn.errors import SceneError
+from symdyn.frozen import dataclass, replace
 from symdyn.scene.declaration.reading import Written, lost_words
 from symdyn.scene.forces.applied_forces import Spring
 from symdyn.scene.formats.inertias import possible

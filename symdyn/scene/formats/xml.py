@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
 from xml.etree.ElementTree import ParseError
@@ -24,6 +23,7 @@ from defusedxml.ElementTree import DefusedXMLParser
 
 from symdyn.bounds import BOUNDS
 from symdyn.errors import SceneError
+from symdyn.frozen import dataclass, field
 from symdyn.scene.declaration.reading import LARGEST, Opened, read_bounded
 from symdyn.scene.values.entry import shorten
 

@@ -19,10 +19,10 @@ What a joint looks like: its symbol as parts that pictures know how to draw, and
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Graph
 from symdyn.scene.values.body import Pose, Step
 from symdyn.scene.values.joint import Joint

@@ -11,11 +11,11 @@ leads.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from itertools import combinations
 from math import isfinite
 
+from symdyn.frozen import dataclass
 from symdyn.graph import Graph, Op
 from symdyn.scene.values import folding
 from symdyn.scene.values.quantity import NULL, FormulaError, Quantity, Value, Vector

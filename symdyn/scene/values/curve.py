@@ -23,11 +23,11 @@ practical guide to splines (2001), chapters IV and XVII.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 from fractions import Fraction
 from itertools import pairwise
 
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph, Piecewise
 from symdyn.unlocked import cached_property
 

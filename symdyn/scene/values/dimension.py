@@ -6,8 +6,9 @@ The radian is 1, so that a torque and an energy have one dimension, and an angle
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
+
+from symdyn.frozen import dataclass
 
 BASE = ("kg", "m", "s", "A", "K", "mol", "cd")
 """The units whose exponents a dimension holds, in this order."""

@@ -18,11 +18,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import NamedTuple
 
 from symdyn.errors import SceneError
+from symdyn.frozen import dataclass, field, replace
 from symdyn.graph import Op
 from symdyn.scene.values import folding
 from symdyn.scene.values.dimension import NUMBER, Dimension, Exponent, product

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, TypeVar
 
 from symdyn.arguments import SympyExpression, argument, is_sympy
 from symdyn.errors import SceneError, SimulateError, printable, spoken, suggestion, without_long_words
+from symdyn.frozen import dataclass
 from symdyn.scene.values.body import ELEMENTARY, UNMOVED, Pose
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.grammar import check_words

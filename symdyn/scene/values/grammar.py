@@ -34,8 +34,9 @@ from __future__ import annotations
 import keyword
 import re
 from collections.abc import Container, Iterator
-from dataclasses import dataclass
 from functools import cache
+
+from symdyn.frozen import dataclass
 
 LONGEST_WORDS = 200
 LONGEST_LATEX = 100

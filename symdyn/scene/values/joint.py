@@ -16,13 +16,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from math import inf
 from typing import Any
 
 from symdyn.arguments import walked
 from symdyn.errors import SceneError, listed, quoted, suggestion
+from symdyn.frozen import dataclass, field, replace
 from symdyn.graph import Expr, Graph, tangents
 from symdyn.scene.values.body import UNMOVED, Pose
 from symdyn.scene.values.quantity import NULL, Quantity, Vector

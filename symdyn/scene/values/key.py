@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from symdyn.errors import listed
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Graph
 from symdyn.scene.values.body import UNMOVED, Pose
 from symdyn.scene.values.dimension import product

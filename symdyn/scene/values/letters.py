@@ -9,9 +9,9 @@ A state has a formula for its rate, such as the current of a motor:
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
 from typing import ClassVar, TypeAlias
 
+from symdyn.frozen import dataclass, field
 from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.tolerance import Tolerance
 

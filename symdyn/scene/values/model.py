@@ -11,13 +11,13 @@ frame (the identity unless a standard Denavit-Hartenberg table or the user says 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, ClassVar, TypeVar
 
 from symdyn.arguments import check_arguments, native, walked
 from symdyn.errors import SceneError, SymdynError, listed
+from symdyn.frozen import dataclass, field, fields, replace
 from symdyn.graph import Expr, Graph
 from symdyn.scene.values.body import UNMOVED, Body, Pose
 from symdyn.scene.values.folding import map_quantities, substituted

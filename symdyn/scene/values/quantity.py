@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, fields, is_dataclass
 from decimal import Context, Decimal, Inexact
 from fractions import Fraction
 from math import isqrt
@@ -18,6 +17,7 @@ from numbers import Rational
 from typing import ClassVar
 
 from symdyn.errors import SceneError
+from symdyn.frozen import dataclass, field, fields, is_dataclass
 from symdyn.graph import Expr, Graph, Op, Piecewise, arithmetic, tangents
 from symdyn.scene.values.curve import Curve
 

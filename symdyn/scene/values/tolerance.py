@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from decimal import Decimal
 
+from symdyn.frozen import dataclass
 from symdyn.scene.values.quantity import FormulaError
 from symdyn.scene.values.unit import Unit
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from symdyn.frozen import dataclass
 from symdyn.scene.values.joint import Contact, Element, Place, Plane, Row
 from symdyn.scene.values.quantity import Quantity, Vector
 

@@ -15,11 +15,11 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache, lru_cache
 
 from symdyn.errors import nearest
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Op
 from symdyn.scene.values import folding
 from symdyn.scene.values.dimension import (

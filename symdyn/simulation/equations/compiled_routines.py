@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from typing import Any, Generic, TypeVar
 
@@ -25,6 +24,7 @@ from symdyn.dynamics.loops import Numbers
 from symdyn.dynamics.mechanism import TIME, body_placements
 from symdyn.dynamics.outputs import arguments
 from symdyn.errors import DerivationError, SimulateError
+from symdyn.frozen import dataclass, field, replace
 from symdyn.graph import Expr, Graph, evaluate, reachable, substitute, tangents
 from symdyn.program import Program, lower, prepare
 from symdyn.runtime import load_program

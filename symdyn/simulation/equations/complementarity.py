@@ -18,13 +18,13 @@ Reference: Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts (19
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
 from itertools import product
 from math import pi
 
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.frozen import dataclass, replace
 from symdyn.simulation.equations.many_contacts import pivoted, projected
 
 FEW = 2

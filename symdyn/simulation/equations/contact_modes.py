@@ -15,7 +15,6 @@ The mode of every contact is part of the state, and all formulas depend on it: o
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
@@ -26,6 +25,7 @@ from symdyn.algebra import Array
 from symdyn.dynamics import Function, Workspace
 from symdyn.dynamics.outputs import MODE, ContactEquations, Touch, unilaterals_of
 from symdyn.errors import SimulateError, suggestion
+from symdyn.frozen import dataclass, field, replace
 from symdyn.graph import Expr, Op, substitute
 from symdyn.scene import Quantity, Scene
 from symdyn.simulation.equations.compiled_routines import function_of

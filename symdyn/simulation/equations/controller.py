@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
 from numbers import Integral, Real
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -22,6 +21,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.arguments import argument, check_arguments, suggesting
 from symdyn.errors import SimulateError, quoted
+from symdyn.frozen import dataclass, field, fields, replace
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import Faults, ask_for_units, velocity_name
 from symdyn.shown import Shown
@@ -196,6 +196,8 @@ def _read(scene: Scene, what: object) -> Feedback:
         gains, more = read_gains(scene, Path(law))
         return replace(Feedback(gains, gains.inputs, **more), **given)
     if isinstance(law, Mapping):
+        if law and law.keys() <= {*driven(scene)}:
+            raise SimulateError(f"feedback: formulas of the state are forces: {argument('forces', law)}")
         gains, more = gains_from(scene, law, "feedback")
         return replace(Feedback(gains, gains.inputs, **more), **given)
     matrices = matrices_of(law, faults)

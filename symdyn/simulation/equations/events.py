@@ -14,13 +14,13 @@ Reference: Leine and Nijmeijer, Dynamics and bifurcations of non-smooth mechanic
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.dynamics import OUTPUTS, Workspace
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, substitute
 from symdyn.scene.values import resets_of, spell
 from symdyn.simulation.equations.monitors import SLACK, Limit

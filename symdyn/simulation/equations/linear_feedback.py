@@ -17,7 +17,6 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +24,7 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.errors import SimulateError, suggestion
+from symdyn.frozen import dataclass, field, replace
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Faults

@@ -19,7 +19,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -29,6 +28,7 @@ from symdyn.dynamics import Workspace
 from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.outputs import Moving
 from symdyn.errors import quoted, suggestion
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, tangents
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import Faults

@@ -19,11 +19,11 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 from symdyn.algebra import Floats
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.mechanism import TIME, quaternions
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable, tangents
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS, joint_motion

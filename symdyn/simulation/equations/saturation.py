@@ -8,13 +8,13 @@ found by bisection, for it may jump.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra import Array
 from symdyn.arguments import argument
+from symdyn.frozen import dataclass, replace
 
 Sides = npt.NDArray[np.int_]
 """Of every force: -1 where it is cut at its least value, 1 where at its most, else 0; shape (m,)."""

@@ -11,13 +11,13 @@ Reference: Brogliato, Nonsmooth Mechanics (2016), chapters 1 and 5.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.errors import SimulateError
+from symdyn.frozen import dataclass, replace
 from symdyn.simulation.equations.complementarity import (
     CARRIED,
     CLOSE,

@@ -27,7 +27,6 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
 import numpy as np
@@ -37,6 +36,7 @@ from symdyn.algebra import Array
 from symdyn.dynamics import Function
 from symdyn.dynamics.mechanism import TIME, quaternions
 from symdyn.dynamics.outputs import WrittenDecisions
+from symdyn.frozen import dataclass, field, replace
 from symdyn.graph import Expr
 from symdyn.program import Program
 from symdyn.scene import Quantity, Scene

@@ -18,7 +18,6 @@ the chosen velocities.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -27,6 +26,7 @@ from symdyn.dynamics import Function, Workspace
 from symdyn.dynamics.mechanism import TIME, prescribed
 from symdyn.dynamics.outputs import with_modes
 from symdyn.errors import SimulateError
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph, gradient, reachable, substitute, tangents
 from symdyn.scene import Scene, bind
 from symdyn.simulation.equations.compiled_routines import Calls, Compiled, argument, compiled, plain

@@ -14,13 +14,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.errors import SimulateError
+from symdyn.frozen import dataclass, field, replace
 from symdyn.simulation.equations.control_loop import ControllerError
 from symdyn.simulation.equations.events import jumped
 from symdyn.simulation.equations.system import Projection, StateEquations

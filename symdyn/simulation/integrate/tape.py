@@ -19,12 +19,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.frozen import dataclass, replace
 from symdyn.simulation.equations.contact_modes import PASSED, STRIKES
 from symdyn.simulation.equations.control_loop import NOTHING
 from symdyn.simulation.equations.system import Projection, StateEquations

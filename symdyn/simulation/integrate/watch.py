@@ -25,12 +25,12 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra import Array
+from symdyn.frozen import dataclass
 from symdyn.simulation.integrate.integration import Hit, InitialValueProblem, IntegrationError
 
 

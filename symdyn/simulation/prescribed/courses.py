@@ -6,14 +6,15 @@ A step has no rate, and neither has what depends on the state, whose acceleratio
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
 
 import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import listed
+from symdyn.frozen import dataclass
 from symdyn.scene import Quantity, Scene
+from symdyn.scene.forces import FORCES
 from symdyn.scene.values import Faults, acceleration_name, spell, velocity_name
 from symdyn.simulation.prescribed.formulas_in_time import Columns, bound, counted, jump_of, parameter_values
 from symdyn.simulation.prescribed.motion_laws import column_curve
@@ -32,8 +33,8 @@ class ForceTable:
 
     t: Array
     x: Array
-    spline: Callable[[Array, int], Array] | None = field(default=None, kw_only=True)
-    order: int = field(default=0, kw_only=True)
+    spline: Callable[[Array, int], Array] | None = None
+    order: int = 0
 
     @cached_property
     def _curve(self) -> Callable[[Array], Array]:
@@ -106,6 +107,7 @@ def _order_used(scene: Scene, names: tuple[str, ...]) -> int:
     """Return which derivative of an input acts, the highest one: what moves with it takes more than it names."""
     inside = {one for formula in Quantity.inside(scene) for one in formula.symbols}
     led = {one for joint in scene.joints if joint.motion is not None for one in joint.motion.symbols}
-    ends = {one for _, at in scene.supports for x in at for one in x.symbols}
+    damped = (at for strut, at in scene.supports if FORCES[strut.kind].pull.energy is None)  # a spring takes no rate
+    ends = {one for at in damped for x in at for one in x.symbols}
     used = [order for order, one in enumerate(names) if one in inside]
     return max(2 * (names[0] in led), 1 * (names[0] in ends), *used, 0)

@@ -12,7 +12,6 @@ Reference: Fritsch and Butland, A method for constructing local monotone piecewi
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
@@ -24,11 +23,20 @@ from symdyn.algebra import Array
 from symdyn.arguments import argument
 from symdyn.dynamics.mechanism import TIME, quaternions
 from symdyn.errors import SceneError, SimulateError, suggestion
+from symdyn.frozen import dataclass, field, replace
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.values import Faults, acceleration_name, ask_for_units, force_unit, substituted, velocity_name
 from symdyn.simulation.prescribed.courses import ForceTable, formulas_of, rate_of, tables_of, with_its_rates
 from symdyn.simulation.prescribed.entries import Entries, read_entries
-from symdyn.simulation.prescribed.formulas_in_time import Columns, counted, parameter_values, read_formula, sample_times
+from symdyn.simulation.prescribed.formulas_in_time import (
+    Columns,
+    bound,
+    counted,
+    jump_of,
+    parameter_values,
+    read_formula,
+    sample_times,
+)  # fmt: skip
 from symdyn.simulation.prescribed.motion_laws import Law, column_law, read_function, read_law, required_arguments
 
 
@@ -54,7 +62,8 @@ class ForceFunction:
             raise SimulateError(f"{self.where}: the function has no value at t = {t:g} s: {fault}") from None
         if len(found) != len(self.names):
             told = f"{self.where}: the function returned {counted(len(found), 'number')} at t = {t:g} s"
-            raise SimulateError(f"{told}; it returns {len(self.names)}: {', '.join(self.names)}")
+            rates = "; of a formula or a table the rates follow" * (self.names[1:2] == (f"{self.names[0]}_dot",))
+            raise SimulateError(f"{told}; it returns {len(self.names)}: {', '.join(self.names)}{rates}")
         return float(found[self.names.index(name)])
 
 
@@ -103,7 +112,7 @@ class Forces:
 
 
 def held(scene: Scene, forces: Forces, until: float) -> tuple[str, ...]:
-    """Return what is to be said of tables that do not reach from 0 to `until`.
+    """Return what is to be said of tables that do not reach from 0 to `until`, and of ends of springs that jump.
 
     Raises:
         SimulateError: one of them is that of an input with rates, which it says nowhere else.
@@ -115,7 +124,14 @@ def held(scene: Scene, forces: Forces, until: float) -> tuple[str, ...]:
                 f"forces: {names[k]} has rates, and its table goes from {table.t[0]:g} s to {table.t[-1]:g} s; give "
                 f"rows for the whole run, from 0 to {until:g} s"
             )
-    return tuple(
+    values = parameter_values(scene) if scene.rates else {}
+    jumps = {names[k]: jump_of(bound(one, values)) for k, one in forces.formulas.items() if names[k] in scene.rates}
+    steps = (
+        f"{name} has a step at t = {at:.6g} s; what it does at once to a spring is missing in the energy balance"
+        for name, at in jumps.items()
+        if at is not None
+    )
+    return tuple(steps) + tuple(
         f"the table of {names[k]} goes from {first:g} s to {last:g} s; outside, the force is that of its nearest row"
         for k, (first, last) in spans.items()
         if first > 0 or last < until

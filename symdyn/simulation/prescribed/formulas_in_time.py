@@ -12,7 +12,6 @@ import math
 import re
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +22,7 @@ from symdyn.arguments import argument
 from symdyn.bounds import BOUNDS
 from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import SceneError, SimulateError, suggestion
+from symdyn.frozen import dataclass, field
 from symdyn.graph import Expr, Graph, evaluate, reachable
 from symdyn.scene import Quantity, Scene, SceneUnits, parse, read_bounded
 from symdyn.scene.values import Faults, FormulaError, Unit, fits, formula_text, spell, substituted
@@ -162,9 +162,9 @@ def words(entries: Iterable[str], what: str, faults: Faults) -> dict[str, str]:
             faults.add(what, f"{name}: a file is given alone, {text}; its columns are called after what they are")
         elif (more := _SECOND.search(text)) is not None:
             each = f"{name}={text[: more.start()]}", f"{more[1]}={text[more.end() :]}"
-            first, second = f'"{each[0]}"', f'"{each[1]}"'
             python = argument(what, True) == f"{what}=True"
-            own = f"a text of its own, [{first}, {second}]" if python else f"an argument of its own: {first} {second}"
+            by_name = argument(what, dict(one.split("=", 1) for one in each)).partition("=")[2]
+            own = f"one of {by_name}" if python else f'an argument of its own: "{each[0]}" "{each[1]}"'
             faults.add(what, f"{name}: each is {own}")
         else:
             found[name] = text

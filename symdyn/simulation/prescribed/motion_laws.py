@@ -23,7 +23,6 @@ from __future__ import annotations
 import inspect
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from functools import partial
 from types import MappingProxyType
 from typing import Any
@@ -34,6 +33,7 @@ import numpy.typing as npt
 from symdyn.algebra import Array, Batches
 from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import SimulateError, suggestion
+from symdyn.frozen import dataclass, field
 from symdyn.graph import Graph, evaluate, tangents
 from symdyn.scene import Quantity
 from symdyn.scene.values import Faults, FormulaError, acceleration_name, split_commas

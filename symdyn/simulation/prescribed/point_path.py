@@ -20,13 +20,14 @@ What a path asks for is linear in the motion of its frame, [v; ω] = J u in grou
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.errors import SimulateError, suggestion
+from symdyn.frozen import dataclass, replace
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import Faults, split_commas
 from symdyn.simulation.prescribed.entries import Entries, read_entries
@@ -277,6 +278,7 @@ def read_path(scene: Scene, entries: Entries) -> ScenePath:
     values, faults = parameter_values(scene), Faults("")
     found: dict[str, PointPath] = {}
     if isinstance(entries, Mapping):
+        entries = {name: _together(x) for name, x in entries.items()}
         for name, x in entries.items():
             if isinstance(x, tuple) and len(x) == 2 and _is_table(x[1]):
                 _add(found, name, "path", _from_arrays(str(name), *x, faults), scene, faults)
@@ -296,6 +298,13 @@ def read_path(scene: Scene, entries: Entries) -> ScenePath:
         _add(found, name, where, path, scene, faults)
     faults.close(SimulateError)
     return ScenePath(tuple(found.values()))
+
+
+def _together(entry: Any) -> Any:
+    """Return formulas and numbers of a list, or of a tuple that is no table, as the text that they would be."""
+    parts = entry.tolist() if isinstance(entry, np.ndarray) and entry.ndim == 1 else entry
+    plain = isinstance(parts, list | tuple) and all(isinstance(one, str | int | float) for one in parts)
+    return ", ".join(map(str, parts)) if plain and parts else entry
 
 
 def _is_table(values: object) -> bool:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,6 +18,7 @@ from symdyn.draw import Text
 from symdyn.dynamics.mechanism import TIME, generalized_forces, prescribed
 from symdyn.emit.print import Printable, latex_symbols
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, evaluate, gradient, reachable, repeated, substitute
 from symdyn.scene import Quantity, SceneUnits
 from symdyn.teach.derivations.charts import (

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
@@ -17,6 +16,7 @@ import numpy as np
 from symdyn.algebra import Array, Batches
 from symdyn.draw import Diagram, Text
 from symdyn.emit.print import latex_symbols
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, evaluate
 from symdyn.scene import SceneUnits
 from symdyn.teach.derivations.equilibria import Rests

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import random
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import null_space
@@ -35,6 +34,7 @@ from symdyn.dynamics import angle_groups
 from symdyn.dynamics.loops import Cut, Partition, differentiated
 from symdyn.dynamics.mechanism import quaternions
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute, tangents
 from symdyn.scene import Scene
 from symdyn.spatial import Vec, sub

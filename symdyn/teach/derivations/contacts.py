@@ -11,12 +11,12 @@ Reference: Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts (19
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from fractions import Fraction
 
 from symdyn.algebra import Form, Number, Symbol
 from symdyn.dynamics.outputs import Touch
 from symdyn.emit.print import latex_symbols, percussions
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, gradient
 from symdyn.teach.derivations.precession import NO_FORM, shortened
 from symdyn.teach.derivations.solved import Quotients, quotient

@@ -8,10 +8,10 @@ p_k + Σ Y_jk p_j, that momentum is conserved.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 from symdyn.algebra import Form, Number, Ratios, Symbol
 from symdyn.dynamics.mechanism import TIME, generalized_forces
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, evaluate, gradient, reachable, substitute, tangents
 from symdyn.teach.derivations.constrained import Constrained
 from symdyn.teach.derivations.multiplier_steps import meaning, multiplier, valued

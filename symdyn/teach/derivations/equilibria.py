@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
@@ -24,6 +23,7 @@ from symdyn.algebra import Array, Form, Number, Pi, Ratios, Symbol
 from symdyn.draw import Stage, swing
 from symdyn.dynamics.mechanism import TIME, generalized_forces
 from symdyn.errors import DerivationError, DrawError, LinearizeError, SimulateError
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, evaluate, gradient, reachable, substitute
 from symdyn.linear import Equilibrium, Linearization, rests, steady_at_start
 from symdyn.scene import Scene, SceneUnits

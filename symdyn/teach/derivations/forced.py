@@ -11,7 +11,6 @@ Vibrations, 3.2.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,6 +18,7 @@ from symdyn.algebra import Floats, Form, Function, Number, Ratios
 from symdyn.draw import Text
 from symdyn.dynamics.mechanism import TIME, prescribed
 from symdyn.emit.print import latex_symbols
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute
 from symdyn.scene import SceneUnits
 from symdyn.teach.derivations.charts import SOLID, Curve, Panel, chart

@@ -10,7 +10,6 @@ Analytical Dynamics (1996); van der Schaft and Jeltsema, Port-Hamiltonian System
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
 from itertools import islice
@@ -20,6 +19,7 @@ import numpy as np
 from symdyn.algebra import Form, Number, Ratios, Symbol
 from symdyn.dynamics.mechanism import TIME, solve
 from symdyn.emit.print import FormulationPage
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, gradient, reachable, substitute, tangents
 from symdyn.scene import Scene, SceneUnits, without_hidden_zeros
 from symdyn.scene.values import force_unit

@@ -11,13 +11,13 @@ Reference: the textbook, section 5.1.1, eq. (5.18); Routh, Dynamics of a System 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
 
 import numpy as np
 
 from symdyn.algebra import Array, Form, Symbol
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.reactions import percussions
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, gradient, reachable, substitute
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.joints import JOINTS

@@ -9,12 +9,12 @@ k_G,i = -Σ m g·a_i. Products and squares of rates have k_C and k_D.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Union
 
 from symdyn.algebra import Form, Number, Symbol
 from symdyn.dynamics.mechanism import vector
 from symdyn.emit.print import Printable, text_of
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, gradient, tangents
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.joints import JOINTS, unit

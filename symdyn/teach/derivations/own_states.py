@@ -10,10 +10,10 @@ that of a coil or of a spring. Then d/dt (E + ½ Λ x²) is what sources give an
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
 
 from symdyn.algebra import Form, Ratios, Symbol
 from symdyn.dynamics.mechanism import TIME, generalized_forces
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, gradient, reachable, substitute
 from symdyn.scene import Scene
 from symdyn.table import Table

@@ -16,13 +16,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 
 from symdyn.algebra import Form, Function, Number, Pi, Power, Ratios, Sum, Symbol
 from symdyn.dynamics.mechanism import vector
 from symdyn.emit.print import text_of
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Op, gradient, reachable, substitute
 from symdyn.teach.derivations.reduced import Reduced
 from symdyn.teach.derivations.solved import NO_SHORT_FORM, Quotients, in_sines, quotient

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -24,6 +23,7 @@ from symdyn.algebra import Array, Batches, Form, Symbol, with_squares
 from symdyn.dynamics import Energies
 from symdyn.dynamics.mechanism import TIME, generalized_forces, prescribed
 from symdyn.errors import DerivationError, NoValueError, SymdynError
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, gradient, reachable, repeated, substitute
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.teach.derivations.velocities import kinetic_form, length

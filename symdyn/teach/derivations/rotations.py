@@ -10,12 +10,12 @@ graph has its own derivatives; tests compare both by value.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 
 from symdyn.algebra import Form, Function, Number, Power, Product, Sum, Symbol
 from symdyn.dynamics.mechanism import joint_placement
 from symdyn.emit.print import Letters
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Op, tangents
 from symdyn.scene import Scene
 from symdyn.scene.values import Body, Joint

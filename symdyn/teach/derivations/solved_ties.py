@@ -7,13 +7,13 @@ that has the sign of the assembled position. Of a condition in factors that fact
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from itertools import permutations
 from math import atan2, factorial, sin
 
 from symdyn.algebra import Floats, Form, Function, Number, Power, Ratios, Symbol
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute
 from symdyn.teach.derivations.constrained import Condition, Constrained
 from symdyn.teach.derivations.precession import NO_FORM, shortened

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from symdyn.algebra import Floats, Form, Function, Number, Pi, Power, Ratios, Sy
 from symdyn.draw import Text
 from symdyn.dynamics.mechanism import TIME, generalized_forces
 from symdyn.emit.print import latex_symbols
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute
 from symdyn.scene import SceneUnits
 from symdyn.teach.derivations.charts import DASHED, Curve, Panel, chart

@@ -10,13 +10,13 @@ perturbed: λ² = D_ij D_ji/(I_i I_j), D the slopes of Euler's equations by the 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from math import acos
 
 from symdyn.algebra import Form, Ratios, Symbol
 from symdyn.dynamics.mechanism import TIME
 from symdyn.emit.print import latex_symbols
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, gradient, reachable, substitute, tangents
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.joints import start_of

@@ -5,13 +5,13 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from symdyn.algebra import Form
 from symdyn.errors import TeachError, choice
+from symdyn.frozen import dataclass, field
 
 if TYPE_CHECKING:
     from symdyn.teach.document import Words

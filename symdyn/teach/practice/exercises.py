@@ -12,12 +12,12 @@ from __future__ import annotations
 
 import random
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from math import isclose, nan
 
 from symdyn.algebra import Floats, Form, Number, Symbol
 from symdyn.arguments import argument
 from symdyn.errors import NoValueError, TeachError, choice
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Graph, Op, evaluate, gradient, reachable
 from symdyn.scene import Scene
 from symdyn.table import Table

@@ -7,13 +7,13 @@ variants have. Wrong answers that a rule gives, and its words, are those of `sym
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from math import isfinite
 from typing import Union
 
 from symdyn.algebra import Form, Number
 from symdyn.emit.print import latex_symbols, text_of
 from symdyn.errors import DerivationError, TeachError, choice
+from symdyn.frozen import dataclass
 from symdyn.scene import Scene
 from symdyn.teach.document import Blank, Block, Choice, Document, Questions
 from symdyn.teach.languages import Language, language_of

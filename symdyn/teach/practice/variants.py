@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import cast
 
@@ -17,6 +16,7 @@ import numpy as np
 from symdyn.algebra import Floats, Form, Number, Symbol
 from symdyn.dynamics import Energies
 from symdyn.errors import SymdynError, TeachError
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.scene import Quantity, Scene, SceneUnits, read_text, write_text
 from symdyn.scene.forces import FORCES

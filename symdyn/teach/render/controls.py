@@ -19,7 +19,6 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any
 
@@ -33,6 +32,7 @@ from symdyn.dynamics.outputs import arguments
 from symdyn.emit import in_html
 from symdyn.emit.print import latex_symbols
 from symdyn.errors import DerivationError, SymdynError
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Op, reachable, substitute
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.forces import elastic

@@ -6,7 +6,6 @@ A walkthrough takes a scene and choices, and gives a document; `FORMULATIONS` is
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
 from functools import partial
 from typing import ClassVar
 
@@ -14,6 +13,7 @@ from symdyn.algebra import Form, Symbol
 from symdyn.arguments import argument
 from symdyn.emit.print import latex_symbols, refuse_too_long
 from symdyn.errors import EmitError, NoValueError, TeachError, choice
+from symdyn.frozen import dataclass, replace
 from symdyn.scene import Quantity, Scene, SceneLike, SceneUnits, scene_of, with_symbols
 from symdyn.scene.forces import FORCES
 from symdyn.spatial import zero_vector

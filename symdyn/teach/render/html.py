@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
 from typing import Union
 
 from symdyn.algebra import Form, Number, Symbol
@@ -19,6 +18,7 @@ from symdyn.emit import in_html, render
 from symdyn.emit.code import page_stem, stem
 from symdyn.emit.print import BREAK, latex_width
 from symdyn.errors import DerivationError, TeachError
+from symdyn.frozen import dataclass, field
 from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.scene.values import acceleration_name
 from symdyn.table import Table

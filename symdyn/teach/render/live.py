@@ -22,7 +22,6 @@ From these the page's script makes weights m g, momenta m v, inertia forces -m a
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from typing import Any
 
 from symdyn.draw import Sheet
@@ -30,6 +29,7 @@ from symdyn.dynamics import OUTPUTS, Equations, Function, LoopChoices, Workspace
 from symdyn.dynamics.mechanism import Taut, body_placements, declared_forces, joint_resistance, pull, strut_way, vector
 from symdyn.dynamics.outputs import unique
 from symdyn.errors import DerivationError, TeachError
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, substitute, tangents
 from symdyn.program import Program, choose, lower
 from symdyn.scene import Scene

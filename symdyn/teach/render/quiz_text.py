@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from base64 import b64encode
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
@@ -13,6 +12,7 @@ from symdyn.algebra import Form, Symbol
 from symdyn.emit import in_html
 from symdyn.emit.print import BREAK, text_of
 from symdyn.errors import TeachError
+from symdyn.frozen import dataclass
 from symdyn.scene import Scene
 from symdyn.table import Table
 from symdyn.teach.document import Blank, Block, Box, Braced, Fold, Formula, Matrix, Picture, Words

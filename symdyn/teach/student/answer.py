@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from typing import Any
 
 from symdyn.algebra import Form, Number, Symbol
 from symdyn.dynamics.mechanism import solve
 from symdyn.emit.print import Printable, text_of
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Graph, Op, gradient, reachable
 from symdyn.scene import Scene
 from symdyn.scene.values import acceleration_name

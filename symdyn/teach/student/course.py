@@ -11,7 +11,6 @@ Quantities go by the keys of documents: "K:2", "v2:2", "P:", "L:", "dL:/dq1_dot"
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache
 from typing import Union
@@ -27,6 +26,7 @@ from symdyn.dynamics.mechanism import (
     vector,
 )
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Graph, gradient, substitute, tangents
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS

@@ -12,13 +12,13 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from math import isfinite
 from types import MappingProxyType
 
 from symdyn.algebra import Floats, Form
 from symdyn.dynamics.mechanism import TIME, prescribed
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable, substitute
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import Unit, UnitError, acceleration_name

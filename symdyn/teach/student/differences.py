@@ -16,7 +16,6 @@ The ring decides exactly which polynomials are equal. What is left is told in th
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from math import comb
 from typing import Any
@@ -35,6 +34,7 @@ from symdyn.algebra import (
 from symdyn.dynamics import angle_groups
 from symdyn.dynamics.mechanism import State
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass
 from symdyn.graph import Graph, Op, evaluate
 from symdyn.scene import Scene
 

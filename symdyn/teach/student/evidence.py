@@ -6,7 +6,6 @@ Columns are terms, and what belongs together: the mass of a body, its moment of 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from itertools import combinations, islice, permutations
 from math import isfinite
 from typing import Union
@@ -16,6 +15,7 @@ import numpy as np
 from symdyn.algebra import Array, Form, Function, Power
 from symdyn.dynamics.mechanism import prescribed
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, gradient, substitute
 from symdyn.scene import SceneUnits
 from symdyn.spatial import dot

@@ -23,7 +23,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Set
-from dataclasses import dataclass
 from difflib import get_close_matches
 from itertools import accumulate, combinations
 from typing import Any
@@ -31,6 +30,7 @@ from typing import Any
 from symdyn.algebra import Form, Function, Symbol
 from symdyn.dynamics.mechanism import body_placements
 from symdyn.emit.print import latex_symbols
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph, Op
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import LONGEST, acceleration_name, velocity_name

@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
 from itertools import islice, permutations
 
 from symdyn.algebra import Floats, Form
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute
 from symdyn.scene import SceneUnits
 from symdyn.teach.student.course import Course, Parts

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import random
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from math import isfinite
 from operator import attrgetter
 
@@ -25,6 +24,7 @@ from symdyn.dynamics.loops import Numbers, free_motions
 from symdyn.dynamics.mechanism import TIME, prescribed, quaternions
 from symdyn.emit.print import Printable
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Graph, Op, gradient, reachable, repeated
 from symdyn.scene import Scene
 from symdyn.scene.values import acceleration_name

@@ -11,12 +11,12 @@ scene. A page does the same with the same numbers: `templates/teach/terms.js`.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 from itertools import combinations
 from math import cos, isfinite, sin
 
 import numpy as np
 
+from symdyn.frozen import dataclass, replace
 from symdyn.scene import SceneUnits
 from symdyn.teach.student.course import Course
 from symdyn.teach.student.evidence import CLOSE, PLAIN, STATES, Atom, Atoms, Column, Evidence, linear, moved

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import random
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,6 +21,7 @@ from symdyn.dynamics.mechanism import TIME, body_placements
 from symdyn.dynamics.reactions import JointFrames
 from symdyn.emit.print import Printable
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Op, gradient, reachable, tangents
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS

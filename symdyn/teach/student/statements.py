@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
 
 from symdyn.algebra import Form
 from symdyn.arguments import argument
 from symdyn.emit.print import text_of
 from symdyn.errors import TeachError
+from symdyn.frozen import dataclass, replace
 from symdyn.scene import Scene
 from symdyn.teach.student.differences import half_unit
 from symdyn.teach.student.grammar import Names, Target, called, plain_index

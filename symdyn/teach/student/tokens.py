@@ -20,10 +20,10 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from symdyn.errors import TeachError
+from symdyn.frozen import dataclass, replace
 from symdyn.teach.student import grammar
 from symdyn.teach.student.grammar import (
     COMMANDS,

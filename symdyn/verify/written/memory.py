@@ -7,9 +7,9 @@ columns of arguments and of the result are apart: `q[2 * stride + k]` is entry 2
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Protocol
 
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr
 
 Spelled = Callable[[int], str]

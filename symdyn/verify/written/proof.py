@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
 from hashlib import sha256
 from pathlib import Path, PurePath
 
 from symdyn.algebra import Redraw
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Graph, Op, Piecewise, Scalar, reachable
 from symdyn.program import Program, Routine, RowLoop, in_lines
 from symdyn.verdict import Verdict

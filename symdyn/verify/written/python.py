@@ -16,10 +16,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING
 
+from symdyn.frozen import dataclass, field
 from symdyn.graph import Op
 from symdyn.verify.written.reading import (
     Read,

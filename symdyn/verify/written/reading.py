@@ -9,7 +9,6 @@ from __future__ import annotations
 import re
 from bisect import bisect_right
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache, lru_cache
 from importlib import import_module
@@ -19,6 +18,7 @@ import numpy as np
 
 from symdyn.errors import MissingProgram
 from symdyn.extras import install
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Graph
 
 if TYPE_CHECKING:

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar, Union
 
+from symdyn.frozen import dataclass, field
 from symdyn.graph import Expr, Op, Piecewise
 from symdyn.unlocked import cached_property
 from symdyn.verify.written.memory import Fault, Index, MemoryInputs, Pointer, Result, Rows, Spelled, Work

@@ -7,7 +7,6 @@ text.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from math import prod
 
 from symdyn.emit.code.spelling import Printer, Real
@@ -15,6 +14,7 @@ from symdyn.emit.code.target import ArgumentText, FunctionText, Page
 from symdyn.emit.targets.c.plan import LONGEST, Pass, SineCosine, longest_loop, plan
 from symdyn.emit.targets.c.writer import LANED, LANES, LANES_AT_ONCE, SINGLE, PassText, ScalarStage, Writer, gathered
 from symdyn.errors import EmitError
+from symdyn.frozen import dataclass
 from symdyn.program import Program, Routine, RowLoop, shared
 
 LARGEST = 1 << 16

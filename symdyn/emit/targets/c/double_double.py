@@ -20,7 +20,6 @@ for the square root.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 from math import factorial, frexp
 from typing import Any
@@ -30,6 +29,7 @@ from symdyn.emit.code.spelling import LEAF, REALS, Printer, Real, Spelling, call
 from symdyn.emit.code.target import ArgumentText, Draft, FunctionText, Line
 from symdyn.emit.render import render
 from symdyn.emit.targets.c.plan import Pass, Plan, SineCosine, plan
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Op
 from symdyn.program import Program, Routine, RoutineStep, shared
 

@@ -6,11 +6,11 @@ Sweeps are printed from expressions. All loops have the rows in common, and how 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 
 from symdyn.algebra import constants
 from symdyn.dynamics import Pairs, Sweep, TableLoop
 from symdyn.emit.code.spelling import Printer
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Op, reachable
 from symdyn.scene import Scene
 

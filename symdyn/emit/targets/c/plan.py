@@ -14,7 +14,6 @@ can, all the rest after the last call, cut where it grows too long for a compile
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from heapq import heappop, heappush
 from itertools import count
@@ -22,6 +21,7 @@ from math import prod
 
 from symdyn.emit.code.schedule import schedule
 from symdyn.emit.code.spelling import operands, standing
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Op
 from symdyn.program import Routine, RoutineStep, shared
 

@@ -24,13 +24,13 @@ of summation is that of FDLIBM's k_sin.c and k_cos.c.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import groupby
 from typing import Any
 
 from symdyn.emit.code.spelling import REALS, Printer, ShortSines
 from symdyn.emit.code.target import Line
 from symdyn.emit.targets.c.plan import Pass, Plan, SineCosine
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Op
 from symdyn.program import Program, Routine, RoutineStep, identifier
 

@@ -13,7 +13,6 @@ I_T            inertia about T_j, from I_jj by Steiner's theorem; axes of frame 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
 
 from symdyn.algebra import (
     Compactor,
@@ -31,6 +30,7 @@ from symdyn.dynamics.mechanism import State
 from symdyn.dynamics.reactions import Equilibrium, JointFrames, Unknown
 from symdyn.emit.print import length_symbols
 from symdyn.errors import DerivationError, EmitError
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Op, evaluate, reachable, substitute, tangents
 from symdyn.scene.values import Strut, velocity_name
 from symdyn.spatial import (

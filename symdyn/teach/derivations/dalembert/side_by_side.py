@@ -18,7 +18,6 @@ Formulas are printed in the order of a book:
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 from itertools import combinations
 
 from symdyn.algebra import (
@@ -36,6 +35,7 @@ from symdyn.dynamics import Workspace, angle_groups, closed_form
 from symdyn.dynamics.mechanism import vector
 from symdyn.emit.print import text_of
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass, field
 from symdyn.graph import Expr, Op, gradient, substitute, tangents
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import acceleration_name

@@ -16,11 +16,11 @@ Quotients are written as by hand: terms that divide stand alone, and factors of 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from math import pi, remainder
 
 from symdyn.algebra import Form, Function, Number, Power, Symbol
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Op, gradient, reachable, substitute, tangents
 from symdyn.scene import SceneUnits
 from symdyn.teach.derivations.dalembert.balance import Balance

@@ -13,7 +13,6 @@ The picture shows the matrix of the whole system (5.18): rows are equations, col
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 from itertools import groupby
 
 from symdyn.algebra import Compactor, Form, Number, Symbol, with_added_angles, with_squares
@@ -23,6 +22,7 @@ from symdyn.dynamics.mechanism import body_placements
 from symdyn.dynamics.reactions import JointFrames
 from symdyn.emit.print import latex_symbols
 from symdyn.errors import DerivationError
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, reachable, tangents
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES
