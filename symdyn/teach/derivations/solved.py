@@ -355,12 +355,12 @@ def _solved(
 def _is_negative(lesson: Lesson, form: Form, chosen: Chosen) -> bool:
     """Tell whether a form is negative at the lesson's state; False where it has no value there."""
     try:
-        return chosen.of(*_with_entries(lesson, [form.express(lesson.graph)]))[0] < 0
+        return chosen.of(*with_entries(lesson, [form.express(lesson.graph)]))[0] < 0
     except NoValueError:
         return False
 
 
-def _with_entries(lesson: Lesson, nodes: Sequence[Expr]) -> list[Expr]:
+def with_entries(lesson: Lesson, nodes: Sequence[Expr]) -> list[Expr]:
     """Return nodes with Δ put in, and the entries of the mass matrix and lengths that stand in Δ, too."""
     known = {lesson.graph.symbol(key): name.node for key, name in lesson.names.items() if name.node is not None}
     for key in ("Delta:", "k_", "length:"):
@@ -372,7 +372,7 @@ def _compare(
     lesson: Lesson, M: Sequence[Sequence[Expr]], h: Sequence[Expr], forms: Sequence[Form], chosen: Chosen
 ) -> None:
     """Hold the forms against the solution in numbers."""
-    nodes = _with_entries(lesson, [form.express(lesson.graph) for form in forms])
+    nodes = with_entries(lesson, [form.express(lesson.graph) for form in forms])
     drives = {lesson.graph.symbol(name): 1.0 for name in lesson.scene.drives if name}
     at = chosen.with_values(drives)
     n = len(h)
