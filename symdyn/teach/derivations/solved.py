@@ -15,7 +15,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from symdyn.algebra import Compactor, Form, Function, Number, Power, Ratio, Ratios, Sum, Symbol
+from symdyn.algebra import Compactor, Form, Function, Number, Power, Ratio, Ratios, Sum, Symbol, with_added_angles
 from symdyn.dynamics import angle_groups
 from symdyn.dynamics.mechanism import TIME, State, prescribed
 from symdyn.errors import DerivationError, NoValueError
@@ -62,8 +62,9 @@ class Quotients:
     def parts(self, ratio: Ratio) -> tuple[list[Form], list[Form]]:
         """Return the factors above and below the line, the number first; of two terms over letters both are divided."""
         form = self.field.form(ratio)
-        above = self._joined([self.short(x) for x in form.factors if not _below(x)])
-        under = self._joined([self.short(y) for x in form.factors if _below(x) for y in _base(x).factors])
+        above = self._joined([y for x in form.factors if not _below(x) for y in self.short(x).factors])
+        below = (y for x in form.factors if _below(x) for y in _base(x).factors)
+        under = self._joined([z for y in below for z in self.short(y).factors])
         above, under = _decimal(*_powers_cancelled(above, under))
         above, sums = _sign_inside(above), [k for k, x in enumerate(above) if isinstance(x, Sum)]
         letters = not any(isinstance(y, (Number, Sum)) for y in under) and not self._moves(Form.product(under))
@@ -120,9 +121,9 @@ def in_sines(lesson: Lesson, node: Expr) -> Form | None:
 
 def shortest(node: Expr, scene: Scene, state: State) -> Form | None:
     """Return the same with angles and letters of a scene."""
-    parallel = angle_groups(scene, node.graph)
+    parallel = angle_groups(scene, node.graph, across=scene.is_constrained)
     try:
-        return Compactor.of([node], (*state.q, *state.qd, *state.qdd), parallel)(node)
+        return with_added_angles(Compactor.of([node], (*state.q, *state.qd, *state.qdd), parallel)(node))
     except (DerivationError, KeyError):
         return None
 
