@@ -34,7 +34,8 @@ AXES = "xyz"
 
 def called(scene: Scene) -> str:
     """Return what a scene is called: its description, else its name without what puts identifiers together."""
-    return scene.text or scene.name.replace("_", " ")
+    text = scene.text or scene.name.replace("_", " ")
+    return text[:1].upper() + text[1:] if scene.text else text  # it begins titles and sentences
 
 
 def described(scene: Scene) -> dict[str, dict[str, str]]:

@@ -413,13 +413,9 @@ def _box(lesson: Lesson, one: Erratum, chosen: Chosen) -> Box:
         (read,) = substitute([typed], {x: y for x, y in meanings.items() if y is not None})
         assert not lesson.vanishes(read - node), f"({one.number}) is right as quoted; {one.left}"
         wrong, right = chosen.of(read, node)
-        left, where = Symbol(one.left), {"section": lesson.text("section.numbers")}
-        blocks += [
-            lesson.say("erratum.reads", left=left, form=printed),
-            lesson.say("erratum.right"),
-            Formula(one.left, lesson.short(node)),
-            lesson.say("erratum.check", left=left, wrong=lesson.about(wrong), right=lesson.equals(right), **where),
-        ]
+        rows = [("erratum.reads", printed, wrong), ("erratum.right", lesson.short(node), right)]
+        told = [(lesson.say(key), form, lesson.written(value)) for key, form, value in rows]
+        blocks.append(lesson.table(("erratum.source", Symbol(one.left), "erratum.check"), told))
     return Box("erratum", title, tuple(blocks))
 
 

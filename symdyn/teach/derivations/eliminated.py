@@ -16,7 +16,14 @@ from symdyn.graph import Expr, evaluate, gradient, reachable, substitute, tangen
 from symdyn.teach.derivations.constrained import Constrained
 from symdyn.teach.derivations.multiplier_steps import meaning, multiplier, valued
 from symdyn.teach.derivations.precession import NO_FORM, shortened
-from symdyn.teach.derivations.solved import LONGEST, NO_SHORT_FORM, accelerations, motions_put_in, signs_told, with_entries
+from symdyn.teach.derivations.solved import (
+    LONGEST,
+    NO_SHORT_FORM,
+    accelerations,
+    motions_put_in,
+    signs_told,
+    with_entries,
+)
 from symdyn.teach.derivations.solved_ties import closed_positions
 from symdyn.teach.derivations.velocities import length
 from symdyn.teach.document import Block, Formula, Section, Step, Words
