@@ -446,5 +446,5 @@ def silent_steps(lesson: Lesson) -> list[Step]:
     owners = [(one.owner, one.loop) for one in loops.recursive.labels]
     speaking = {owners[k] for k in loops.decisions.independent_rows}
     silent = ", ".join(name for name, loop in dict.fromkeys(owners) if (name, loop) not in speaking)
-    claim = lesson.say("ties.silent", names=silent)
+    claim = lesson.say("ties.silent", joints=silent)
     return [Step("ties.silent", claim, (), lesson.say("ties.silent.reason"))] if silent else []

@@ -141,7 +141,7 @@ def parameter_rows(lesson: Prose) -> list[tuple[Symbol, str | Words, str, str]]:
     for parameter in lesson.scene.parameters:
         value = value_text(parameter.value) if parameter.value is not None else ""
         text = parameter.text or lesson.text("notation.parameter")
-        shown = re.sub(r"(?<=\d)\.(?=\d)", lesson.tongue.decimal, value).replace("-", "−")
+        shown = re.sub(r"(?<=\d)\.(?=\d)", lesson.tongue.decimal, value).replace("-", "−").replace("pi", "π")
         rows.append((Symbol(parameter.name), text, told[parameter.name].replace("^2", "²"), shown))
     return rows
 
