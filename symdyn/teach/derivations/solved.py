@@ -95,7 +95,7 @@ class Quotients:
         """Return a sum, or a power of one, as short as a ring of sines can write it."""
         if isinstance(form, Power) and isinstance(form.base, Sum):
             return self.short(form.base).power(form.exponent)
-        return _plus_first(self._in_sines(form)) if isinstance(form, Sum) else form
+        return plus_first(self._in_sines(form)) if isinstance(form, Sum) else form
 
     def _joined(self, factors: list[Form]) -> list[Form]:
         """Return factors, two sums whose product is one term as that: (1 + cos q) (1 - cos q) = sin² q."""
@@ -137,7 +137,7 @@ def _in_decimals(lesson: Lesson, above: list[Form], under: list[Form]) -> tuple[
     if len(sums) == 1 and (not isinstance(above[0], Number) or abs(above[0].value) < LARGE):
         divided = in_sines(lesson, above[sums[0]].express(lesson.graph) / number)
         if divided is not None:
-            return [*above[: sums[0]], _plus_first(divided), *above[sums[0] + 1 :]], under[1:]
+            return [*above[: sums[0]], plus_first(divided), *above[sums[0] + 1 :]], under[1:]
     return [Form.product((Number(1 / number), *above))], under[1:]
 
 
@@ -209,10 +209,10 @@ def _sign_inside(factors: Sequence[Form]) -> list[Form]:
     found, k = list(factors), next((k for k, x in enumerate(factors) if isinstance(x, Sum)), 0)
     if k and found[0].split_sign()[0] < 0 and any(x.split_sign()[0] < 0 for x in found[k].terms):
         found[0], found[k] = found[0].negative, found[k].negative
-    return [_plus_first(x) if isinstance(x, Sum) else x for x in found]
+    return [plus_first(x) if isinstance(x, Sum) else x for x in found]
 
 
-def _plus_first(form: Form) -> Form:
+def plus_first(form: Form) -> Form:
     """Return a sum that begins with a term without a minus, if there is one."""
     first = next((k for k, x in enumerate(form.terms) if x.split_sign()[0] > 0), 0)
     return Form.sum((form.terms[first], *form.terms[:first], *form.terms[first + 1 :])) if form.terms else form
@@ -344,7 +344,7 @@ def _solved(
     if shared:
         form = max(shared, key=length)
         turned = _is_negative(lesson, form, chosen)  # Δ is positive, as the determinant is
-        delta_form = _plus_first(form.negative) if turned else form
+        delta_form = plus_first(form.negative) if turned else form
         symbol = lesson.name("Delta:", r"\Delta", node=delta_form.express(lesson.graph))
         delta[symbol] = delta_form
         sign = Number.MINUS_ONE if turned else Number.ONE
