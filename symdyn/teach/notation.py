@@ -415,7 +415,7 @@ def _box(lesson: Lesson, one: Erratum, chosen: Chosen) -> Box:
         wrong, right = chosen.of(read, node)
         rows = [("erratum.reads", printed, wrong), ("erratum.right", lesson.short(node), right)]
         told = [(lesson.say(key), form, lesson.written(value)) for key, form, value in rows]
-        blocks.append(lesson.table(("erratum.source", Symbol(one.left), "erratum.check"), told))
+        blocks.append(lesson.table(("erratum.source", Symbol(one.left), "value"), told))
     return Box("erratum", title, tuple(blocks))
 
 
