@@ -94,8 +94,7 @@ def _over(lesson: Constrained, node: Expr, x: Expr) -> Expr:
 
 def solutions(lesson: Constrained, unknown: Sequence[Symbol]) -> dict[Form, Form]:
     """Return what conditions of positions say of unknown coordinates, each by what stands before it and the others."""
-    left = [tie.nodes[-1] for tie in lesson.ties if tie.residual is not None]
-    forms = [lesson.tie_form(node) for node in left]
+    forms = [lesson.tie_form(tie.nodes[-1]) for tie in lesson.ties if tie.residual is not None]
     found, at = dict[Form, Form](), lesson.assembled(0)
     while True:
         for form in forms:
