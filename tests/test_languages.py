@@ -100,7 +100,7 @@ def foreign(text: str, scene: str) -> list[str]:
     one = read(EXAMPLES / f"{scene}.toml")
     named = [x.name for x in (one, *one.bodies, *one.joints, *one.loops, *one.elements, *one.parameters)]
     known = set(re.findall(r"[A-Za-z]+", " ".join([*named, *one.coordinates, *(p.text for p in one.parameters)])))
-    known |= UNITS
+    known |= UNITS | {word.capitalize() for word in known}  # a title begins with a capital
     return sorted({word for word in re.findall(r"[A-Za-z]{3,}", text) if word not in known})
 
 

@@ -251,3 +251,32 @@ def test_a_wrong_drive_of_a_body_that_turns_by_quaternions_is_told_as_wrong():
     (answer,) = check_derivation("tau1 = 0", read(ROOT / "examples" / "free_body.toml"))
 
     assert not answer.right
+
+
+ROLLER = """
+name = "roller"
+gravity = "none"
+parameters = { M = "4 kg", m = "2 kg", r = "0.1 m" }
+bodies.cart = { mass = "M" }
+bodies.axle = {}
+bodies.drum = { mass = "m", inertia = ["m*r**2/4", "m*r**2/4", "m*r**2/2"], inertia_about = "com" }
+constraints.rolling = { formula = "s_dot - r*phi_dot", acts_in = "joints" }
+[joints]
+rail = { type = "prismatic", parent = "ground", child = "cart", axis = [1, 0, 0], coordinate = "x", drive = "F" }
+way = { type = "prismatic", parent = "cart", child = "axle", axis = [1, 0, 0], coordinate = "s", drive = false }
+spin = { type = "revolute", parent = "axle", child = "drum", axis = [0, 0, -1], coordinate = "phi", drive = false }
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "asked", "rules"),
+    [
+        ("T = 1/2 M x'^2 + 1/2 m s'^2 + 1/4 m r^2 phi'^2", "K", ["relative"]),  # not: a cross term
+        ("s'' = -x''", "tau2", ["inertia", "untied"]),  # both are worth the same, none of them alone is known
+    ],
+)
+def test_what_several_rules_explain_is_told_by_all_of_them(text: str, asked: str, rules: list[str]) -> None:
+    (answer,) = check_derivation(text, read_text(ROLLER, "roller.toml"), target=asked)
+    assert not answer.right
+    assert answer.mistake is not None
+    assert [answer.mistake.rule, *answer.mistake.more] == rules

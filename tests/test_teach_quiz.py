@@ -303,7 +303,7 @@ def test_braces_of_a_text_are_no_expressions_of_numbas():
     exam = Numbas(asked(Handout(scene, exercises=True, until="energies").quiz(), "numbas")["pendulum-numbas.exam"], 0)
 
     shown = exam.known()["quiz_shown"]
-    assert exam.question["name"].startswith("rod (@1@)")
+    assert exam.question["name"].startswith("Rod (@1@)")
     assert "<td>mass of (m)</td>" in shown["task"]
     assert not re.search(r"\{[@m]", re.sub(r"\\[(\[].*?\\[)\]]", "", shown["task"]))
 

@@ -117,10 +117,12 @@ class Form:
         return Number.ONE if exponent == 0 else self if exponent == 1 else Power(self, exponent)
 
     def signed_product(self, rate: Form) -> Form:
-        """Return form · rate; a sum of negative terms takes its sign in front."""
+        """Return form · rate, a rate times itself as its square; a sum of negative terms takes its sign in front."""
         terms = self.terms
         if len(terms) > 1 and all(term.split_sign()[0] < 0 for term in terms):
             return Form.product((Number.MINUS_ONE, Form.sum(term.split_sign()[1] for term in terms), rate))
+        if rate in self.factors:
+            return Form.product(rate.power(2) if x == rate else x for x in self.factors)
         return Form.product((self, rate))
 
     def substitute(self, known: Mapping[str, Form]) -> Form:

@@ -34,7 +34,8 @@ AXES = "xyz"
 
 def called(scene: Scene) -> str:
     """Return what a scene is called: its description, else its name without what puts identifiers together."""
-    return scene.text or scene.name.replace("_", " ")
+    text = scene.text or scene.name.replace("_", " ")
+    return text[:1].upper() + text[1:] if scene.text else text  # it begins titles and sentences
 
 
 def described(scene: Scene) -> dict[str, dict[str, str]]:
@@ -445,5 +446,5 @@ def silent_steps(lesson: Lesson) -> list[Step]:
     owners = [(one.owner, one.loop) for one in loops.recursive.labels]
     speaking = {owners[k] for k in loops.decisions.independent_rows}
     silent = ", ".join(name for name, loop in dict.fromkeys(owners) if (name, loop) not in speaking)
-    claim = lesson.say("ties.silent", names=silent)
+    claim = lesson.say("ties.silent", joints=silent)
     return [Step("ties.silent", claim, (), lesson.say("ties.silent.reason"))] if silent else []

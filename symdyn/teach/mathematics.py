@@ -188,6 +188,7 @@ _THIN = '<mspace width="0.167em" />'
 _THIN_AFTER = re.compile(rf"(<mn>[^<]*|<mi>[^<]{{2,}})(</m[in]>){_THIN}")
 _THIN_RAISED = re.compile(rf"(<mn>[^<]*)(</mn></m(?:sup|sub|subsup)>){_THIN}")
 _THIN_BEFORE = re.compile(rf"{_THIN}((?:<m(?:sup|row)>)*<mi>)(?=[a-z]{{2}})")
+_NAMED = re.compile(r"<mo /><mrow>((?:<m[in]>\w</m[in]>)+)</mrow>")
 _ALONE = re.compile(r"<mrow>(<m[ino]>[^<]*</m[ino]>)</mrow>")
 _WRAPPED = re.compile(r"<math[^>]*><mrow>(.*)</mrow></math>", re.DOTALL)
 
@@ -271,6 +272,7 @@ def _inner(latex: str) -> str:
     text = _NUMBERED.sub(_character, found[1])
     text = _BRACED.sub(r'<munder><mrow class="brace">\1</mrow>', text)  # a glyph that browsers stretch in part only
     text = text.replace('<mo stretchy="true" fence="true" minsize', "<mo minsize")
+    text = _NAMED.sub(lambda found: f"<mi>{_TAG.sub('', found[1])}</mi>", text)  # atan2
     text = _ALONE.sub(r"\1", text)
     text = _THIN_BEFORE.sub("\\1\u2009", _THIN_AFTER.sub("\\1\u2009\\2", text))
     text = _THIN_RAISED.sub("\\1\u2005\\2", text)  # as wide, in smaller type

@@ -141,7 +141,7 @@ def parameter_rows(lesson: Prose) -> list[tuple[Symbol, str | Words, str, str]]:
     for parameter in lesson.scene.parameters:
         value = value_text(parameter.value) if parameter.value is not None else ""
         text = parameter.text or lesson.text("notation.parameter")
-        shown = re.sub(r"(?<=\d)\.(?=\d)", lesson.tongue.decimal, value).replace("-", "−")
+        shown = re.sub(r"(?<=\d)\.(?=\d)", lesson.tongue.decimal, value).replace("-", "−").replace("pi", "π")
         rows.append((Symbol(parameter.name), text, told[parameter.name].replace("^2", "²"), shown))
     return rows
 
@@ -413,13 +413,9 @@ def _box(lesson: Lesson, one: Erratum, chosen: Chosen) -> Box:
         (read,) = substitute([typed], {x: y for x, y in meanings.items() if y is not None})
         assert not lesson.vanishes(read - node), f"({one.number}) is right as quoted; {one.left}"
         wrong, right = chosen.of(read, node)
-        left, where = Symbol(one.left), {"section": lesson.text("section.numbers")}
-        blocks += [
-            lesson.say("erratum.reads", left=left, form=printed),
-            lesson.say("erratum.right"),
-            Formula(one.left, lesson.short(node)),
-            lesson.say("erratum.check", left=left, wrong=lesson.about(wrong), right=lesson.equals(right), **where),
-        ]
+        rows = [("erratum.reads", printed, wrong), ("erratum.right", lesson.short(node), right)]
+        told = [(lesson.say(key), form, lesson.written(value)) for key, form, value in rows]
+        blocks.append(lesson.table(("erratum.source", Symbol(one.left), "value"), told))
     return Box("erratum", title, tuple(blocks))
 
 

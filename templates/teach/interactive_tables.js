@@ -31,15 +31,20 @@ const exertedBy = (known, name) => {
 };
 const tableOf = table => {
   const bars = [...table.querySelectorAll("[data-bar]")].map(bar => [bar, Number(bar.dataset.bar)]);
+  let most = 0;
   const told = [
-    telling(table, "tau", (known, { k }) => (known.total ??= call(data.total))[k]),
+    telling(table, "tau", (known, { k }) => {
+      const tau = (known.total ??= call(data.total))[k];
+      return Math.abs(tau) < 1e-10 * most ? 0 : tau;  // of terms that cancel
+    }),
     telling(table, "coefficient", (known, { k }) => coefficient(known, k)),
     telling(table, "term", (known, { k }) => termOf(known, k)),
     telling(table, "exerted", (known, { function: name, k }) => exertedBy(known, name)[k]),
   ];
   return known => {
+    const worth = bars.map(([, k]) => termOf(known, k));
+    most = Math.max(0, ...worth.map(x => Math.abs(x) || 0));
     for (const tell of told) tell(known);
-    const worth = bars.map(([, k]) => termOf(known, k)), most = Math.max(0, ...worth.map(x => Math.abs(x) || 0));
     bars.forEach(([bar], i) => {
       const share = most > 0 ? worth[i] / most : 0;
       bar.classList.toggle("minus", share < 0);

@@ -20,7 +20,7 @@ const Terms = (() => {
     if (!ways.length) return null;
     const [{rows}, found] = ways.reduce((a, b) => a[1].cost <= b[1].cost ? a : b);
     if (rule && !found.sure && !found.rules.includes(rule)) return null;
-    const of_ = found.columns.map(k => rows[k]).filter(row => row[1]), rules = [...new Set(found.rules)];
+    const of_ = found.columns.map(k => rows[k]).filter(row => row[1]), loose = !tied && found.sure && ways.some(([one]) => one.multipliers), rules = [...new Set([...found.rules, ...(loose ? ["untied"] : [])])];
     if (rule && rules.every(one => apart.vague.includes(one)) && of_.some(([kind]) => (apart.suits[kind] || []).includes(rule))) rules.unshift(rule);
     return {rules, kinds: [...new Set(of_.map(([kind]) => kind))], terms: of_.map(row => row[1])};
   }

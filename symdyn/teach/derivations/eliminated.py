@@ -16,7 +16,14 @@ from symdyn.graph import Expr, evaluate, gradient, reachable, substitute, tangen
 from symdyn.teach.derivations.constrained import Constrained
 from symdyn.teach.derivations.multiplier_steps import meaning, multiplier, valued
 from symdyn.teach.derivations.precession import NO_FORM, shortened
-from symdyn.teach.derivations.solved import LONGEST, NO_SHORT_FORM, accelerations, motions_put_in, signs_told
+from symdyn.teach.derivations.solved import (
+    LONGEST,
+    NO_SHORT_FORM,
+    accelerations,
+    motions_put_in,
+    signs_told,
+    with_entries,
+)
 from symdyn.teach.derivations.solved_ties import closed_positions
 from symdyn.teach.derivations.velocities import length
 from symdyn.teach.document import Block, Formula, Section, Step, Words
@@ -184,7 +191,8 @@ def _solved(lesson: Constrained, put: PutIn, chosen: Chosen) -> list[Step]:
     if found is None:
         return []
     blocks, forms = found
-    known = {state.qdd[k]: valued(lesson, form) for k, form in zip(free, forms, strict=True)}
+    solved = with_entries(lesson, [form.express(lesson.graph) for form in forms])
+    known = dict(zip((state.qdd[k] for k in free), solved, strict=True))
 
     def written(node: Expr) -> Form | None:
         return _written(lesson, substitute(substitute([node], known), motions)[0])

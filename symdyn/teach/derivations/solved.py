@@ -15,7 +15,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from symdyn.algebra import Compactor, Form, Function, Number, Power, Ratio, Ratios, Sum, Symbol
+from symdyn.algebra import Compactor, Form, Function, Number, Power, Ratio, Ratios, Sum, Symbol, with_added_angles
 from symdyn.dynamics import angle_groups
 from symdyn.dynamics.mechanism import TIME, State, prescribed
 from symdyn.errors import DerivationError, NoValueError
@@ -62,8 +62,9 @@ class Quotients:
     def parts(self, ratio: Ratio) -> tuple[list[Form], list[Form]]:
         """Return the factors above and below the line, the number first; of two terms over letters both are divided."""
         form = self.field.form(ratio)
-        above = self._joined([self.short(x) for x in form.factors if not _below(x)])
-        under = self._joined([self.short(y) for x in form.factors if _below(x) for y in _base(x).factors])
+        above = self._joined([y for x in form.factors if not _below(x) for y in self.short(x).factors])
+        below = (y for x in form.factors if _below(x) for y in _base(x).factors)
+        under = self._joined([z for y in below for z in self.short(y).factors])
         above, under = _decimal(*_powers_cancelled(above, under))
         above, sums = _sign_inside(above), [k for k, x in enumerate(above) if isinstance(x, Sum)]
         letters = not any(isinstance(y, (Number, Sum)) for y in under) and not self._moves(Form.product(under))
@@ -94,7 +95,7 @@ class Quotients:
         """Return a sum, or a power of one, as short as a ring of sines can write it."""
         if isinstance(form, Power) and isinstance(form.base, Sum):
             return self.short(form.base).power(form.exponent)
-        return _plus_first(self._in_sines(form)) if isinstance(form, Sum) else form
+        return plus_first(self._in_sines(form)) if isinstance(form, Sum) else form
 
     def _joined(self, factors: list[Form]) -> list[Form]:
         """Return factors, two sums whose product is one term as that: (1 + cos q) (1 - cos q) = sin² q."""
@@ -120,9 +121,9 @@ def in_sines(lesson: Lesson, node: Expr) -> Form | None:
 
 def shortest(node: Expr, scene: Scene, state: State) -> Form | None:
     """Return the same with angles and letters of a scene."""
-    parallel = angle_groups(scene, node.graph)
+    parallel = angle_groups(scene, node.graph, across=scene.is_constrained)
     try:
-        return Compactor.of([node], (*state.q, *state.qd, *state.qdd), parallel)(node)
+        return with_added_angles(Compactor.of([node], (*state.q, *state.qd, *state.qdd), parallel)(node))
     except (DerivationError, KeyError):
         return None
 
@@ -136,7 +137,7 @@ def _in_decimals(lesson: Lesson, above: list[Form], under: list[Form]) -> tuple[
     if len(sums) == 1 and (not isinstance(above[0], Number) or abs(above[0].value) < LARGE):
         divided = in_sines(lesson, above[sums[0]].express(lesson.graph) / number)
         if divided is not None:
-            return [*above[: sums[0]], _plus_first(divided), *above[sums[0] + 1 :]], under[1:]
+            return [*above[: sums[0]], plus_first(divided), *above[sums[0] + 1 :]], under[1:]
     return [Form.product((Number(1 / number), *above))], under[1:]
 
 
@@ -208,10 +209,10 @@ def _sign_inside(factors: Sequence[Form]) -> list[Form]:
     found, k = list(factors), next((k for k, x in enumerate(factors) if isinstance(x, Sum)), 0)
     if k and found[0].split_sign()[0] < 0 and any(x.split_sign()[0] < 0 for x in found[k].terms):
         found[0], found[k] = found[0].negative, found[k].negative
-    return [_plus_first(x) if isinstance(x, Sum) else x for x in found]
+    return [plus_first(x) if isinstance(x, Sum) else x for x in found]
 
 
-def _plus_first(form: Form) -> Form:
+def plus_first(form: Form) -> Form:
     """Return a sum that begins with a term without a minus, if there is one."""
     first = next((k for k, x in enumerate(form.terms) if x.split_sign()[0] > 0), 0)
     return Form.sum((form.terms[first], *form.terms[:first], *form.terms[first + 1 :])) if form.terms else form
@@ -343,7 +344,7 @@ def _solved(
     if shared:
         form = max(shared, key=length)
         turned = _is_negative(lesson, form, chosen)  # Δ is positive, as the determinant is
-        delta_form = _plus_first(form.negative) if turned else form
+        delta_form = plus_first(form.negative) if turned else form
         symbol = lesson.name("Delta:", r"\Delta", node=delta_form.express(lesson.graph))
         delta[symbol] = delta_form
         sign = Number.MINUS_ONE if turned else Number.ONE
@@ -355,12 +356,12 @@ def _solved(
 def _is_negative(lesson: Lesson, form: Form, chosen: Chosen) -> bool:
     """Tell whether a form is negative at the lesson's state; False where it has no value there."""
     try:
-        return chosen.of(*_with_entries(lesson, [form.express(lesson.graph)]))[0] < 0
+        return chosen.of(*with_entries(lesson, [form.express(lesson.graph)]))[0] < 0
     except NoValueError:
         return False
 
 
-def _with_entries(lesson: Lesson, nodes: Sequence[Expr]) -> list[Expr]:
+def with_entries(lesson: Lesson, nodes: Sequence[Expr]) -> list[Expr]:
     """Return nodes with Δ put in, and the entries of the mass matrix and lengths that stand in Δ, too."""
     known = {lesson.graph.symbol(key): name.node for key, name in lesson.names.items() if name.node is not None}
     for key in ("Delta:", "k_", "length:"):
@@ -372,7 +373,7 @@ def _compare(
     lesson: Lesson, M: Sequence[Sequence[Expr]], h: Sequence[Expr], forms: Sequence[Form], chosen: Chosen
 ) -> None:
     """Hold the forms against the solution in numbers."""
-    nodes = _with_entries(lesson, [form.express(lesson.graph) for form in forms])
+    nodes = with_entries(lesson, [form.express(lesson.graph) for form in forms])
     drives = {lesson.graph.symbol(name): 1.0 for name in lesson.scene.drives if name}
     at = chosen.with_values(drives)
     n = len(h)

@@ -46,8 +46,9 @@ def solved_ties_steps(lesson: Constrained) -> list[Step]:
         return []
     blocks: list[Block] = list(squared.way) if squared else []
     blocks += [Formula("", x, right=form) for x, form in shown.items()]
-    rooted = any(isinstance(part, Function) and part.op is Op.SQRT for form in shown.values() for part in form.walk())
-    reason = lesson.say("ties.solved.root" if rooted else "ties.solved.reason")
+    used = {part.op for form in shown.values() for part in form.walk() if isinstance(part, Function)}
+    polar = Op.ATAN2 in used and not squared
+    reason = lesson.say(f"ties.solved.{'polar' if polar else 'root' if Op.SQRT in used else 'reason'}")
     return [Step("ties.solved", lesson.say("ties.solved"), tuple(blocks), reason, show=("angles",))]
 
 
@@ -93,8 +94,7 @@ def _over(lesson: Constrained, node: Expr, x: Expr) -> Expr:
 
 def solutions(lesson: Constrained, unknown: Sequence[Symbol]) -> dict[Form, Form]:
     """Return what conditions of positions say of unknown coordinates, each by what stands before it and the others."""
-    left = [tie.nodes[-1] for tie in lesson.ties if tie.residual is not None]
-    forms = [lesson.tie_form(node) for node in left]
+    forms = [lesson.tie_form(tie.nodes[-1]) for tie in lesson.ties if tie.residual is not None]
     found, at = dict[Form, Form](), lesson.assembled(0)
     while True:
         for form in forms:
@@ -102,12 +102,56 @@ def solutions(lesson: Constrained, unknown: Sequence[Symbol]) -> dict[Form, Form
             if one is not None:
                 break
         else:
-            return found
+            left = [_put_in(form, found) for form in forms]
+            pairs = (_polar(lesson, *pair, {x.name for x in unknown}, at) for pair in permutations(left, 2))
+            return found | next(filter(None, pairs), {})
         forms.remove(form)
         atom, value = one
         found[atom] = value
         if isinstance(atom, Function):
             found |= _others(lesson, atom, value, at, forms)
+
+
+def _polar(
+    lesson: Constrained, first: Form, second: Form, unknown: set[str], at: Mapping[Expr, float]
+) -> dict[Form, Form]:
+    """Return slide and angle of a link that turns by u, by the two conditions of its loop; none of others.
+
+    p cos u - e sin u + f = p sin u + e cos u + g = 0: p² = f² + g² - e²; p is the slide, or that and a length.
+    """
+    atoms = {x for form in (first, second) for x in _atoms(form, unknown)}
+    slides, angles = [x for x in atoms if isinstance(x, Symbol)], {x.args[0] for x in atoms if isinstance(x, Function)}
+    turning = unknown.intersection(*(u.symbols for u in angles))
+    if not len(slides) == len(angles) == len(turning) == 1:
+        return {}
+    graph, (slide,), (u,), x = lesson.graph, slides, angles, Symbol(*turning)
+    letters = [graph.symbol(f"solved:{k}") for k in range(2)]
+    waves = [Function(op, (u,)) for op in (Op.COS, Op.SIN)]
+    put: dict[Form, Form] = {wave: Symbol(str(y.value)) for wave, y in zip(waves, letters, strict=True)}
+    nodes = [_put_in(form, put).express(graph) for form in (first, second)]
+    (p, across), (e, along) = (gradient(node, letters) for node in nodes)
+    f, g = substitute(nodes, dict.fromkeys(letters, graph.zero))
+    s, q = slide.express(graph), x.express(graph)
+    ways = gradient(p, [s])[0], gradient(u.express(graph), [q])[0]
+    if {*letters, s, q} & set(reachable([f, g, e, across, *ways])):
+        return {}
+    try:
+        if lesson.vanishes(p + along):  # the other way round
+            e, along, g = -e, -along, -g
+        if not all(map(lesson.vanishes, (p - along, e + across, *(way**2 - 1 for way in ways)))):
+            return {}
+        *signs, now = (1 if float(y) > 0 else -1 for y in evaluate([*ways, p], Floats(), at))  # as assembled
+        size = graph.constant(now) if e.is_zero else p
+        root = Function(Op.SQRT, (shortened(lesson, f**2 + g**2 - e**2),))
+        end = Function(Op.ATAN2, (shortened(lesson, e * f - size * g), shortened(lesson, -size * f - e * g)))
+        far, others = (substitute([node], {y: graph.zero})[0] for node, y in ((p, s), (u.express(graph), q)))
+        values = Form.product((Number(Fraction(now)), root)), end
+        return {
+            y: Form.product((Number(Fraction(sign)), Form.sum((value, *shortened(lesson, -rest).terms))))
+            for y, sign, value, rest in zip((slide, x), signs, values, (far, others), strict=True)
+        }
+    except NO_FORM:
+        return {}
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Op, gradient, reachable, substitute
 from symdyn.scene import SceneUnits
 from symdyn.teach.derivations.reduced import Reduced, at_bound
-from symdyn.teach.derivations.solved import in_decimals, in_sines, quotient
+from symdyn.teach.derivations.solved import in_decimals, in_sines, plus_first, quotient
 from symdyn.teach.derivations.velocities import length
 from symdyn.teach.document import Block, Formula, Step, Words
 from symdyn.teach.lesson import Lesson, named, together
@@ -142,7 +142,7 @@ def _swing(left: Reduced, value: Form) -> Form | None:
         return None
     (there,) = substitute([node], {lesson.graph.cos(q): value.express(lesson.graph)})
     form = None if q in reachable([there]) else in_sines(lesson, there)
-    return form if form is not None and length(form) <= LONGEST else None
+    return plus_first(form) if form is not None and length(form) <= LONGEST else None
 
 
 def _reached(left: Reduced, factored: Form, wave: Form, value: Form) -> Iterator[Words]:

@@ -15,11 +15,10 @@ from symdyn.arguments import argument
 from symdyn.draw import tex_picture
 from symdyn.emit import in_latex, render
 from symdyn.emit.code import page_stem
-from symdyn.emit.print import BREAK, BMatrix, Latex, Line, latex_width
+from symdyn.emit.print import BMatrix, Latex, Line, latex_width
 from symdyn.errors import EmitError
 from symdyn.table import Table
 from symdyn.teach.document import (
-    ERRATA,
     Blank,
     Block,
     Box,
@@ -66,7 +65,9 @@ def latex(document: Document) -> dict[str, str]:
         {
             "title": in_latex(section.title),
             "bookmark": _pdf_text(section.title),
-            "steps": [page.step(step) for step in section.steps],
+            "steps": page.errata(section.steps)
+            if section.key == "errata"
+            else [page.step(one) for one in section.steps],
         }
         for section in document.sections
     ]
@@ -89,9 +90,7 @@ class _Page:
 
     def step(self, step: Step) -> dict[str, str]:
         """Return the places of the template: a claim stays on the page of what it announces."""
-        boxes = [block for block in step.blocks if isinstance(block, Box)]
-        small = step.key.startswith(ERRATA)
-        body = "\n\n".join(map(self._run_in, boxes)) if small else self.body(step.blocks, Line.room, step.framed)
+        body = self.body(step.blocks, Line.room, step.framed)
         displayed = body.lstrip().startswith(DISPLAYS)
         return {
             "claim": rf"\textbf{{{self.words(step.claim)}}}"
@@ -103,15 +102,23 @@ class _Page:
             "reason": self.words(step.reason),
         }
 
-    def _run_in(self, box: Box) -> str:
-        """Return a box as one paragraph in small print, its formulas in the line."""
-        parts = [rf"\textbf{{{self.words(box.title)}.}}"]
-        for block in box.blocks:
-            if isinstance(block, Words):
-                parts.append(self.words(block))
-            elif isinstance(block, Formula):
-                parts.append(f"${''.join(self.spell.formula(block)).replace(BREAK, '')}$.")
-        return f"{{\\small\n{' '.join(parts)}\n\\par}}"
+    def errata(self, steps: Sequence[Step]) -> Iterator[dict[str, str]]:
+        """Yield the boxes of an appendix: those that hold a table as rows of one, then others, in small print."""
+        rows, others, head = list[tuple[Words, ...]](), list[str](), (Words(("",)),) * 4
+        for box in (block for step in steps for block in step.blocks if isinstance(block, Box)):
+            said = Words(
+                (*box.title.parts, ". ", *(x for b in box.blocks if isinstance(b, Words) for x in (*b.parts, " ")))
+            )
+            if found := [block for block in box.blocks if isinstance(block, Table)]:
+                (_, left, number), (text, right) = found[0].columns, found[0].rows
+                head = (Words(("",)), text[0], right[0], number)
+                forms = (Words((*left.parts, " = ", *row[1].parts)) for row in (text, right))
+                rows.append((said, *forms, Words((*text[2].parts, "; ", *right[2].parts))))
+            else:
+                others.append(self.words(said))
+        shown = [*([self._table(Table(head, tuple(rows)), 1.1 * Line.room)] if rows else []), *others]
+        body = "\n\n".join(f"{{\\small\n{one}\n\\par}}" for one in shown)
+        yield {"claim": "", "reference": "", "end": "}", "body": body, "reason": ""}
 
     def words(self, words: Words) -> str:
         return self.spell.words(words, in_latex)

@@ -49,7 +49,7 @@ class Parts:
         arm: see base.
         spin: ½ ω·I ω, with the work of an offset.
         relative: of `arm` and spin, with no rate but that of the last hinge: velocity of the arm, m/s, and spin, J.
-        lone: K with no rate but that of the last joint, J.
+        lone: K with no rates but those of the last joint, of the last two, …, J; of all but the first.
         rigid: whether it has a moment of inertia.
     """
 
@@ -59,7 +59,7 @@ class Parts:
     arm: Vec
     spin: Expr
     relative: tuple[Vec, Expr]
-    lone: Expr
+    lone: tuple[Expr, ...]
     rigid: bool
 
 
@@ -102,18 +102,19 @@ class Course:
         alone = dict(rates)
         if hinge is not None:
             base = self._foot(hinge).p
-            own = set(hinge.coordinates)
-            alone = {q: u if str(q.value) in own else self.graph.zero for q, u in rates.items()}
+            turning = set(hinge.coordinates)
+            alone = {q: u if str(q.value) in turning else self.graph.zero for q, u in rates.items()}
         arm = sub(mass.place, base)
         spin, still = (self._spin(mass, seeds) for seeds in (rates, alone))
-        joint = self.joints.get(mass.body.name)
-        while joint is not None and not joint.moves:
+        joint, last, lone = self.joints.get(mass.body.name), set[str](), list[Expr]()
+        while joint is not None:
+            if joint.moves:
+                last |= set(joint.coordinates)
+                own = {q: u if str(q.value) in last else self.graph.zero for q, u in rates.items()}
+                v = _rate(mass.place, own)
+                lone.append(mass.m * dot(v, v) / 2 + self._spin(mass, own))
             joint = self.joints.get(joint.parent)
-        last = set(joint.coordinates) if joint is not None else set()
-        own_rates = {q: u if str(q.value) in last else self.graph.zero for q, u in rates.items()}
-        v = _rate(mass.place, own_rates)
-        lone = mass.m * dot(v, v) / 2 + self._spin(mass, own_rates)
-        return Parts(mass.tag, mass.m, base, arm, spin, (_rate(arm, alone), still), lone, mass.spins)
+        return Parts(mass.tag, mass.m, base, arm, spin, (_rate(arm, alone), still), tuple(lone[:-1]), mass.spins)
 
     def _hinge(self, joint: Joint | None) -> Joint | None:
         """Return the nearest joint that turns a body, at it or on the ground's side of it."""

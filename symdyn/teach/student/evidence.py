@@ -358,7 +358,7 @@ def _bodies(course: Course, of: Callable[[Expr], Shares], turning: bool = False)
         yield ("relative", None, of(part.spin - spin))
         if turning:
             yield ("relative", None, of(part.m * (dot(arm, arm) - dot(v, v)) / 2 + part.spin - spin))
-        yield ("relative", None, of(course.kinetic(part) - part.lone))
+        yield from (("relative", None, of(course.kinetic(part) - lone)) for lone in part.lone)
     yield from (("spin", None, of(K)) for name, K in course.right.K.items() if name.startswith("rotor "))
 
 
@@ -394,7 +394,7 @@ def _handles(
     names = [str(a.value) for a in state.qdd]
     along = [{name: way[i][j] for j, name in enumerate(names)} for way in ways]
     own = names[i : i + 1] if how else names
-    steps = [along] if tied and not how else [[{name: 1.0}] * len(along) for name in own]
+    steps = [along, *_others(ways, i, names)] if tied and not how else [[{name: 1.0}] * len(along) for name in own]
     parameters = [p.name for p in scene.parameters]
     steps += [[{name: 1.0}] * len(along) for name in (*filter(None, scene.drives), *parameters)]
 
@@ -409,6 +409,13 @@ def _handles(
         slopes = linear(rows)
         if slopes:
             yield Handle(tuple(step), slopes, next((x for x in step[0] if x in parameters), ""))
+
+
+def _others(ways: Sequence[Floating], i: int, names: Sequence[str]) -> Iterator[list[dict[str, float]]]:
+    """Yield how accelerations move with other joints than one, in ways that it has no share in."""
+    for j in range(len(names)):
+        if all(abs(way[i][j]) < CLOSE < way[j][j] for way in ways):
+            yield [dict(zip(names, way[j], strict=True)) for way in ways]
 
 
 def moved(point: Point, by: Point, times: int) -> Point:

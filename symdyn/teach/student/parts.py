@@ -24,7 +24,7 @@ from symdyn.teach.student.motions import Motions, Point
 
 FACTOR = 1.5
 """The price of a wrong factor."""
-SCALED, UNTIED = 0.05, 0.02
+SCALED, UNTIED = 0.05, 0.1
 """What an equation costs that is the scene's times a factor, or has multipliers or their absence."""
 BOTH = (-1.0, -2.0, 1.0, -0.5)
 """How a term is changed beside one in which something else stands: lost, turned, doubled, halved."""

@@ -238,7 +238,7 @@ def _misprint(lesson: Balance, j: int, one: Cut, chosen: Chosen) -> Step:
     blocks: list[Block] = [
         lesson.say("erratum.5.16"),
         lesson.say(
-            "erratum.reads", left=Symbol(f"F*D:{here}"), form=Form.product((Number.MINUS_ONE, Form.of(one.m), place))
+            "erratum.quoted", left=Symbol(f"F*D:{here}"), form=Form.product((Number.MINUS_ONE, Form.of(one.m), place))
         ),
     ]
     if wrong != right:
