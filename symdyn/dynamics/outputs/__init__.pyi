@@ -1,5 +1,6 @@
 """Names that `symdyn.dynamics.outputs` offers; each is imported when it is first used."""
 
+from .arm_outputs import BRANCHES as BRANCHES, arm_angles as arm_angles, away_from_guards as away_from_guards
 from .base_columns import BaseColumns as BaseColumns, Linear as Linear
 from .constrained_outputs import unique as unique
 from .contact_equations import (

@@ -1,0 +1,286 @@
+"""Inverse kinematics of arms of six axes, every branch in closed form: a row of OUTPUTS.
+
+    h[i], c[i]   direction of axis i, the ground's first, and a point on it, where all angles are zero
+    R0, p0       the frame there; [R p] the pose that is asked for, G = R R0ᵀ, x' = p + G (x - p0) for a point x
+    E[i], E(n)   turn about axis i by q[i], about n; R = E[1] ... E[6] R0, an angle as its sine s and cosine c
+    n            direction of axes that are parallel, h[2]
+
+*Spherical wrist*, of axes 4, 5, 6 that meet in a point B, with 2 and 3 parallel; and *three parallel axes* 2, 3, 4 with
+5 and 6 that meet in B. What meets there does so at right angles. Two solutions each time:
+
+    n·E[1]ᵀ (B' - c[1]) = n·(B - c[1])       a turn that brings a point into a plane: q1
+    E[2] (b + E[3] a) = w                    two links in that plane, |b + E[3] a| = |w| tells q3, then directions q2
+    E(h) E[5] E[6] = M                       h ⟂ h[5] ⟂ h[6]; M h[6] tells h's angle and q5, M h[5] then q6
+
+M is (E[1] E[2] E[3])ᵀ G with h = h[4]; of parallel axes E[1]ᵀ G with h = n, whose angle is q2 + q3 + q4, told first.
+
+Roots are of what is out of reach below zero. A radicand within `SPENT` of the square that it is left of is none, there
+two branches meet; only angles depend on it, since all else is compared with what they give. Where a direction has no
+length its angle is zero. What is proved is the last entry of such selects.
+
+Reference: Murray, Li and Sastry, A Mathematical Introduction to Robotic Manipulation (1994), section 3.2; Elias and
+Wen, IK-Geo, Mechanism and Machine Theory 209 (2025) 105971.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from itertools import pairwise
+from typing import NamedTuple
+
+from symdyn.dynamics.mechanism.kinematics import joints_below, pose, tree_placed
+from symdyn.dynamics.mechanism.linear_solve import vanishes
+from symdyn.dynamics.outputs import result_labels as labels
+from symdyn.dynamics.outputs.contact_outputs import where
+from symdyn.dynamics.outputs.frame_outputs import MOVING
+from symdyn.dynamics.outputs.named_functions import POSE, direction
+from symdyn.dynamics.outputs.output import Formulation, Output, Size
+from symdyn.dynamics.outputs.workspace import Workspace
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr, Op, reachable, substitute
+from symdyn.scene.values import velocity_name
+from symdyn.spatial import Mat, Vec, add, cross, dot, neg, scale, sub
+
+SPENT, SHORT = Fraction(1, 10**14), Fraction(1, 10**30)
+"""Share of a square below which what is left of it is rounding; length below which nothing points anywhere."""
+
+BRANCHES = 8
+
+
+class Turn(NamedTuple):
+    """An angle by its sine and cosine."""
+
+    s: Expr
+    c: Expr
+
+    @property
+    def angle(self) -> Expr:
+        """The angle, rad."""
+        return self.s.graph.function(Op.ATAN2, self.s, self.c)
+
+    @property
+    def back(self) -> Turn:
+        """The opposite turn."""
+        return Turn(-self.s, self.c)
+
+    def then(self, other: Turn) -> Turn:
+        """Return both turns about one axis."""
+        return Turn(self.s * other.c + self.c * other.s, self.c * other.c - self.s * other.s)
+
+    def about(self, h: Vec, x: Vec) -> Vec:
+        """Return a vector turned about a direction of length one."""
+        along = scale(dot(h, x), h)
+        return add(along, add(scale(self.c, sub(x, along)), scale(self.s, cross(h, x))))
+
+
+@dataclass(frozen=True)
+class ArmAngles:
+    """Angles of an arm, on the graph of its scene.
+
+    Attributes:
+        h, c, R, p: the module's legend.
+        kind: the class of the arm.
+        lengths: roots of squares, and what they are.
+        rows: angles of each branch.
+    """
+
+    h: Sequence[Vec]
+    c: list[Vec]
+    R: Mat
+    p: Vec
+    kind: str = ""
+    lengths: dict[Expr, Expr] = field(default_factory=dict)
+    rows: list[list[Expr]] = field(default_factory=list)
+
+    def root(self, whole: Expr, part: Expr) -> Expr:
+        """Return the root of whole - part²."""
+        left, graph = whole - part * part, whole.graph
+        spent = SPENT * whole - graph.function(Op.ABS, left)
+        return graph.sqrt(where(spent, graph.zero, left))
+
+    def direction(self, x: Expr, y: Expr, length: Expr | None = None) -> tuple[Turn, Expr]:
+        """Return the turn from (1, 0) to (x, y), and the length of that, which may be known by another formula."""
+        graph, found = x.graph, x.graph.sqrt(x * x + y * y)
+        if length is not None:
+            self.lengths[found] = length
+        short = graph.constant(SHORT) - found
+        return Turn(where(short, graph.zero, y / found), where(short, graph.one, x / found)), found
+
+    def into_plane(self, u: Vec, n: Vec, d: Expr) -> Iterator[Turn]:
+        """Yield turns about the first axis with n·Eᵀ u = d."""
+        h = self.h[0]
+        slant = dot(h, n)
+        x, y = dot(n, u) - slant * dot(h, u), dot(u, cross(h, n))
+        far = d - slant * dot(h, u)
+        if vanishes(far):
+            to, _ = self.direction(x, y)
+            yield from (Turn(to.c, -to.s), Turn(-to.c, to.s))
+            return
+        whole = x * x + y * y
+        root = self.root(whole, far)
+        for s in (root, -root):
+            yield Turn((y * far + x * s) / whole, (x * far - y * s) / whole)
+
+    def links(self, n: Vec, b: Vec, a: Vec, w: Vec, square: Expr | None = None) -> Iterator[tuple[Turn, Turn]]:
+        """Yield turns of two links across n, E[2] (b + E[3] a) = w, of the length of whose square is known."""
+        a, b, w = (sub(x, scale(dot(n, x), n)) for x in (a, b, w))
+        square = dot(w, w) if square is None else square
+        x, y, whole = dot(a, b), dot(b, cross(n, a)), dot(a, a) * dot(b, b)
+        far = (square - dot(a, a) - dot(b, b)) / 2
+        root = self.root(whole, far)
+        for s in (root, -root):
+            third = Turn((y * far + x * s) / whole, (x * far - y * s) / whole)
+            e = add(b, third.about(n, a))
+            yield self.direction(dot(e, w), dot(n, cross(e, w)), square)[0], third
+
+    def wrist(self, h: Vec, k: int, M: Callable[[Vec], Vec]) -> Iterator[tuple[Turn, Expr, Expr, Expr]]:
+        """Yield a turn about h, and its angle and those about axes k and k + 1, of E(h) E[k] E[k + 1] = M."""
+        middle, last = self.h[k], self.h[k + 1]
+        graph, f = middle[0].graph, cross(middle, h)
+        u, t = M(last), M(middle)
+        first, rho = self.direction(dot(u, f), dot(u, middle))
+        along, off = dot(h, last), dot(f, last)
+        rise = dot(u, h)
+        bend = Turn(along * rho - off * rise, along * rise + off * rho).angle
+        other = -bend if vanishes(off) else Turn(-along * rho - off * rise, along * rise - off * rho).angle
+        across = sub(scale(first.c, middle), scale(first.s, f))  # h[k] turned about h
+        down = add(scale(first.c, f), scale(first.s, middle))
+        spin = Turn(dot(t, sub(scale(rho, h), scale(rise, down))), dot(t, across)).angle
+        half: Callable[[Expr], Expr] = lambda x: where(x, x - graph.pi, x + graph.pi)  # noqa: E731
+        yield first, first.angle, bend, spin
+        yield Turn(-first.s, -first.c), half(first.angle), other, half(spin)
+
+    def meeting(self, row: Sequence[int]) -> Vec | None:
+        """Return the point that axes share, the first two at right angles; None for no such."""
+        i, j, *_ = row
+        B = add(self.c[i], scale(dot(sub(self.c[j], self.c[i]), self.h[i]), self.h[i]))
+        meet = all(vanishes(x) for k in row for x in cross(sub(B, self.c[k]), self.h[k]))
+        return B if meet else None
+
+    def across(self, i: int, j: int) -> bool:
+        """Tell whether two axes are at right angles."""
+        return vanishes(dot(self.h[i], self.h[j]))
+
+    def parallel(self, i: int, j: int) -> bool:
+        """Tell whether two axes are parallel."""
+        return all(map(vanishes, cross(self.h[i], self.h[j])))
+
+
+def _spherical_wrist(arm: ArmAngles, T: Sequence[Expr], B: Vec) -> Iterator[list[Expr]]:
+    n, c = arm.h[1], arm.c
+    crossing = arm.meeting((0, 1)) if arm.across(0, 1) else None
+    c[0], c[1] = (c[0], c[1]) if crossing is None else (crossing, crossing)
+    G, at = _asked(arm, T, B)
+    u, d = sub(at, c[0]), dot(n, sub(B, c[0]))
+    square = None if crossing is None else dot(u, u) - d * d
+    for first in arm.into_plane(u, n, d):
+        w = sub(add(first.back.about(arm.h[0], u), c[0]), c[1])
+        for second, third in arm.links(n, sub(c[2], c[1]), sub(B, c[2]), w, square):
+            lean = second.then(third)
+
+            def M(x: Vec, first: Turn = first, lean: Turn = lean) -> Vec:
+                return lean.back.about(n, first.back.about(arm.h[0], G @ x))
+
+            for _, *rest in arm.wrist(arm.h[3], 4, M):
+                yield [first.angle, second.angle, _sense(arm, 2) * third.angle, *rest]
+
+
+def _three_parallel(arm: ArmAngles, T: Sequence[Expr], B: Vec) -> Iterator[list[Expr]]:
+    n, c = arm.h[1], arm.c
+    G, at = _asked(arm, T, B)
+    for first in arm.into_plane(sub(at, c[0]), n, dot(n, sub(B, c[0]))):
+        above = add(first.back.about(arm.h[0], sub(at, c[0])), c[0])
+        for lean, _, *rest in arm.wrist(n, 4, lambda x, first=first: first.back.about(arm.h[0], G @ x)):
+            w = sub(sub(above, lean.about(n, sub(B, c[3]))), c[1])
+            for second, third in arm.links(n, sub(c[2], c[1]), sub(c[3], c[2]), w):
+                fourth = lean.then(second.then(third).back).angle
+                yield [first.angle, second.angle, _sense(arm, 2) * third.angle, _sense(arm, 3) * fourth, *rest]
+
+
+def _asked(arm: ArmAngles, T: Sequence[Expr], B: Vec) -> tuple[Mat, Vec]:
+    """Return G, and B' of a pose."""
+    R, p = Mat([(T[i], T[i + 1], T[i + 2]) for i in (0, 4, 8)]), (T[3], T[7], T[11])
+    return R @ arm.R.T, add(p, R @ (arm.R.T @ sub(B, arm.p)))
+
+
+def _sense(arm: ArmAngles, k: int) -> int:
+    """Return whether a parallel axis points as n does, 1, or against it, -1."""
+    return 1 if vanishes(dot(arm.h[k], arm.h[1]) - 1) else -1
+
+
+class Kind(NamedTuple):
+    """A class of arms: axes that are parallel, axes at right angles, axes that meet, and what yields the branches."""
+
+    name: str
+    parallel: tuple[int, ...]
+    across: tuple[int, ...]
+    meet: tuple[int, ...]
+    branches: Callable[[ArmAngles, Sequence[Expr], Vec], Iterator[list[Expr]]]
+
+
+KINDS = (
+    Kind("spherical wrist", (1, 2), (3, 4, 5), (3, 4, 5), _spherical_wrist),
+    Kind("three parallel axes", (1, 2, 3), (1, 4, 5), (4, 5), _three_parallel),
+)
+
+
+def arm_angles(w: Workspace, name: str) -> ArmAngles:
+    """Return the angles that bring a frame to the pose [R p] of the argument `pose`; DerivationError for other arms."""
+    graph, joints, still = w.graph, joints_below(w.scene, name), dict.fromkeys(w.state.q, w.graph.zero)
+    lacks = f"{w.scene.name}: inverse_kinematics:{name}:"
+    ways = "symdyn.inverse_kinematics takes more arms, of those with more joints when some are held"
+    odd = [joint.name for joint in joints if len(joint.coordinates) != 1 or joint.coupling or joint.motion]
+    if odd or len(joints) != 6:
+        count = f"{', '.join(odd)} of {len(joints)}" if odd else f"{len(joints)}"
+        raise DerivationError(f"{lacks} of six joints that turn, and move nothing else, not of {count}; {ways}")
+    J = substitute(MOVING["jacobian"].formulations["recursive"].derive(w, name), still)
+    places = [w.scene.velocities.index(velocity_name(joint.coordinates[0])) for joint in joints]
+    columns = [[J[w.state.n * i + k] for i in range(6)] for k in places]
+    v, h = ([(x, y, z) for x, y, z in (one[i : i + 3] for one in columns)] for i in (0, 3))
+    T = substitute(pose(tree_placed(w.scene, w.tree, name)), still)
+    R, p = Mat([(T[i], T[i + 1], T[i + 2]) for i in (0, 4, 8)]), (T[3], T[7], T[11])
+    c = [sub(p, cross(a, b)) for a, b in zip(v, h, strict=True)]
+    plain = all(vanishes(dot(b, b) - 1) and vanishes(dot(a, b)) for a, b in zip(v, h, strict=True))
+    for kind in KINDS if plain else ():
+        arm = ArmAngles(h, c, R, p, kind.name)
+        fits = not arm.parallel(0, 1) and all(arm.parallel(1, k) for k in kind.parallel)
+        B = arm.meeting(kind.meet) if fits and all(arm.across(*two) for two in pairwise(kind.across)) else None
+        if B is not None:
+            arm.rows.extend(kind.branches(arm, direction(graph, POSE, 12), B))
+            return arm
+    raise DerivationError(
+        f"{lacks} of arms with a spherical wrist, axes 4, 5, 6 that meet at right angles, and 2, 3 parallel; or 2, 3, "
+        f"4 parallel, and 5 at right angles to them and to 6, which it meets; {ways}"
+    )
+
+
+def _branches(w: Workspace, name: str) -> list[Expr]:
+    """Return Q row by row, shape (8, nq); of what does not move the frame zero."""
+    coordinates = [joint.coordinates[0] for joint in joints_below(w.scene, name)]
+    arm: ArmAngles = w.once(arm_angles, name)
+    found = [dict(zip(coordinates, row, strict=True)) for row in arm.rows]
+    return [row.get(one, w.graph.zero) for row in found for one in w.scene.coordinates]
+
+
+def away_from_guards(outputs: Sequence[Expr], lengths: Mapping[Expr, Expr]) -> list[Expr]:
+    """Return angles with the last entry of every select, and what lengths are in place of the roots."""
+    known: dict[Expr, Expr] = {}
+    for node in reachable([*lengths.values(), *outputs]):
+        args = [known[arg] for arg in node.args]
+        plain = node.graph.copy(node, args) if args else node
+        known[node] = args[-1] if node.op is Op.SELECT else known[lengths[node]] if node in lengths else plain
+    return [known[node] for node in outputs]
+
+
+ARMS: dict[str, Output] = {
+    "inverse_kinematics": Output(
+        "joint positions of every branch in which {name} is at a pose; NaN in what is out of reach, and of angles that "
+        "can be any the first is 0",
+        (POSE,), "Q", (labels.fixed(*(f"branch {k + 1}" for k in range(BRANCHES))), labels.coordinates), "rad",
+        "refuse", {"closed": Formulation(_branches)},
+        place="point", default_in="request", may_fail="reported", size=Size((60,)),
+    ),
+}  # fmt: skip
+"""Rows of the table of outputs."""
