@@ -32,7 +32,7 @@ from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.mechanism import solve
 from symdyn.dynamics.outputs import BRANCHES, arm_angles, away_from_guards
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, gradient, substitute, tangents
+from symdyn.graph import Expr, gradient, reachable, substitute, tangents
 from symdyn.verify.claims import Law, driving, entries, everywhere, of_driving, product
 from symdyn.verify.equality import Claim
 
@@ -190,11 +190,10 @@ def _posed(k: int, w: Workspace) -> Claim:
             continue
         pose, arm = entries(w, f"pose:{place}"), w.once(arm_angles, place)
         asked = dict(zip(derive_one(w, request).arguments[0].symbols, pose, strict=True))
-        roots = [root.args[0] for root in arm.lengths]
-        squares = [one * one for one in arm.lengths.values()]
         row = entries(w, request)[len(w.state.q) * k : len(w.state.q) * (k + 1)]
-        found = away_from_guards([*row, *roots, *squares], arm.lengths)
-        found = substitute(found, asked)
+        lengths = {root: arm.lengths[root] for root in reachable(row) if root in arm.lengths}
+        roots, squares = [root.args[0] for root in lengths], [one * one for one in lengths.values()]
+        found = substitute(away_from_guards([*row, *roots, *squares], arm.lengths), asked)
         left += substitute(pose, dict(zip(w.state.q, found[: len(row)], strict=True)))
         right += pose
         left += found[len(row) : len(row) + len(roots)]
