@@ -128,6 +128,8 @@ class ArmAngles:
         a, b, w = (sub(x, scale(dot(n, x), n)) for x in (a, b, w))
         square = dot(w, w) if square is None else square
         x, y, whole = dot(a, b), dot(b, cross(n, a)), dot(a, a) * dot(b, b)
+        if vanishes(whole):
+            return
         far = (square - dot(a, a) - dot(b, b)) / 2
         root = self.root(whole, far)
         for s in (root, -root):
@@ -249,7 +251,8 @@ def arm_angles(w: Workspace, name: str) -> ArmAngles:
         B = arm.meeting(kind.meet) if fits and all(arm.across(*two) for two in pairwise(kind.across)) else None
         if B is not None:
             arm.rows.extend(kind.branches(arm, direction(graph, POSE, 12), B))
-            return arm
+            if arm.rows:  # none with a link of no length
+                return arm
     raise DerivationError(
         f"{lacks} of arms with a spherical wrist, axes 4, 5, 6 that meet at right angles, and 2, 3 parallel; or 2, 3, "
         f"4 parallel, and 5 at right angles to them and to 6, which it meets; {ways}"
