@@ -1,0 +1,83 @@
+"""A constant delay of driving forces behind the motion in a log: both were sampled, or written, at different times.
+
+    τ(t) = F(t - d; β)            measured forces, F = Y β what the model says of the motion at a time
+    τ(t + d) = Y β - δ Ḟ          near a guess d: least squares of β and δ, and d + δ is the next guess
+
+Gauss and Newton's search for the least residual over shifts d, whose parabola there tells the standard error: that of
+δ beside β. What is left of F's own slope by noise of the motion pulls d towards zero, by as much as it does β.
+
+Reference: Björklund and Ljung, A review of time-delay estimation techniques, IEEE CDC (2003), section IV.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from symdyn.algebra import Array
+from symdyn.identification.filtered import Flags
+from symdyn.identification.gains import Fitted
+from symdyn.identification.linear_model import LinearModel
+from symdyn.identification.payload import DataPart, Evidence, rows_of
+from symdyn.identification.regression import LEAST, Rows, solve
+
+STEPS, SETTLED = 8, 1e-4
+"""Of the search with the weights of the fit; part of a period of the band that the last one changes the delay by."""
+
+SURE, TOLD = 4.0, 0.02
+"""Standard errors, and parts of a step of the log, beyond both of which a delay is told."""
+
+
+def delay(model: LinearModel, held: Evidence, found: Fitted, band: float) -> tuple[float, float]:
+    """Return the delay of the forces of a fit, s, and its standard error, NaN where they do not tell it."""
+    parts = [replace(part, motion=motion) for part, motion in zip(held.parts, found.motions, strict=True)]
+    p = parts[0].Y.shape[2] - 1
+    beta, d, weights = found.regression.estimate[:p], 0.0, found.regression.weights[:, None]
+    for _ in range(STEPS):
+        rows = _rows(model, parts, found.used, beta, d)
+        columns = np.column_stack([rows.Y, rows.tau]) * weights
+        size = np.linalg.norm(columns, axis=0)
+        least = np.linalg.lstsq(columns[:, :-1] / np.where(size[:-1] > 0, size[:-1], 1.0), columns[:, -1], rcond=LEAST)
+        beta, step = least[0][:-1] / np.where(size[:-2] > 0, size[:-2], 1.0), float(least[0][-1] / (size[-2] or 1.0))
+        d += float(np.clip(step, -0.5 / band, 0.5 / band))
+        if abs(step) < SETTLED / band:
+            break
+    names, rows = (*found.regression.names[:p], "delay"), _rows(model, parts, found.used, beta, d)
+    told = solve(names, rows, np.append(beta, 0.0), band, len(model.scene.velocities))
+    return d + float(told.estimate[-1]), float(told.errors[-1])
+
+
+def _rows(model: LinearModel, parts: Sequence[DataPart], used: Sequence[Flags], beta: Array, d: float) -> Rows:
+    """Return rows with the slope of what is predicted as last column, of forces from d later on."""
+    pairs = [_shifted(part, mask, beta, d) for part, mask in zip(parts, used, strict=True)]
+    rows = rows_of(model, [part for part, _ in pairs], [mask for _, mask in pairs], False)
+    buried = rows.buried[:, :-1] if rows.buried.size else rows.buried
+    return replace(rows, Y=rows.Y[:, :-1], tau=rows.tau - rows.Y[:, -1], buried=buried, force=rows.tau)
+
+
+def _shifted(part: DataPart, mask: Flags, beta: Array, d: float) -> tuple[DataPart, Flags]:
+    """Return a motion with forces from d later on, the slope of what is predicted as last unknown, and what is used."""
+    from scipy.interpolate import make_interp_spline
+
+    t, tau = part.motion.t, part.motion.tau
+    later = t + d
+    inside = (later >= t[0]) & (later <= t[-1])
+    tau = make_interp_spline(t, tau, k=3)(np.clip(later, t[0], t[-1])) if d else tau
+    slope = np.gradient(part.Y @ np.append(beta, 1.0), t, axis=0)[..., None]
+    drawn = None if part.drawn is None else np.insert(part.drawn, -1, 0.0, axis=2)
+    Y = np.concatenate([part.Y[..., :-1], -slope, part.Y[..., -1:]], axis=2)
+    return replace(part, motion=replace(part.motion, tau=tau), Y=Y, drawn=drawn), mask & inside[:, None]
+
+
+def words(found: tuple[float, float], step: float, sources: Sequence[str]) -> list[str]:
+    """Return a note on a delay that is not zero."""
+    d, error = found
+    if not (np.isfinite(error) and abs(d) > max(SURE * error, TOLD * step)):
+        return []
+    way = "after" if d > 0 else "before"
+    return [
+        f"{sources[0]}{' and others' * (len(sources) > 1)}: driving forces come {1e3 * abs(d):.3g} ms {way} the motion, "
+        f"with a standard error of {1e3 * error:.2g} ms, which pulls what is identified; move their columns by that"
+    ]
