@@ -3,8 +3,7 @@
     τ(t) = F(t - d; β)            measured forces, F = Y β what the model says of the motion at a time
     τ(t + d) = Y β - δ Ḟ          near a guess d: least squares of β and δ, and d + δ is the next guess
 
-Gauss and Newton's search for the least residual over shifts d, whose parabola there tells the standard error: that of
-δ beside β. What is left of F's own slope by noise of the motion pulls d towards zero, by as much as it does β.
+Gauss and Newton's search for the least residual over shifts d; the standard error is that of δ beside β.
 
 Reference: Björklund and Ljung, A review of time-delay estimation techniques, IEEE CDC (2003), section IV.
 """
@@ -21,7 +20,7 @@ from symdyn.identification.filtered import Flags
 from symdyn.identification.gains import Fitted
 from symdyn.identification.linear_model import LinearModel
 from symdyn.identification.payload import DataPart, Evidence, rows_of
-from symdyn.identification.regression import LEAST, Rows, solve
+from symdyn.identification.regression import Rows, solve, solved
 
 STEPS, SETTLED = 8, 1e-4
 """Of the search with the weights of the fit; part of a period of the band that the last one changes the delay by."""
@@ -34,13 +33,11 @@ def delay(model: LinearModel, held: Evidence, found: Fitted, band: float) -> tup
     """Return the delay of the forces of a fit, s, and its standard error, NaN where they do not tell it."""
     parts = [replace(part, motion=motion) for part, motion in zip(held.parts, found.motions, strict=True)]
     p = parts[0].Y.shape[2] - 1
-    beta, d, weights = found.regression.estimate[:p], 0.0, found.regression.weights[:, None]
+    beta, d, weights = found.regression.estimate[:p], 0.0, found.regression.weights
     for _ in range(STEPS):
         rows = _rows(model, parts, found.used, beta, d)
-        columns = np.column_stack([rows.Y, rows.tau]) * weights
-        size = np.linalg.norm(columns, axis=0)
-        least = np.linalg.lstsq(columns[:, :-1] / np.where(size[:-1] > 0, size[:-1], 1.0), columns[:, -1], rcond=LEAST)
-        beta, step = least[0][:-1] / np.where(size[:-2] > 0, size[:-2], 1.0), float(least[0][-1] / (size[-2] or 1.0))
+        beta, *_ = solved(rows.Y, rows.tau, weights, np.zeros(p + 1), np.zeros((0, 0)))
+        beta, step = beta[:p], float(beta[p])
         d += float(np.clip(step, -0.5 / band, 0.5 / band))
         if abs(step) < SETTLED / band:
             break
@@ -65,9 +62,9 @@ def _shifted(part: DataPart, mask: Flags, beta: Array, d: float) -> tuple[DataPa
     later = t + d
     inside = (later >= t[0]) & (later <= t[-1])
     tau = make_interp_spline(t, tau, k=3)(np.clip(later, t[0], t[-1])) if d else tau
-    slope = np.gradient(part.Y @ np.append(beta, 1.0), t, axis=0)[..., None]
+    slope = np.gradient(part.Y @ np.append(beta, 1.0), t, axis=0)
     drawn = None if part.drawn is None else np.insert(part.drawn, -1, 0.0, axis=2)
-    Y = np.concatenate([part.Y[..., :-1], -slope, part.Y[..., -1:]], axis=2)
+    Y = np.insert(part.Y, -1, -slope, axis=2)
     return replace(part, motion=replace(part.motion, tau=tau), Y=Y, drawn=drawn), mask & inside[:, None]
 
 

@@ -16,6 +16,7 @@ Reference: Elias and Wen, IK-Geo, Mechanism and Machine Theory 209 (2025) 105971
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -279,10 +280,9 @@ def _rotation_vectors(R: Array) -> Array:
 
 
 def _is_derived(w: Workspace, request: str) -> bool:
-    try:
+    with suppress(DerivationError):
         return bool(derive_one(w, request))
-    except DerivationError:
-        return False
+    return False
 
 
 def _derived(call: Callable[[Array], Array], places: Sequence[int]) -> Callable[[Array, Array], tuple[Array, Bools]]:

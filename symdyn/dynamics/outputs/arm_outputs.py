@@ -38,7 +38,7 @@ from symdyn.dynamics.outputs.frame_outputs import MOVING
 from symdyn.dynamics.outputs.named_functions import POSE, direction
 from symdyn.dynamics.outputs.output import Formulation, Output, Size
 from symdyn.dynamics.outputs.workspace import Workspace
-from symdyn.errors import DerivationError
+from symdyn.errors import DerivationError, listed
 from symdyn.graph import Expr, Op, reachable, substitute
 from symdyn.scene.values import velocity_name
 from symdyn.spatial import Mat, Vec, add, cross, dot, neg, scale, sub
@@ -81,7 +81,6 @@ class ArmAngles:
 
     Attributes:
         h, c, R, p: the module's legend.
-        kind: the class of the arm.
         lengths: roots of squares, and what they are.
         rows: angles of each branch.
     """
@@ -90,7 +89,6 @@ class ArmAngles:
     c: list[Vec]
     R: Mat
     p: Vec
-    kind: str = ""
     lengths: dict[Expr, Expr] = field(default_factory=dict)
     rows: list[list[Expr]] = field(default_factory=list)
 
@@ -162,11 +160,9 @@ class ArmAngles:
         return B if meet else None
 
     def across(self, i: int, j: int) -> bool:
-        """Tell whether two axes are at right angles."""
         return vanishes(dot(self.h[i], self.h[j]))
 
     def parallel(self, i: int, j: int) -> bool:
-        """Tell whether two axes are parallel."""
         return all(map(vanishes, cross(self.h[i], self.h[j])))
 
 
@@ -212,20 +208,11 @@ def _sense(arm: ArmAngles, k: int) -> int:
     return 1 if vanishes(dot(arm.h[k], arm.h[1]) - 1) else -1
 
 
-class Kind(NamedTuple):
-    """A class of arms: axes that are parallel, axes at right angles, axes that meet, and what yields the branches."""
-
-    name: str
-    parallel: tuple[int, ...]
-    across: tuple[int, ...]
-    meet: tuple[int, ...]
-    branches: Callable[[ArmAngles, Sequence[Expr], Vec], Iterator[list[Expr]]]
-
-
 KINDS = (
-    Kind("spherical wrist", (1, 2), (3, 4, 5), (3, 4, 5), _spherical_wrist),
-    Kind("three parallel axes", (1, 2, 3), (1, 4, 5), (4, 5), _three_parallel),
+    ((1, 2), (3, 4, 5), (3, 4, 5), _spherical_wrist),
+    ((1, 2, 3), (1, 4, 5), (4, 5), _three_parallel),
 )
+"""Classes: axes that are parallel, of which each is at right angles to the next, that meet; what yields branches."""
 
 
 def arm_angles(w: Workspace, name: str) -> ArmAngles:
@@ -235,8 +222,8 @@ def arm_angles(w: Workspace, name: str) -> ArmAngles:
     ways = "symdyn.inverse_kinematics takes more arms, of those with more joints when some are held"
     odd = [joint.name for joint in joints if len(joint.coordinates) != 1 or joint.coupling or joint.motion]
     if odd or len(joints) != 6:
-        count = f"{', '.join(odd)} of {len(joints)}" if odd else f"{len(joints)}"
-        raise DerivationError(f"{lacks} of six joints that turn, and move nothing else, not of {count}; {ways}")
+        found = f"{listed(odd)} is another" if odd else f"there are {len(joints)}"
+        raise DerivationError(f"{lacks} it is of six joints that turn, each by itself, and {found}; {ways}")
     J = substitute(MOVING["jacobian"].formulations["recursive"].derive(w, name), still)
     places = [w.scene.velocities.index(velocity_name(joint.coordinates[0])) for joint in joints]
     columns = [[J[w.state.n * i + k] for i in range(6)] for k in places]
@@ -245,16 +232,16 @@ def arm_angles(w: Workspace, name: str) -> ArmAngles:
     R, p = Mat([(T[i], T[i + 1], T[i + 2]) for i in (0, 4, 8)]), (T[3], T[7], T[11])
     c = [sub(p, cross(a, b)) for a, b in zip(v, h, strict=True)]
     plain = all(vanishes(dot(b, b) - 1) and vanishes(dot(a, b)) for a, b in zip(v, h, strict=True))
-    for kind in KINDS if plain else ():
-        arm = ArmAngles(h, c, R, p, kind.name)
-        fits = not arm.parallel(0, 1) and all(arm.parallel(1, k) for k in kind.parallel)
-        B = arm.meeting(kind.meet) if fits and all(arm.across(*two) for two in pairwise(kind.across)) else None
+    for parallel, across, meet, branches in KINDS if plain else ():
+        arm = ArmAngles(h, c, R, p)
+        fits = not arm.parallel(0, 1) and all(arm.parallel(1, k) for k in parallel)
+        B = arm.meeting(meet) if fits and all(arm.across(*two) for two in pairwise(across)) else None
         if B is not None:
-            arm.rows.extend(kind.branches(arm, direction(graph, POSE, 12), B))
+            arm.rows.extend(branches(arm, direction(graph, POSE, 12), B))
             if arm.rows:  # none with a link of no length
                 return arm
     raise DerivationError(
-        f"{lacks} of arms with a spherical wrist, axes 4, 5, 6 that meet at right angles, and 2, 3 parallel; or 2, 3, "
+        f"{lacks} it is of arms with a spherical wrist, axes 4, 5, 6 that meet at right angles, and 2, 3 parallel; or 2, 3, "
         f"4 parallel, and 5 at right angles to them and to 6, which it meets; {ways}"
     )
 
