@@ -59,9 +59,8 @@ def _shifted(part: DataPart, mask: Flags, beta: Array, d: float) -> tuple[DataPa
     from scipy.interpolate import make_interp_spline
 
     t, tau = part.motion.t, part.motion.tau
-    later = t + d
-    inside = (later >= t[0]) & (later <= t[-1])
-    tau = make_interp_spline(t, tau, k=3)(np.clip(later, t[0], t[-1])) if d else tau
+    inside = (t + d >= t[0]) & (t + d <= t[-1])
+    tau = make_interp_spline(t, tau, k=3)(np.clip(t + d, t[0], t[-1])) if d else tau
     slope = np.gradient(part.Y @ np.append(beta, 1.0), t, axis=0)
     drawn = None if part.drawn is None else np.insert(part.drawn, -1, 0.0, axis=2)
     Y = np.insert(part.Y, -1, -slope, axis=2)
@@ -73,8 +72,6 @@ def words(found: tuple[float, float], step: float, sources: Sequence[str]) -> li
     d, error = found
     if not (np.isfinite(error) and abs(d) > max(SURE * error, TOLD * step)):
         return []
-    way = "after" if d > 0 else "before"
-    return [
-        f"{sources[0]}{' and others' * (len(sources) > 1)}: driving forces come {1e3 * abs(d):.3g} ms {way} the motion, "
-        f"with a standard error of {1e3 * error:.2g} ms, which pulls what is identified; move their columns by that"
-    ]
+    late = f"driving forces come {1e3 * abs(d):.3g} ms {'after' if d > 0 else 'before'} the motion"
+    more = f"with a standard error of {1e3 * error:.2g} ms, which pulls what is identified; move their columns by that"
+    return [f"{', '.join(sources)}: {late}, {more}"]

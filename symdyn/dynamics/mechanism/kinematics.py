@@ -81,12 +81,7 @@ def locate(scene: Scene, name: str, graph: Graph) -> tuple[str, Transform]:
 
 def joints_below(scene: Scene, name: str) -> list[Joint]:
     """Return the joints from the ground to the body that carries the body or point called `name`."""
-    check_place(scene, name)
-    body, carrying = (
-        next((one.body for one in scene.points if one.name == name), name),
-        {j.child: j for j in scene.joints},
-    )
-    found: list[Joint] = []
+    found, carrying, (body, _) = list[Joint](), {j.child: j for j in scene.joints}, locate(scene, name, Graph())
     while body in carrying:
         found.insert(0, carrying[body])
         body = found[0].parent

@@ -92,11 +92,14 @@ class ArmAngles:
     lengths: dict[Expr, Expr] = field(default_factory=dict)
     rows: list[list[Expr]] = field(default_factory=list)
 
-    def root(self, whole: Expr, part: Expr) -> Expr:
-        """Return the root of whole - part²."""
-        left, graph = whole - part * part, whole.graph
+    def turns(self, x: Expr, y: Expr, far: Expr) -> Iterator[Turn]:
+        """Yield turns with x cos + y sin = far, none where x and y are always zero."""
+        graph, whole = x.graph, x * x + y * y
+        left = whole - far * far
         spent = SPENT * whole - graph.function(Op.ABS, left)
-        return graph.sqrt(where(spent, graph.zero, left))
+        root = graph.sqrt(where(spent, graph.zero, left))
+        for s in (root, -root) if not vanishes(whole) else ():
+            yield Turn((y * far + x * s) / whole, (x * far - y * s) / whole)
 
     def direction(self, x: Expr, y: Expr, length: Expr | None = None) -> tuple[Turn, Expr]:
         """Return the turn from (1, 0) to (x, y), and the length of that, which may be known by another formula."""
@@ -116,22 +119,13 @@ class ArmAngles:
             to, _ = self.direction(x, y)
             yield from (Turn(to.c, -to.s), Turn(-to.c, to.s))
             return
-        whole = x * x + y * y
-        root = self.root(whole, far)
-        for s in (root, -root):
-            yield Turn((y * far + x * s) / whole, (x * far - y * s) / whole)
+        yield from self.turns(x, y, far)
 
     def links(self, n: Vec, b: Vec, a: Vec, w: Vec, square: Expr | None = None) -> Iterator[tuple[Turn, Turn]]:
         """Yield turns of two links across n, E[2] (b + E[3] a) = w, of the length of whose square is known."""
         a, b, w = (sub(x, scale(dot(n, x), n)) for x in (a, b, w))
         square = dot(w, w) if square is None else square
-        x, y, whole = dot(a, b), dot(b, cross(n, a)), dot(a, a) * dot(b, b)
-        if vanishes(whole):
-            return
-        far = (square - dot(a, a) - dot(b, b)) / 2
-        root = self.root(whole, far)
-        for s in (root, -root):
-            third = Turn((y * far + x * s) / whole, (x * far - y * s) / whole)
+        for third in self.turns(dot(a, b), dot(b, cross(n, a)), (square - dot(a, a) - dot(b, b)) / 2):
             e = add(b, third.about(n, a))
             yield self.direction(dot(e, w), dot(n, cross(e, w)), square)[0], third
 
@@ -217,7 +211,7 @@ KINDS = (
 
 def arm_angles(w: Workspace, name: str) -> ArmAngles:
     """Return the angles that bring a frame to the pose [R p] of the argument `pose`; DerivationError for other arms."""
-    graph, joints, still = w.graph, joints_below(w.scene, name), dict.fromkeys(w.state.q, w.graph.zero)
+    joints, still = joints_below(w.scene, name), dict.fromkeys(w.state.q, w.graph.zero)
     lacks = f"{w.scene.name}: inverse_kinematics:{name}:"
     ways = "symdyn.inverse_kinematics takes more arms, of those with more joints when some are held"
     odd = [joint.name for joint in joints if len(joint.coordinates) != 1 or joint.coupling or joint.motion]
@@ -231,13 +225,13 @@ def arm_angles(w: Workspace, name: str) -> ArmAngles:
     T = substitute(pose(tree_placed(w.scene, w.tree, name)), still)
     R, p = Mat([(T[i], T[i + 1], T[i + 2]) for i in (0, 4, 8)]), (T[3], T[7], T[11])
     c = [sub(p, cross(a, b)) for a, b in zip(v, h, strict=True)]
-    plain = all(vanishes(dot(b, b) - 1) and vanishes(dot(a, b)) for a, b in zip(v, h, strict=True))
+    plain = all(vanishes(dot(b, b) - 1) and vanishes(dot(a, b)) for a, b in zip(v, h, strict=True))  # they turn
     for parallel, across, meet, branches in KINDS if plain else ():
         arm = ArmAngles(h, c, R, p)
         fits = not arm.parallel(0, 1) and all(arm.parallel(1, k) for k in parallel)
         B = arm.meeting(meet) if fits and all(arm.across(*two) for two in pairwise(across)) else None
         if B is not None:
-            arm.rows.extend(branches(arm, direction(graph, POSE, 12), B))
+            arm.rows.extend(branches(arm, direction(w.graph, POSE, 12), B))
             if arm.rows:  # none with a link of no length
                 return arm
     raise DerivationError(
@@ -248,9 +242,8 @@ def arm_angles(w: Workspace, name: str) -> ArmAngles:
 
 def _branches(w: Workspace, name: str) -> list[Expr]:
     """Return Q row by row, shape (8, nq); of what does not move the frame zero."""
-    coordinates = [joint.coordinates[0] for joint in joints_below(w.scene, name)]
-    arm: ArmAngles = w.once(arm_angles, name)
-    found = [dict(zip(coordinates, row, strict=True)) for row in arm.rows]
+    names, arm = [joint.coordinates[0] for joint in joints_below(w.scene, name)], w.once(arm_angles, name)
+    found = [dict(zip(names, row, strict=True)) for row in arm.rows]
     return [row.get(one, w.graph.zero) for row in found for one in w.scene.coordinates]
 
 

@@ -73,13 +73,8 @@ REFUSED = {
 }
 """What would change the motion, by where it stands, and what would work."""
 
-ONCE = {
-    "model": ("pose",),
-    "frame": ("pose",),
-    "link": ("pose", "inertial"),
-    "joint": ("pose", "parent", "child", "axis", "axis2"),
-    "inertial": ("pose", "mass", "inertia"),
-}
+ONCE = {"model": ("pose",), "frame": ("pose",), "link": ("pose", "inertial"), "inertial": ("pose", "mass", "inertia")}
+ONCE["joint"] = ("pose", "parent", "child", "axis", "axis2")
 """What stands in an element once at most, and is read."""
 
 LEFT = {"plugin": "what plugins do is not part of the equations", "state": "a recorded state is left aside"}
