@@ -24,8 +24,8 @@ from symdyn.scene.formats.placing import angle_text, decimal_text, xyz_rpy
 from symdyn.scene.formats.urdf import read_element
 from symdyn.scene.formats.urdf_writer import write_text
 from symdyn.scene.formats.xml import XmlElement
-from symdyn.scene.values.entry import Faults
 from symdyn.scene.values import Pose
+from symdyn.scene.values.entry import Faults
 from symdyn.scene.values.joint import Limits
 from symdyn.scene.values.model import STANDARD_GRAVITY
 from symdyn.verdict import Verdict

@@ -14,9 +14,8 @@
 
 M is (E[1] E[2] E[3])ᵀ G with h = h[4]; of parallel axes E[1]ᵀ G with h = n, whose angle is q2 + q3 + q4, told first.
 
-Roots are of what is out of reach below zero. A radicand within `SPENT` of the square that it is left of is none, there
-two branches meet; only angles depend on it, since all else is compared with what they give. Where a direction has no
-length its angle is zero. What is proved is the last entry of such selects.
+Radicands are below zero out of reach. One within `SPENT` of the square that it is left of is zero, there two branches
+meet. A direction without length has another's angle, or zero. What is proved is the last entry of such selects.
 
 Reference: Murray, Li and Sastry, A Mathematical Introduction to Robotic Manipulation (1994), section 3.2; Elias and
 Wen, IK-Geo, Mechanism and Machine Theory 209 (2025) 105971.
@@ -41,10 +40,11 @@ from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.errors import DerivationError, listed
 from symdyn.graph import Expr, Op, reachable, substitute
 from symdyn.scene.values import velocity_name
-from symdyn.spatial import Mat, Vec, add, cross, dot, neg, scale, sub
+from symdyn.spatial import Mat, Vec, add, cross, dot, scale, sub
 
-SPENT, SHORT = Fraction(1, 10**14), Fraction(1, 10**30)
-"""Share of a square below which what is left of it is rounding; length below which nothing points anywhere."""
+SPENT, SHORT, STRAIGHT = Fraction(3, 10**15), Fraction(1, 10**30), Fraction(1, 10**14)
+"""Share of a square below which what is left of it is rounding; lengths below which nothing points anywhere, in a wrist
+the sine of its bend."""
 
 BRANCHES = 8
 
@@ -101,13 +101,13 @@ class ArmAngles:
         for s in (root, -root) if not vanishes(whole) else ():
             yield Turn((y * far + x * s) / whole, (x * far - y * s) / whole)
 
-    def direction(self, x: Expr, y: Expr, length: Expr | None = None) -> tuple[Turn, Expr]:
-        """Return the turn from (1, 0) to (x, y), and the length of that, which may be known by another formula."""
+    def direction(self, x: Expr, y: Expr, length: Expr | None = None, other: Turn | None = None) -> tuple[Turn, Expr]:
+        """Return the turn from (1, 0) to (x, y), if short another, and the length, if known by another formula."""
         graph, found = x.graph, x.graph.sqrt(x * x + y * y)
         if length is not None:
             self.lengths[found] = length
-        short = graph.constant(SHORT) - found
-        return Turn(where(short, graph.zero, y / found), where(short, graph.one, x / found)), found
+        short, (s, c) = (STRAIGHT if other else SHORT) - found, other or Turn(graph.zero, graph.one)
+        return Turn(where(short, s, y / found), where(short, c, x / found)), found
 
     def into_plane(self, u: Vec, n: Vec, d: Expr) -> Iterator[Turn]:
         """Yield turns about the first axis with n·Eᵀ u = d."""
@@ -129,12 +129,12 @@ class ArmAngles:
             e = add(b, third.about(n, a))
             yield self.direction(dot(e, w), dot(n, cross(e, w)), square)[0], third
 
-    def wrist(self, h: Vec, k: int, M: Callable[[Vec], Vec]) -> Iterator[tuple[Turn, Expr, Expr, Expr]]:
-        """Yield a turn about h, and its angle and those about axes k and k + 1, of E(h) E[k] E[k + 1] = M."""
+    def wrist(self, h: Vec, k: int, M: Callable[[Vec], Vec], other: Turn) -> Iterator[tuple[Turn, Expr, Expr, Expr]]:
+        """Yield a turn about h, if any will do another, and angles of E(h) E[k] E[k + 1] = M."""
         middle, last = self.h[k], self.h[k + 1]
         graph, f = middle[0].graph, cross(middle, h)
         u, t = M(last), M(middle)
-        first, rho = self.direction(dot(u, f), dot(u, middle))
+        first, rho = self.direction(dot(u, f), dot(u, middle), other=other)
         along, off = dot(h, last), dot(f, last)
         rise = dot(u, h)
         bend = Turn(along * rho - off * rise, along * rise + off * rho).angle
@@ -154,9 +154,11 @@ class ArmAngles:
         return B if meet else None
 
     def across(self, i: int, j: int) -> bool:
+        """Tell whether axes are at right angles."""
         return vanishes(dot(self.h[i], self.h[j]))
 
     def parallel(self, i: int, j: int) -> bool:
+        """Tell whether axes are parallel."""
         return all(map(vanishes, cross(self.h[i], self.h[j])))
 
 
@@ -175,7 +177,7 @@ def _spherical_wrist(arm: ArmAngles, T: Sequence[Expr], B: Vec) -> Iterator[list
             def M(x: Vec, first: Turn = first, lean: Turn = lean) -> Vec:
                 return lean.back.about(n, first.back.about(arm.h[0], G @ x))
 
-            for _, *rest in arm.wrist(arm.h[3], 4, M):
+            for _, *rest in arm.wrist(arm.h[3], 4, M, Turn(d.graph.zero, d.graph.one)):
                 yield [first.angle, second.angle, _sense(arm, 2) * third.angle, *rest]
 
 
@@ -184,8 +186,12 @@ def _three_parallel(arm: ArmAngles, T: Sequence[Expr], B: Vec) -> Iterator[list[
     G, at = _asked(arm, T, B)
     for first in arm.into_plane(sub(at, c[0]), n, dot(n, sub(B, c[0]))):
         above = add(first.back.about(arm.h[0], sub(at, c[0])), c[0])
-        for lean, _, *rest in arm.wrist(n, 4, lambda x, first=first: first.back.about(arm.h[0], G @ x)):
-            w = sub(sub(above, lean.about(n, sub(B, c[3]))), c[1])
+        off, way = sub(B, c[3]), sub(above, c[1])
+        along, _ = arm.direction(
+            dot(off, way), dot(n, cross(off, way))
+        )  # where the wrist is straight, as near as can be
+        for lean, _, *rest in arm.wrist(n, 4, lambda x, first=first: first.back.about(arm.h[0], G @ x), along):
+            w = sub(way, lean.about(n, off))
             for second, third in arm.links(n, sub(c[2], c[1]), sub(c[3], c[2]), w):
                 fourth = lean.then(second.then(third).back).angle
                 yield [first.angle, second.angle, _sense(arm, 2) * third.angle, _sense(arm, 3) * fourth, *rest]
@@ -235,8 +241,8 @@ def arm_angles(w: Workspace, name: str) -> ArmAngles:
             if arm.rows:  # none with a link of no length
                 return arm
     raise DerivationError(
-        f"{lacks} it is of arms with a spherical wrist, axes 4, 5, 6 that meet at right angles, and 2, 3 parallel; or 2, 3, "
-        f"4 parallel, and 5 at right angles to them and to 6, which it meets; {ways}"
+        f"{lacks} it is of arms with a spherical wrist, axes 4, 5, 6 that meet at right angles, and 2, 3 parallel; or "
+        f"2, 3, 4 parallel, and 5 at right angles to them and to 6, which it meets; {ways}"
     )
 
 
@@ -259,8 +265,8 @@ def away_from_guards(outputs: Sequence[Expr], lengths: Mapping[Expr, Expr]) -> l
 
 ARMS: dict[str, Output] = {
     "inverse_kinematics": Output(
-        "joint positions of every branch in which {name} is at a pose; NaN in what is out of reach, and of angles that "
-        "can be any the first is 0",
+        "joint positions of every branch in which {name} is at a pose; NaN in what is out of reach, and one choice of "
+        "angles that can be any",
         (POSE,), "Q", (labels.fixed(*(f"branch {k + 1}" for k in range(BRANCHES))), labels.coordinates), "rad",
         "refuse", {"closed": Formulation(_branches)},
         place="point", default_in="request", may_fail="reported", size=Size((60,)),

@@ -21,7 +21,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from symdyn.errors import SceneError, listed, suggestion
+from symdyn.errors import listed, suggestion
 from symdyn.graph import Op
 from symdyn.scene.declaration.declare import Declaration, reading_of
 from symdyn.scene.declaration.joint_table import STAND_IN
