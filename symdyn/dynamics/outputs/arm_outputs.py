@@ -101,13 +101,14 @@ class ArmAngles:
         for s in (root, -root) if not vanishes(whole) else ():
             yield Turn((y * far + x * s) / whole, (x * far - y * s) / whole)
 
-    def direction(self, x: Expr, y: Expr, length: Expr | None = None, other: Turn | None = None) -> tuple[Turn, Expr]:
+    def direction(self, x: Expr, y: Expr, known: Expr | None = None, other: Turn | None = None) -> tuple[Turn, Expr]:
         """Return the turn from (1, 0) to (x, y), if short another, and the length, if known by another formula."""
         graph, found = x.graph, x.graph.sqrt(x * x + y * y)
-        if length is not None:
-            self.lengths[found] = length
+        if known is not None:
+            self.lengths[found] = known
         short, (s, c) = (STRAIGHT if other else SHORT) - found, other or Turn(graph.zero, graph.one)
-        return Turn(where(short, s, y / found), where(short, c, x / found)), found
+        length = where(short, graph.one, found)  # all that is not taken is a number
+        return Turn(where(short, s, y / length), where(short, c, x / length)), found
 
     def into_plane(self, u: Vec, n: Vec, d: Expr) -> Iterator[Turn]:
         """Yield turns about the first axis with n·Eᵀ u = d."""
@@ -138,13 +139,13 @@ class ArmAngles:
         along, off = dot(h, last), dot(f, last)
         rise = dot(u, h)
         bend = Turn(along * rho - off * rise, along * rise + off * rho).angle
-        other = -bend if vanishes(off) else Turn(-along * rho - off * rise, along * rise - off * rho).angle
+        unbent = -bend if vanishes(off) else Turn(-along * rho - off * rise, along * rise - off * rho).angle
         across = sub(scale(first.c, middle), scale(first.s, f))  # h[k] turned about h
         down = add(scale(first.c, f), scale(first.s, middle))
         spin = Turn(dot(t, sub(scale(rho, h), scale(rise, down))), dot(t, across)).angle
         half: Callable[[Expr], Expr] = lambda x: where(x, x - graph.pi, x + graph.pi)  # noqa: E731
         yield first, first.angle, bend, spin
-        yield Turn(-first.s, -first.c), half(first.angle), other, half(spin)
+        yield Turn(-first.s, -first.c), half(first.angle), unbent, half(spin)
 
     def meeting(self, row: Sequence[int]) -> Vec | None:
         """Return the point that axes share, the first two at right angles; None for no such."""
@@ -187,10 +188,13 @@ def _three_parallel(arm: ArmAngles, T: Sequence[Expr], B: Vec) -> Iterator[list[
     for first in arm.into_plane(sub(at, c[0]), n, dot(n, sub(B, c[0]))):
         above = add(first.back.about(arm.h[0], sub(at, c[0])), c[0])
         off, way = sub(B, c[3]), sub(above, c[1])
-        along, _ = arm.direction(
-            dot(off, way), dot(n, cross(off, way))
-        )  # where the wrist is straight, as near as can be
-        for lean, _, *rest in arm.wrist(n, 4, lambda x, first=first: first.back.about(arm.h[0], G @ x), along):
+        beside = dot(off, way) - dot(n, off) * dot(n, way)
+        along, _ = arm.direction(beside, dot(n, cross(off, way)))  # of a straight wrist: as near, or far, as can be
+
+        def M(x: Vec, first: Turn = first) -> Vec:
+            return first.back.about(arm.h[0], G @ x)
+
+        for lean, _, *rest in arm.wrist(n, 4, M, along):
             w = sub(way, lean.about(n, off))
             for second, third in arm.links(n, sub(c[2], c[1]), sub(c[3], c[2]), w):
                 fourth = lean.then(second.then(third).back).angle
