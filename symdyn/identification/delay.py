@@ -47,24 +47,20 @@ def delay(model: LinearModel, held: Evidence, found: Fitted, band: float) -> tup
 
 
 def _rows(model: LinearModel, parts: Sequence[DataPart], used: Sequence[Flags], beta: Array, d: float) -> Rows:
-    """Return rows with the slope of what is predicted as last column, of forces from d later on."""
-    pairs = [_shifted(part, mask, beta, d) for part, mask in zip(parts, used, strict=True)]
-    rows = rows_of(model, [part for part, _ in pairs], [mask for _, mask in pairs], False)
-    buried = rows.buried[:, :-1] if rows.buried.size else rows.buried
-    return replace(rows, Y=rows.Y[:, :-1], tau=rows.tau - rows.Y[:, -1], buried=buried, force=rows.tau)
-
-
-def _shifted(part: DataPart, mask: Flags, beta: Array, d: float) -> tuple[DataPart, Flags]:
-    """Return a motion with forces from d later on, the slope of what is predicted as last unknown, and what is used."""
+    """Return rows of forces from d later on, with the slope of what is predicted as last column."""
     from scipy.interpolate import make_interp_spline
 
-    t, tau = part.motion.t, part.motion.tau
-    inside = (t + d >= t[0]) & (t + d <= t[-1])
-    tau = make_interp_spline(t, tau, k=3)(np.clip(t + d, t[0], t[-1])) if d else tau
-    slope = np.gradient(part.Y @ np.append(beta, 1.0), t, axis=0)
-    drawn = None if part.drawn is None else np.insert(part.drawn, -1, 0.0, axis=2)
-    Y = np.insert(part.Y, -1, -slope, axis=2)
-    return replace(part, motion=replace(part.motion, tau=tau), Y=Y, drawn=drawn), mask & inside[:, None]
+    moved, masks = list[DataPart](), list[Flags]()
+    for part, mask in zip(parts, used, strict=True):
+        t, tau, drawn = part.motion.t, part.motion.tau, part.drawn
+        tau = make_interp_spline(t, tau, k=3)(np.clip(t + d, t[0], t[-1])) if d else tau
+        Y = np.insert(part.Y, -1, -np.gradient(part.Y @ np.append(beta, 1.0), t, axis=0), axis=2)
+        drawn = None if drawn is None else np.insert(drawn, -1, 0.0, axis=2)
+        moved.append(replace(part, motion=replace(part.motion, tau=tau), Y=Y, drawn=drawn))
+        masks.append(mask & ((t + d >= t[0]) & (t + d <= t[-1]))[:, None])
+    rows = rows_of(model, moved, masks, False)
+    buried = rows.buried[:, :-1] if rows.buried.size else rows.buried
+    return replace(rows, Y=rows.Y[:, :-1], tau=rows.tau - rows.Y[:, -1], buried=buried, force=rows.tau)
 
 
 def words(found: tuple[float, float], step: float, sources: Sequence[str]) -> list[str]:

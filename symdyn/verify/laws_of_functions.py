@@ -17,10 +17,9 @@ Feedback linearisation, y an output of the scene:
     V' = ∂V/∂u·M⁻¹ Q                     under forces that shape V, zero where nothing is lost
     V' = V'(τ = 0) - |τ|²                under forces τ that damp V
 
-Inverse kinematics, Q_k(T) a branch at a pose, away from where two meet and from what is short:
+Inverse kinematics, a branch Q_k at a pose, away from where two meet:
 
-    T(Q_k(T(q))) = T(q)
-    x² + y² = l²                         of a length that is known by another formula
+    T(Q_k(T(q))) = T(q), x² + y² = l²    l of lengths that are known by another formula
 """
 
 from __future__ import annotations

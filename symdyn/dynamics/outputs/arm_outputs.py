@@ -17,8 +17,7 @@ M is (E[1] E[2] E[3])ᵀ G with h = h[4]; of parallel axes E[1]ᵀ G with h = n,
 Radicands are below zero out of reach. One within `SPENT` of the square that it is left of is zero, there two branches
 meet. A direction without length has another's angle, or zero. What is proved is the last entry of such selects.
 
-Reference: Murray, Li and Sastry, A Mathematical Introduction to Robotic Manipulation (1994), section 3.2; Elias and
-Wen, IK-Geo, Mechanism and Machine Theory 209 (2025) 105971.
+References: Murray, Li and Sastry, Robotic Manipulation (1994), section 3.2; Elias and Wen, IK-Geo (2025).
 """
 
 from __future__ import annotations
@@ -168,37 +167,32 @@ def _spherical_wrist(arm: ArmAngles, T: Sequence[Expr], B: Vec) -> Iterator[list
     crossing = arm.meeting((0, 1)) if arm.across(0, 1) else None
     c[0], c[1] = (c[0], c[1]) if crossing is None else (crossing, crossing)
     G, at = _asked(arm, T, B)
-    u, d = sub(at, c[0]), dot(n, sub(B, c[0]))
+    u, d, unturned = sub(at, c[0]), dot(n, sub(B, c[0])), Turn(n[0].graph.zero, n[0].graph.one)
     square = None if crossing is None else dot(u, u) - d * d
     for first in arm.into_plane(u, n, d):
         w = sub(add(first.back.about(arm.h[0], u), c[0]), c[1])
         for second, third in arm.links(n, sub(c[2], c[1]), sub(B, c[2]), w, square):
-            lean = second.then(third)
-
-            def M(x: Vec, first: Turn = first, lean: Turn = lean) -> Vec:
-                return lean.back.about(n, first.back.about(arm.h[0], G @ x))
-
-            for _, *rest in arm.wrist(arm.h[3], 4, M, Turn(d.graph.zero, d.graph.one)):
+            for _, *rest in arm.wrist(arm.h[3], 4, _before(arm, first, second.then(third), G), unturned):
                 yield [first.angle, second.angle, _sense(arm, 2) * third.angle, *rest]
 
 
 def _three_parallel(arm: ArmAngles, T: Sequence[Expr], B: Vec) -> Iterator[list[Expr]]:
     n, c = arm.h[1], arm.c
     G, at = _asked(arm, T, B)
-    for first in arm.into_plane(sub(at, c[0]), n, dot(n, sub(B, c[0]))):
-        above = add(first.back.about(arm.h[0], sub(at, c[0])), c[0])
-        off, way = sub(B, c[3]), sub(above, c[1])
+    u, off, unturned = sub(at, c[0]), sub(B, c[3]), Turn(n[0].graph.zero, n[0].graph.one)
+    for first in arm.into_plane(u, n, dot(n, sub(B, c[0]))):
+        way = sub(add(first.back.about(arm.h[0], u), c[0]), c[1])
         beside = dot(off, way) - dot(n, off) * dot(n, way)
         along, _ = arm.direction(beside, dot(n, cross(off, way)))  # of a straight wrist: as near, or far, as can be
-
-        def M(x: Vec, first: Turn = first) -> Vec:
-            return first.back.about(arm.h[0], G @ x)
-
-        for lean, _, *rest in arm.wrist(n, 4, M, along):
-            w = sub(way, lean.about(n, off))
-            for second, third in arm.links(n, sub(c[2], c[1]), sub(c[3], c[2]), w):
+        for lean, _, *rest in arm.wrist(n, 4, _before(arm, first, unturned, G), along):
+            for second, third in arm.links(n, sub(c[2], c[1]), sub(c[3], c[2]), sub(way, lean.about(n, off))):
                 fourth = lean.then(second.then(third).back).angle
                 yield [first.angle, second.angle, _sense(arm, 2) * third.angle, _sense(arm, 3) * fourth, *rest]
+
+
+def _before(arm: ArmAngles, first: Turn, lean: Turn, G: Mat) -> Callable[[Vec], Vec]:
+    """Return M: what is left of G when the turns before it are taken back."""
+    return lambda x: lean.back.about(arm.h[1], first.back.about(arm.h[0], G @ x))
 
 
 def _asked(arm: ArmAngles, T: Sequence[Expr], B: Vec) -> tuple[Mat, Vec]:
