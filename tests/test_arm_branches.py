@@ -118,7 +118,7 @@ POSE = "tool=0.45, 0.2, 0.1, rpy(0, 0.5, 0.2)"
         (PUMA, {"path": "tool=0.4, 0.2, 0.1, pointing(z, 0, 0, 1)"}, "a closed form takes a whole pose"),
         (PUMA, {"path": [POSE, "link3=0, 0, 0"]}, "a branch is one of a frame with a path; 2 have one"),
         (PUMA, {"motion": ["q1=0", "q2=0", "q3=0", "q4=0", "q5=0", "q6=0"]}, "nothing that is not held moves tool"),
-        (PUMA, {}, r'need EAIK: pip install "symdyn\[ik\]"'),
+        (by_dh("shoulder", *SHOULDER), {}, r'need EAIK: pip install "symdyn\[ik\]"'),
     ],
     ids=["odd", "seven", "slides", "loop", "floats", "place", "pointing", "two", "held", "missing"],
 )
@@ -132,21 +132,7 @@ def test_what_has_no_closed_form_is_told_in_words(
         symdyn.inverse_kinematics(scene, **{"path": POSE, **asked})
 
 
-# The PUMA by hand
-
-
-@pytest.fixture
-def by_hand(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Solutions of the PUMA as test_inverse_paths.py writes them, in place of EAIK's."""
-
-    def solved(R: Array, p: Array) -> tuple[Array, Array]:
-        try:
-            found = np.array(arms(R, p))
-        except ValueError:  # out of reach
-            return np.zeros((1, 6)), np.ones(1, dtype=bool)
-        return found, np.zeros(len(found), dtype=bool)
-
-    monkeypatch.setattr(arm_branches, "_eaik", lambda arm: solved)
+# The PUMA, by its output
 
 
 def text(R: Array, p: Array) -> dict[str, tuple[Array, Array]]:
@@ -157,21 +143,25 @@ def text(R: Array, p: Array) -> dict[str, tuple[Array, Array]]:
     return {"tool": (np.array([0.0, 1.0]), np.array([[*p, w, x, y, z]] * 2))}
 
 
+def turns(x: Array) -> Array:
+    """Return angles within half a turn."""
+    return x - 2 * pi * np.round(x / (2 * pi))
+
+
 def apart(found: Branches) -> float:
     """Return how far the two branches that are most alike are apart, rad."""
-    x = found.q[:, None] - found.q[None]
-    far = np.abs(x - 2 * pi * np.round(x / (2 * pi))).max(axis=2)
+    far = np.abs(turns(found.q[:, None] - found.q[None])).max(axis=2)
     return float(far[~np.eye(len(far), dtype=bool)].min())
 
 
 @pytest.mark.runs("cc")
-@pytest.mark.usefixtures("by_hand")
 def test_the_puma_has_eight_branches_and_the_first_is_next_to_the_start() -> None:
     R, p = frame(0.3)
     start = {f"q{k + 1}": float(x) for k, x in enumerate(np.array(arms(R, p))[5] + 0.01)}
     found = symdyn.inverse_kinematics(PUMA, text(R, p), start=start)
 
     assert found.q.shape == (8, 6)
+    assert all(np.abs(turns(found.q - q)).max(axis=1).min() < 1e-10 for q in np.array(arms(R, p)))
     assert found.error.max() < 1e-10
     assert apart(found) > 0.01
     assert np.abs(found.q[0] - np.array(list(start.values())) + 0.01).max() < 1e-10
@@ -185,7 +175,6 @@ def test_the_puma_has_eight_branches_and_the_first_is_next_to_the_start() -> Non
 
 
 @pytest.mark.runs("cc")
-@pytest.mark.usefixtures("by_hand")
 def test_branches_within_limits_come_first_by_whole_turns_where_these_lead_there() -> None:
     source = symdyn.scene.write_text(PUMA, "toml").text
     for joint, (low, high) in LIMITED.items():
@@ -209,7 +198,6 @@ def test_branches_within_limits_come_first_by_whole_turns_where_these_lead_there
 
 
 @pytest.mark.runs("cc")
-@pytest.mark.usefixtures("by_hand")
 def test_a_straight_wrist_is_told_and_stands_next_to_the_start() -> None:
     q = np.array([0.3, 0.2, 0.4, 0.5, 0.0, 0.6])
     T = symdyn.lambdify(PUMA, "pose:tool")(q)
@@ -225,6 +213,7 @@ def test_a_straight_wrist_is_told_and_stands_next_to_the_start() -> None:
 def test_a_solution_of_least_squares_is_mended_or_left_out_and_said(monkeypatch: pytest.MonkeyPatch) -> None:
     R, p = frame(0.3)
     off = np.array(arms(R, p)) + np.eye(6)[5] * 0.3
+    monkeypatch.setattr(arm_branches, "_is_derived", lambda w, request: False)
     monkeypatch.setattr(arm_branches, "_eaik", lambda arm: lambda R, p: (off, np.ones(8, dtype=bool)))
     found = symdyn.inverse_kinematics(PUMA, text(R, p))
     assert found.error.max() < 1e-10
@@ -239,7 +228,6 @@ def test_a_solution_of_least_squares_is_mended_or_left_out_and_said(monkeypatch:
 
 
 @pytest.mark.runs("cc")
-@pytest.mark.usefixtures("by_hand")
 def test_a_path_begins_on_the_branch_that_is_asked_for() -> None:
     t = np.array([0.0, 0.5])
     first = symdyn.inverse_kinematics(PUMA, PATH)
@@ -253,7 +241,6 @@ def test_a_path_begins_on_the_branch_that_is_asked_for() -> None:
 
 
 @pytest.mark.runs("cc")
-@pytest.mark.usefixtures("by_hand")
 def test_the_shell_lists_branches_and_begins_on_one(
     capsys: pytest.CaptureFixture[str], puma_file: Callable[..., list[str]]
 ) -> None:
@@ -324,12 +311,15 @@ def test_every_branch_of_eaik_has_the_pose(scene: Scene, most: int, held: str) -
 
 @pytest.mark.targets
 @pytest.mark.runs("cc")
-def test_eaik_and_the_closed_form_by_hand_have_the_same_eight() -> None:
+@pytest.mark.parametrize("scene", [PUMA, by_dh("ur", *UR)], ids=lambda scene: scene.name)
+def test_eaik_and_the_output_have_the_same_branches(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("eaik.IK_HP")
-    for t in np.linspace(0, 2, 9):
-        R, p = frame(t)
-        found = symdyn.inverse_kinematics(PUMA, text(R, p)).q
-        for q in np.array(arms(R, p)):
-            x = found - q
-            assert np.abs(x - 2 * pi * np.round(x / (2 * pi))).max(axis=1).min() < 1e-10
-        assert len(found) == 8
+    pose = symdyn.lambdify(scene, "pose:tool")
+    poses = pose(np.random.default_rng(3).uniform(-3, 3, (50, 6)))
+    ours = symdyn.inverse_kinematics(scene, text(poses[0, :, :3], poses[0, :, 3]))
+    monkeypatch.setattr(arm_branches, "_is_derived", lambda w, request: False)
+    theirs = symdyn.inverse_kinematics(scene, text(poses[0, :, :3], poses[0, :, 3]))
+    for T in poses:
+        one, other = ours.at(T).q, theirs.at(T).q
+        assert len(one) == len(other)
+        assert all(np.abs(turns(other - q)).max(axis=1).min() < 1e-9 for q in one)

@@ -160,6 +160,16 @@ def test_outliers_are_left_out_and_told() -> None:
     assert not arm(poses, outliers=False).outliers
 
 
+def test_none_of_three_poses_is_an_outlier() -> None:
+    rng, few = np.random.default_rng(1), "too few poses to tell one that no noise explains: all were fitted"
+    for seed in range(12):
+        found = arm(planar(states(3, 2, seed), noise=1e-4 * rng.standard_normal((3, 2))))
+
+        assert not found.outliers
+        assert few in found.notes
+    assert few not in arm(planar(states(40, 2), noise=1e-4 * rng.standard_normal((40, 2)))).notes
+
+
 def test_a_cart_called_x_is_no_measured_position() -> None:
     scene = symdyn.scene.read_text(
         '[bodies.x1]\nmass = 1\n[joints.rail]\ntype = "prismatic"\nparent = "ground"\nchild = "x1"\naxis = [1, 0, 0]\n'

@@ -11,6 +11,7 @@ from engine.trials.compare import COMPARED, report
 from engine.trials.options import OPTIONS, PAIRED, covering, pairs
 
 from symdyn.dynamics import OUTPUTS
+from symdyn.dynamics.outputs.arm_outputs import ARMS
 from symdyn.dynamics.outputs.configuration_outputs import CONFIGURATIONS
 from symdyn.dynamics.outputs.contact_outputs import CONTACTS
 from symdyn.dynamics.outputs.held_outputs import HELD
@@ -50,14 +51,15 @@ LED = {name.partition(":")[0] for name in LINEARIZING}
 SHAPED = {"shaping_forces", "damping_forces"}
 ELSEWHERE = {
     *REGRESSORS, *PASSIVITY, *LED, *CONTACTS, *HELD, *SHAPED, *OPERATORS, *CONFIGURATIONS,
-    "state_rates", "resets", "canonical_rates", "routhian",
+    *ARMS, "state_rates", "resets", "canonical_rates", "routhian",
 }  # fmt: skip
 """What is proved to be forces times parameters, and compared in numbers by `test_regressors.py`; rates and resets of
 states, which scenes of trials do not have, by `test_states.py`, `test_state_examples.py` and `test_state_events.py`; by
 `test_canonical.py` rates of momenta, and Routh's function; by `test_linearizing.py` what linearises; by
 `test_contacts.py` contacts that open and close, by `test_held_contacts.py` those that a mask holds, by
 `test_shaping.py` forces that shape energy; by `test_operators.py` and `test_robots_frames.py` what solves with the mass
-matrix, the centre of pressure, and what adds displacements to positions."""
+matrix, the centre of pressure, and what adds displacements to positions; by `test_arm_outputs.py` the
+angles of arms."""
 
 
 def test_every_output_is_compared() -> None:

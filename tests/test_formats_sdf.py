@@ -16,6 +16,7 @@ from symdyn.scene.declaration.reading import Reading, ReadOptions
 from symdyn.scene.formats.placing import placement
 from symdyn.scene.formats.sdf import read_element
 from symdyn.scene.formats.xml import XmlElement
+from symdyn.scene.values.entry import Faults
 from symdyn.scene.values.joint import Limits
 
 ARM = Path(__file__).parent / "data" / "arm.sdf"
@@ -36,7 +37,7 @@ WELD = joint("", "fixed", "world", "a", "weld")
 
 
 def parsed(text: str, **options: object) -> Reading:
-    return read_element(XmlElement.parse(text.encode(), "m.sdf"), "m.sdf", ReadOptions(**options))
+    return read_element(XmlElement.parse(text.encode(), "m.sdf"), Faults("m.sdf"), ReadOptions(**options))
 
 
 def reading(inside: str, version: str = "1.9", **options: object) -> Reading:
@@ -384,6 +385,10 @@ def test_a_joint_too_many_closes_a_loop(cut):
             LINKS.replace("<inertial>", '<inertial auto="true">'),
             "<inertial auto> takes the inertia from shapes, which are not read; gz sdf",
         ),
+        (LINKS.replace("<inertial>", "<pose/><pose/><inertial>"), "a second <pose> of one <link>; keep one of them"),
+        (LINKS.replace("<inertial>", "<inertial><pose/><pose/>"), "a second <pose> of one <inertial>; keep one"),
+        (LINKS + WELD + joint(AXIS + AXIS), "a second <axis> of one <joint>; keep one of them"),
+        (LINKS + "<pose/><pose/>", "a second <pose> of one <model>; keep one of them"),
         (LINKS.replace("<inertial>", '<inertial><pose relative_to="b"/>'), "it is in its link; delete relative_to"),
         (LINKS.replace("<inertial>", "<inertial><fluid_added_mass/>"), "<fluid_added_mass> is not read; write [loads]"),
         (LINKS.replace("<inertial>", "<velocity_decay/><inertial>"), "drag by <velocity_decay> is not read"),

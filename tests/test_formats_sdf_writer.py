@@ -16,6 +16,7 @@ from symdyn.scene.declaration.reading import ReadOptions
 from symdyn.scene.formats.sdf import read_element
 from symdyn.scene.formats.sdf_writer import write_text
 from symdyn.scene.formats.xml import XmlElement
+from symdyn.scene.values.entry import Faults
 from symdyn.verdict import Verdict
 from symdyn.verify.equality import Claim, prove
 
@@ -69,7 +70,9 @@ child_origin = [0, 0, 1]
 def again(scene: Scene) -> Scene:
     """Return the scene written as SDF and read again."""
     text = write_text(scene).text.encode()
-    return read_element(XmlElement.parse(text, "again.sdf"), "again.sdf", ReadOptions(allow_invalid_inertia=True)).scene
+    return read_element(
+        XmlElement.parse(text, "again.sdf"), Faults("again.sdf"), ReadOptions(allow_invalid_inertia=True)
+    ).scene
 
 
 @pytest.mark.parametrize("output", ["inverse_dynamics", "mass_matrix"])
@@ -213,7 +216,7 @@ def test_a_mechanism_is_that_of_mujoco():
       <joint name="k" type="revolute"><parent>a</parent><child>b</child><axis><xyz>0 0.6 0.8</xyz><dynamics>
         <damping>0.1</damping><spring_stiffness>5</spring_stiffness><spring_reference>0.4</spring_reference>
         </dynamics></axis></joint></model></sdf>"""
-    scene = read_element(XmlElement.parse(ours.encode(), "m.sdf"), "m.sdf", ReadOptions()).scene
+    scene = read_element(XmlElement.parse(ours.encode(), "m.sdf"), Faults("m.sdf"), ReadOptions()).scene
     model = mujoco.MjModel.from_xml_string(arm)
     data = mujoco.MjData(model)
     f = lambdify(scene, "inverse_dynamics")

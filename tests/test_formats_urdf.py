@@ -16,6 +16,7 @@ from symdyn.scene.declaration.reading import Reading, ReadOptions
 from symdyn.scene.formats.placing import printable_names
 from symdyn.scene.formats.urdf import read_element
 from symdyn.scene.formats.xml import XmlElement
+from symdyn.scene.values.entry import Faults
 from symdyn.scene.values.grammar import check_name
 from symdyn.scene.values.joint import Coupling, Limits
 
@@ -30,7 +31,9 @@ LIMIT = '<limit lower="-1" upper="1" effort="10" velocity="2"/>'
 
 def reading(inside: str, **options: bool) -> Reading:
     return read_element(
-        XmlElement.parse(f'<robot name="r">\n{inside}\n</robot>'.encode(), "r.urdf"), "r.urdf", ReadOptions(**options)
+        XmlElement.parse(f'<robot name="r">\n{inside}\n</robot>'.encode(), "r.urdf"),
+        Faults("r.urdf"),
+        ReadOptions(**options),
     )
 
 
@@ -307,7 +310,7 @@ def test_xacro_is_refused_in_one_line(inside, words):
 
 def test_another_root_is_refused():
     with pytest.raises(SceneError, match=r"its root is <sdf>; the root of a URDF is <robot>"):
-        read_element(XmlElement.parse((b"<sdf/>"), "x.urdf"), "x.urdf", ReadOptions())
+        read_element(XmlElement.parse((b"<sdf/>"), "x.urdf"), Faults("x.urdf"), ReadOptions())
 
 
 # Names
@@ -365,7 +368,9 @@ def test_a_file_that_was_damaged_is_a_scene_or_a_list_of_faults(seed):
 def outcome(text: str) -> tuple[str, ...]:
     """Return the faults of a file, or its coordinates if it has no fault."""
     try:
-        return read_element(XmlElement.parse(text.encode(), "r.urdf"), "r.urdf", ReadOptions()).scene.coordinates
+        return read_element(
+            XmlElement.parse(text.encode(), "r.urdf"), Faults("r.urdf"), ReadOptions()
+        ).scene.coordinates
     except SceneError as error:
         return error.faults
 

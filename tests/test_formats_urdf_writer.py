@@ -25,6 +25,7 @@ from symdyn.scene.formats.urdf import read_element
 from symdyn.scene.formats.urdf_writer import write_text
 from symdyn.scene.formats.xml import XmlElement
 from symdyn.scene.values import Pose
+from symdyn.scene.values.entry import Faults
 from symdyn.scene.values.joint import Limits
 from symdyn.scene.values.model import STANDARD_GRAVITY
 from symdyn.verdict import Verdict
@@ -69,7 +70,9 @@ at = [0, 0, 0.125]
 def again(scene: Scene) -> Scene:
     """Return the scene written as URDF and read again."""
     options = ReadOptions(allow_invalid_inertia=True)
-    return read_element(XmlElement.parse(write_text(scene).text.encode(), "again.urdf"), "again.urdf", options).scene
+    return read_element(
+        XmlElement.parse(write_text(scene).text.encode(), "again.urdf"), Faults("again.urdf"), options
+    ).scene
 
 
 def entries(scene: Scene, output: str):

@@ -63,6 +63,22 @@ def test_a_log_without_noise_gives_back_what_made_it() -> None:
     assert all(one.percent < 0.01 for one in found.fits)
 
 
+@pytest.mark.parametrize("seconds", [0.0, 0.006, -0.04])
+def test_a_delay_of_forces_is_estimated_and_told_where_it_is_one(seconds: float) -> None:
+    scene, t = scara(), np.linspace(1, 11, 1001)
+    here, later = (symdyn.inverse(scene, MOTION, one) for one in (t, t - seconds))
+    drives = [name for name in scene.drives if name]
+    data = {"t": t, **{name: here[name] for name in scene.coordinates}, **{name: later[name] for name in drives}}
+    found = symdyn.identify(scene, noisy(data, 4, 0.02))
+    value, error = found.delay
+
+    assert 1e-5 < error < 2e-4
+    assert abs(value - seconds) < 4 * error
+    assert found.as_dict()["delay"] == {"value": value, "standard_error": error}
+    told = [note for note in found.notes if "driving forces come" in note]
+    assert [("after" in note, "before" in note) for note in told] == [(seconds > 0, seconds < 0)] * (seconds != 0)
+
+
 def test_friction_that_a_scene_lacks_is_told_beside_its_inertias() -> None:
     true = heavier(scara())
     found = symdyn.identify(scara(), noisy(log(true), 3, 0.02), friction=("viscous", "coulomb", "armature"))

@@ -81,7 +81,6 @@ def test_wrong_identity_is_called_different(name, seed):
 
 BEYOND_THE_FIELDS = {
     "root of a square": lambda g, x, y: (g.sqrt((x**2 + 1) ** 2), x**2 + 1),
-    "root under a root": lambda g, x, y: (g.sqrt(1 + g.sqrt(x + y)), g.sqrt(g.sqrt(y + x) + 1)),
     "a factor under a root": lambda g, x, y: (g.sqrt(4 * x + 4 * y), 2 * g.sqrt(x + y)),
     "twice a number under roots": lambda g, x, y: (g.sqrt(2 * x) * g.sqrt(2), 2 * g.sqrt(x)),
     "nested radical": lambda g, x, y: (g.sqrt(3 + 2 * g.sqrt(2)), 1 + g.sqrt(2)),
@@ -130,6 +129,11 @@ ROOTS = {
         (g.sqrt((x - y) ** 2) + g.sqrt(x)) ** 2 - (x - y) ** 2 - x,
         2 * g.sqrt(x) * g.sqrt((y - x) ** 2),
     ),
+    "root under a root": lambda g, x, y: (g.sqrt(1 + g.sqrt(x + y)), g.sqrt(g.sqrt(y + x) + 1)),
+    "a root of what roots make": lambda g, x, y: (
+        (g.sqrt(x + y) + g.sqrt(1 + g.sqrt(x + y))) ** 2 - x - y - 1 - g.sqrt(y + x),
+        2 * g.sqrt(x + y) * g.sqrt(g.sqrt(y + x) + 1),
+    ),
     "a rate": lambda g, x, y: (tangents([g.sqrt(x**2 + y)], {x: g.one})[0], x / g.sqrt(y + x * x)),
     "under a function": lambda g, x, y: (g.function(Op.TANH, g.sqrt(x**2 + y)), g.function(Op.TANH, g.sqrt(y + x * x))),
 }
@@ -146,6 +150,8 @@ def test_what_holds_for_either_sign_of_a_root_is_proved(name, seed):
 
 WRONG_ROOTS = {
     "sign": lambda g, x, y: (g.sqrt(x + y), -g.sqrt(y + x)),
+    "a sign within a root": lambda g, x, y: (g.sqrt(1 + g.sqrt(x)), g.sqrt(1 - g.sqrt(x))),
+    "a root of another root": lambda g, x, y: (g.sqrt(2 + g.sqrt(x)) ** 2 - 2, -g.sqrt(x)),
     "another radicand": lambda g, x, y: (g.sqrt(x + y) * g.sqrt(x), g.sqrt(x + 2 * y) * g.sqrt(x)),
     "a sum of roots": lambda g, x, y: (g.sqrt(x) + g.sqrt(y), g.sqrt(x + y)),
     "the larger of two": lambda g, x, y: (g.sqrt((x - y) ** 2), x - y),

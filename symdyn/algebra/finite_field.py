@@ -6,7 +6,8 @@ degree / p a point (Schwartz 1980, Zippel 1979). What is not rational is made so
     angle x      a random unit e of the field stands for exp(i x): sums of angles are products of units, a multiple of
                  π is a root of unity, and cos x = (e + 1/e)/2, sin x = (e - 1/e)/(2i) with i = sqrt(-1) in GF(p).
                  The unit of an atom is drawn from a hash of the atom's value, so it is independent of the value (q and
-                 sin q may stand in one formula) and the same in every graph.
+                 sin q may stand in one formula) and the same in every graph; that of atan2(y, x) is x + i y where
+                 x² + y² = 1.
     sqrt n       for a constant n: a product of roots of coprime factors of all such n. Roots of primes that divide the
                  order of the root of unity are Gauss sums of it, so that 2 sin(π/4) = sqrt(2) holds here too. The sign
                  of any other root is free: changing it is an automorphism, which no identity notices.
@@ -210,6 +211,11 @@ class FiniteField:
             base = self._draw_unit("radian")
             unit = unit * pow(base, int(form.constant * self.needs.radian), self.p) % self.p
         for node, coefficient in form.terms:
+            if node.op is Op.ATAN2 and coefficient.denominator == 1:
+                y, x = (values[arg] for arg in node.args)
+                if (x * x + y * y) % self.p == 1:
+                    unit = unit * pow(x + self._i * y, int(coefficient), self.p) % self.p
+                    continue
             base = self._draw_unit("atom", values[node])
             unit = unit * pow(base, int(coefficient * self.needs.atom), self.p) % self.p
         return unit

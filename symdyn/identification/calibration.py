@@ -47,6 +47,9 @@ ASTRAY, FAR = 0.3, 30.0
 """Part of how far positions lie apart that may be left of them, and by what factor that may differ from the scene's:
 what is beyond are no poses of this point, or other units."""
 
+ENOUGH = 10
+"""Poses beyond what the parameters take, from which on one can be told that no noise explains."""
+
 STANDS = "the others stand for it"
 
 STEPS, ROUNDS = 60, 12
@@ -170,6 +173,8 @@ class Calibration(Shown):
         found = [one.words for one in self.not_identifiable if one.helps != STANDS]
         if alike := [one.combination for one in self.not_identifiable if one.helps == STANDS]:
             found.append(f"no motion separates these, one of each keeps the scene's value: {'; '.join(alike)}")
+        if self.regression.dof < ENOUGH * np.isfinite(self.residuals[0][0]).sum():
+            found.append("too few poses to tell one that no noise explains: all were fitted")
         if self.outliers:
             many = "s" * (len(self.outliers) > 1)
             found.append(f"pose{many} {listed(map(str, self.outliers))}: not fitted, no noise explains what is left")
@@ -361,7 +366,8 @@ def _searched(model: GeometricModel, poses: Poses, free: Sequence[int], outliers
             )
         values, regression, (missed, J) = _fitted(model, poses, values, kept, used, (missed, J))
         size = np.hstack([poses.p, np.ones_like(poses.p)])
-        out = far(missed[:, seen], np.repeat(used[:, None], seen.sum(), axis=1), size[:, seen]).any(axis=1) & outliers
+        told = outliers and count - len(kept) >= ENOUGH * seen.sum()
+        out = far(missed[:, seen], np.repeat(used[:, None], seen.sum(), axis=1), size[:, seen]).any(axis=1) & told
         used = used & ~out
         if not more and not out.any():
             break

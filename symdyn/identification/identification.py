@@ -200,6 +200,7 @@ class Identification(Shown):
         used: of each motion, which samples were fitted, shapes (N, nv).
         validation: of each motion, which samples are validation data, shapes (N,).
         gains: of drives that show something else than their force, such as currents.
+        delay: of driving forces behind the motion, s, and its standard error, NaN where the log does not tell it.
         friction_terms: those that may be added to every drive.
         gain_units: what such drives may show.
     """
@@ -221,6 +222,7 @@ class Identification(Shown):
     used: tuple[Flags, ...]
     validation: tuple[Flags, ...]
     gains: tuple[Gain, ...]
+    delay: tuple[float, float]
     _identified: Callable[[Identification], Any]
 
     def __repr__(self) -> str:
@@ -343,6 +345,7 @@ class Identification(Shown):
                 {"drive": one.drive, "unit": one.unit, "value": one.value, "standard_error": one.error}
                 for one in self.gains
             ],
+            "delay": {"value": self.delay[0], "standard_error": self.delay[1]},
             "fits": [
                 {
                     "drive": one.drive,

@@ -16,6 +16,7 @@ import numpy as np
 from symdyn.arguments import argument, check_arguments, native, suggesting
 from symdyn.errors import IdentifyError, listed
 from symdyn.frozen import dataclass
+from symdyn.identification.delay import delay, words as delay_words
 from symdyn.identification.filtered import Motion, motions, usual_bands
 from symdyn.identification.gain_doubts import doubts
 from symdyn.identification.gains import Fitted, estimated_gains, fitted
@@ -120,12 +121,14 @@ def identify(
     notes += [one.words for one in lost]
     notes += [one.words for one in gains if one.words]
     notes += doubted
+    late = delay(model, held, found, band)
+    notes += delay_words(late, float(np.median(np.diff(logs[0].t))), [log.source for log in logs])
     if say is not None:
         for note in notes:
             say(note)
     return Identification(
         scene, model, logs, found.motions, band, found.regression, found.fits, found.outliers, lost, tuple(notes),
-        found.predicted, found.used, found.validation, gains, identified,
+        found.predicted, found.used, found.validation, gains, late, identified,
     )  # fmt: skip
 
 

@@ -256,7 +256,7 @@ def solve(names: Sequence[str], rows: Rows, prior: Array, band: float, joints: i
     variance = np.where(variance > 1e-200, variance, max(float(variance.max()), 1e-300))
     for _ in range(ROUNDS):
         weights = 1 / np.sqrt(variance)
-        beta, leverage, *_ = _solved(Y, tau, weights, kept, rows.buried)
+        beta, leverage, *_ = solved(Y, tau, weights, kept, rows.buried)
         residuals = tau - Y @ beta
         before, variance = variance, _variance(residuals, leverage, joint, rows.frequency / band, joints)
         for of in (joint == j for j in np.unique(joint) if not tau[joint == j].any()):  # what is nothing in all
@@ -264,7 +264,7 @@ def solve(names: Sequence[str], rows: Rows, prior: Array, band: float, joints: i
         if np.abs(np.log(variance / before)).max() < 1e-3:
             break
     weights = 1 / np.sqrt(variance)
-    beta, leverage, null_space, scale, condition = _solved(Y, tau, weights, kept, rows.buried)
+    beta, leverage, null_space, scale, condition = solved(Y, tau, weights, kept, rows.buried)
     residuals = tau - Y @ beta
     correlation = _correlation(residuals * weights / np.sqrt(1 - leverage), joint, rows.group, joints)
     covariance, information = _covariance(Y * weights[:, None], correlation, joint, rows.group, scale, null_space)
@@ -289,7 +289,7 @@ def _pulled(weighted: Array, buried: Array, weights: Array, beta: Array, scale: 
     return found
 
 
-def _solved(
+def solved(
     Y: Array, tau: Array, weights: Array, kept: Array, buried: Array
 ) -> tuple[Array, Array, Array, Array, float]:
     """Return β, leverages, null space, scale, condition; all but one QR of the rows is of their few columns."""

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from symdyn.arguments import argument
 from symdyn.dynamics import Argument, LoopChoices
-from symdyn.dynamics.outputs import DIRECTIONS
+from symdyn.dynamics.outputs import DIRECTIONS, POSE
 from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass, replace
 from symdyn.program.lower import formulate, lower
@@ -67,6 +67,7 @@ RANGES = {
     "t": 3.0,
     "inputs": 3.0,
     "internal": 3.0,
+    POSE: 0.5,
 }  # half-widths of the sampled states, SI
 RANGES |= dict.fromkeys((*DIRECTIONS.values(), "weights", "p"), 2.0)
 
@@ -104,6 +105,9 @@ class Sampling:
             state = np.array([self.rng.uniform(low, high) for _ in one.symbols])
             for k in quaternion_places(one.units) if one.name == "q" else ():
                 state[k : k + 4] /= np.linalg.norm(state[k : k + 4])
+            if one.name == POSE:
+                turn = np.linalg.qr(state.reshape(3, 4)[:, :3])[0]
+                state = np.column_stack([turn * np.linalg.det(turn), state[3::4]])
             state = state.reshape(one.shape)
             drawn.append(state.astype(np.float32).astype(np.float64) if self.real == "float" else state)
         return drawn

@@ -19,6 +19,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from symdyn.dynamics import Function
+from symdyn.dynamics.outputs import POSE
 from symdyn.emit import Code, emit
 from symdyn.errors import ArgumentError, listed, suggestion
 from symdyn.frozen import dataclass, field
@@ -106,6 +107,8 @@ class NumericFunction(Shown):
         try:
             return self.call(*given, **named)
         except (TypeError, ValueError) as error:
+            if (flat := self._row_by_row(given)) is not given:
+                return self(*flat, **named)
             faults = self._faults(given)
             if not faults:
                 raise
@@ -171,6 +174,15 @@ class NumericFunction(Shown):
                 if wrong.size:
                     told = f"give 0 or 1 of each of {listed(one.entries)}"
                     raise ArgumentError(f"{self.name}: {one.name} has {wrong.flat[0]:g}; {told}")
+
+    def _row_by_row(self, given: Sequence[Any]) -> Sequence[Any]:
+        """Return the arguments with poses (..., 3, 4) or (..., 4, 4) as their 12 entries; themselves without such."""
+        found = list(given)
+        for k, one in enumerate(self.operands[: len(found)]):
+            shape = self._shape(found[k]) if one.name == POSE else None
+            if shape and shape[-2:] in ((3, 4), (4, 4)):
+                found[k] = np.asarray(found[k])[..., :3, :].reshape(*shape[:-2], 12)
+        return found if any(a is not b for a, b in zip(found, given, strict=True)) else given
 
     def _faults(self, given: Sequence[Any]) -> list[str]:
         """Return what is wrong with arguments, as far as it can be told."""

@@ -1,12 +1,12 @@
 """Closed forms of inverse kinematics: all branches of an arm at a pose, the function `inverse_kinematics`.
 
-EAIK solves an arm by subproblems, from its axes (serial_arm.py). What it returns is held against the pose and the
-Jacobian that are derived from the scene:
+An arm that has the output `inverse_kinematics` is solved by its code, others by EAIK's subproblems, from their axes
+(serial_arm.py). What they return is held against the pose and the Jacobian that are derived from the scene:
 
     r(q)     [p - p*; rotation vector of R R*ᵀ], of the pose that is asked for, R* and p*; lengths over the arm's size
     J        [v; ω] = J q̇ of the frame, likewise; σ its smallest singular value over the largest
 
-Where no exact solution of a subproblem exists it has a least-squares one, and says so. That is no branch; but where a
+Where no exact solution of a subproblem exists EAIK has a least-squares one, and says so. That is no branch; but where a
 posture is singular a branch is behind it: Newton's method goes there, q - J⁺ r, and a posture that can move without the
 frame is then moved next to the start.
 
@@ -15,7 +15,8 @@ Reference: Elias and Wen, IK-Geo, Mechanism and Machine Theory 209 (2025) 105971
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,7 @@ import numpy.typing as npt
 from symdyn.algebra import Array
 from symdyn.arguments import argument, check_arguments, suggesting
 from symdyn.dynamics import Workspace, derive_one
-from symdyn.errors import SimulateError
+from symdyn.errors import DerivationError, SimulateError
 from symdyn.extras import install
 from symdyn.frozen import dataclass, field
 from symdyn.program import identifier
@@ -136,7 +137,7 @@ class Solver:
             law = argument("motion", {(arm.holding or arm.names)[0]: 0.3})
             more = f"; give laws of {n - 6} of them, such as {law}" if n > 6 else ""
             raise SimulateError(f"{scene.name}: {point}: {arm.verdict}{more}")
-        self.scene, self.arm, self.size, self._solved = scene, arm, max(arm.size, SINGULAR), _eaik(arm.placed())
+        self.scene, self.arm, self.size = scene, arm, max(arm.size, SINGULAR)
         self.places = [scene.coordinates.index(name) for name in arm.names]
         self.held = {scene.coordinates.index(name): x for name, x in held.items()}
         self._rates = [scene.velocities.index(velocity_name(name)) for name in arm.names]
@@ -145,10 +146,15 @@ class Solver:
         found = [[end if x is None else number_of(x, values, "limits", Faults("")) for x, end in one] for one in ends]
         self.low, self.high = np.array(found, dtype=np.float64).T
         free = opened(scene)
-        w, names = Workspace(free.scene), (f"pose:{point}", f"jacobian:{point}")
+        w, names = Workspace(free.scene), [f"pose:{point}", f"jacobian:{point}", f"inverse_kinematics:{point}"]
+        if n < 6 or not _is_derived(w, names[2]):
+            del names[2]
+            self._solved = _eaik(arm.placed())
         make = lambda: compiled(w.scene, w.graph, [derive_one(w, name) for name in names])  # noqa: E731
-        calls = compiled_once(("pose", free.scene, point), make).at(free.values)
-        self._pose, self._jacobian = (calls[identifier(name)] for name in names)
+        calls = compiled_once(("pose", free.scene, point, *names), make).at(free.values)
+        self._pose, self._jacobian, *own = (calls[identifier(name)] for name in names)
+        if own:
+            self._solved = _derived(own[0], self.places)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Make it anew in another process."""
@@ -273,6 +279,24 @@ def _rotation_vectors(R: Array) -> Array:
     return np.asarray(np.where((sine > ALIKE) | (angle < 1), some, angle * np.eye(3)[0]))
 
 
+def _is_derived(w: Workspace, request: str) -> bool:
+    with suppress(DerivationError):
+        return bool(derive_one(w, request))
+    return False
+
+
+def _derived(call: Callable[[Array], Array], places: Sequence[int]) -> Callable[[Array, Array], tuple[Array, Bools]]:
+    """Return what gives solutions at a pose as `_eaik` does, of an arm that has the output."""
+
+    def solved(R: Array, p: Array) -> tuple[Array, Bools]:
+        with np.errstate(invalid="ignore"):  # out of reach
+            found = call(np.column_stack([R, p]).ravel())[:, places]
+        found = found[~np.isnan(found).any(axis=1)]
+        return found, np.zeros(len(found), dtype=bool)
+
+    return solved
+
+
 def _eaik(arm: Arm) -> Callable[[Array, Array], tuple[Array, Bools]]:
     """Return what gives solutions at a pose, shape (k, n), and which of them are least squares; of EAIK."""
     try:
@@ -313,7 +337,7 @@ def inverse_kinematics(
     values: Mapping[str, object] | None = None,
     time: float = 0.0,
 ) -> Branches:
-    """Return all postures in which an arm has a pose, by closed forms of EAIK, each held against the scene's own pose.
+    """Return all postures in which an arm has a pose, by closed forms, each held against the scene's own pose.
 
     >>> import symdyn
     >>> arm = symdyn.example("scara")

@@ -21,6 +21,7 @@ import numpy as np
 from symdyn.algebra import Array, Floats
 from symdyn.arguments import argument
 from symdyn.dynamics import Workspace, derive_one
+from symdyn.dynamics.mechanism import joints_below
 from symdyn.errors import SimulateError, listed
 from symdyn.frozen import dataclass, replace
 from symdyn.graph import evaluate
@@ -153,11 +154,7 @@ def arm_of(scene: Scene, point: str, held: Mapping[str, float] | None = None) ->
     at = q | {w.graph.symbol(name): x for name, x in known.items()}
     T, J = (np.array(evaluate(derive_one(w, f"{what}:{point}").entries, Floats(), at)) for what in ("pose", "jacobian"))
     T, columns = T.reshape(3, 4), dict(zip(scene.velocities, J.reshape(6, -1).T, strict=True))
-    joints, carrying = list[Joint](), {joint.child: joint for joint in scene.joints}
-    body = next((one.body for one in scene.points if one.name == point), point)
-    while body in carrying:
-        joints.insert(0, carrying[body])
-        body = joints[0].parent
+    joints = joints_below(scene, point)
     moved = {joint: joint.coupling.coordinates if joint.coupling else joint.coordinates for joint in joints}
     loose = [joint for joint, names in moved.items() if any(name not in held for name in names)]
     faults = [

@@ -13,6 +13,7 @@ The text of targets' files is read back and proved.
 from __future__ import annotations
 
 import ctypes
+import random
 from collections.abc import Container, Mapping, Sequence
 from concurrent.futures import Future
 from math import prod
@@ -25,6 +26,7 @@ import numpy.typing as npt
 from symdyn.algebra import Redraw
 from symdyn.arguments import argument
 from symdyn.dynamics import Function, row_of
+from symdyn.dynamics.outputs import POSE
 from symdyn.emit import TARGETS, Sources, emit
 from symdyn.emit.code import REALS
 from symdyn.errors import BuildError, EmitError, MissingProgram
@@ -263,13 +265,15 @@ def run_blocks(building: Building, target: str, seed: int = 1) -> Blocks:
 
 def _states(function: Function, one: Any, seed: int) -> tuple[list[Array], Array]:
     """Return arguments of states and what one at a time gives, in ever wider ranges until some have a value."""
-    rng = np.random.default_rng(seed)
+    rng, lot = np.random.default_rng(seed), random.Random(seed)
     common = shared([argument.name for argument in function.arguments])
     given: list[Array] = []
     wanted = np.empty((0, 0))
     for wide in Sampling.WIDER:
         given = [
-            rng.uniform(0.5, 2 * wide, (1 if a.name == common else LONGEST, len(a.symbols))).astype(one.dtype)
+            np.array([Sampling([a], lot).state(wide)[0] for _ in range(LONGEST)], one.dtype)
+            if a.name == POSE
+            else rng.uniform(0.5, 2 * wide, (1 if a.name == common else LONGEST, len(a.symbols))).astype(one.dtype)
             for a in function.arguments
         ]
         states = [

@@ -60,7 +60,7 @@ from symdyn.verify.claims import (
     product,
 )
 from symdyn.verify.equality import Claim
-from symdyn.verify.laws_of_functions import LAWS_OF_CANONICAL, LAWS_OF_LINEARIZING
+from symdyn.verify.laws_of_functions import LAWS_OF_ARMS, LAWS_OF_CANONICAL, LAWS_OF_LINEARIZING
 
 
 def _drives(w: Workspace) -> tuple[Expr, ...]:
@@ -385,5 +385,6 @@ LAWS: list[Law] = [
     *LAWS_OF_REGRESSORS,
     *LAWS_OF_CANONICAL,
     *LAWS_OF_LINEARIZING,
+    *LAWS_OF_ARMS,
 ]
 """The laws that are proved; those of trees hold for the spanning tree of a closed scene, with the forces on it."""

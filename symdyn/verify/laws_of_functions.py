@@ -16,6 +16,10 @@ Feedback linearisation, y an output of the scene:
     y' = ∂y/∂x ẋ, y^(r) = a + B τ        along forward dynamics, r the relative degree
     V' = ∂V/∂u·M⁻¹ Q                     under forces that shape V, zero where nothing is lost
     V' = V'(τ = 0) - |τ|²                under forces τ that damp V
+
+Inverse kinematics, a branch Q_k at a pose, away from where two meet:
+
+    T(Q_k(T(q))) = T(q), x² + y² = l²    l of lengths that are known by another formula
 """
 
 from __future__ import annotations
@@ -25,8 +29,9 @@ from functools import partial
 
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.mechanism import solve
+from symdyn.dynamics.outputs import BRANCHES, arm_angles, away_from_guards
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, gradient, substitute, tangents
+from symdyn.graph import Expr, gradient, reachable, substitute, tangents
 from symdyn.verify.claims import Law, driving, entries, everywhere, of_driving, product
 from symdyn.verify.equality import Claim
 
@@ -174,6 +179,28 @@ def _damped(w: Workspace) -> Claim:
         "damped functions", "dV/dt", "dV/dt without drives - tau^2", tuple(rate for _, rate in found.values()), right
     )
 
+
+def _posed(k: int, w: Workspace) -> Claim:
+    """Return that a branch at the pose of any q has that pose; of all frames that were asked for."""
+    left, right = list[Expr](), list[Expr]()
+    for request, _ in tuple(w.derived):
+        of, _, place = request.partition(":")
+        if of != "inverse_kinematics":
+            continue
+        pose, arm = entries(w, f"pose:{place}"), w.once(arm_angles, place)
+        asked = dict(zip(derive_one(w, request).arguments[0].symbols, pose, strict=True))
+        row = entries(w, request)[len(w.state.q) * k : len(w.state.q) * (k + 1)]
+        lengths = {root: arm.lengths[root] for root in reachable(row) if root in arm.lengths}
+        roots, squares = [root.args[0] for root in lengths], [one * one for one in lengths.values()]
+        found = substitute(away_from_guards([*row, *roots, *squares], arm.lengths), asked)
+        left += substitute(pose, dict(zip(w.state.q, found[: len(row)], strict=True)))
+        right += pose
+        left += found[len(row) : len(row) + len(roots)]
+        right += found[len(row) + len(roots) :]
+    return Claim(f"inverse kinematics, branch {k + 1}", "T(Q(T(q)))", "T(q)", tuple(left), tuple(right))
+
+
+LAWS_OF_ARMS = tuple(Law(("inverse_kinematics:",), None, partial(_posed, k)) for k in range(BRANCHES))
 
 LAWS_OF_LINEARIZING: tuple[Law, ...] = (
     Law(("shaping_forces:", "output_rate:"), None, _shaped),

@@ -16,7 +16,9 @@ are squares of the field independently of each other: written as 0 (a square) an
 the field span all of GF(2)^r, up to a shift. A product that is a square times a constant can never do so.
 
 Then E(x, s) has 2^r conjugates, and their product vanishes wherever E does: it is the rational function whose degree
-counts. Points are drawn until all roots exist, which is one point of 2^r.
+counts. Points are drawn until all roots exist, which is one point of 2^r. Where roots stand within others, and where
+products may be squares, E must vanish with every sign; roots within roots have 2^r - 1 radicands together, which must
+be squares.
 
 Reference: Lang, Algebra (2002), chapter VI, section 8, Kummer extensions.
 """
@@ -120,7 +122,12 @@ class Degrees:
             form = node.args[0].linear_form()
             degree = abs(form.constant) * self.needs.radian
             degree += sum(abs(coefficient) for _, coefficient in form.terms) * self.needs.atom
-            return Degree(int(degree), self.denominator_bits, 1)
+            turned = any(atom.op is Op.ATAN2 for atom, _ in form.terms)  # x + i y may stand for it
+            whole = self.total(args[0]) if turned else Degree(1)
+            return Degree(int(degree * whole.numerator), self.denominator_bits + degree * whole.bits, 1)
+        if node.op is Op.ATAN2:
+            y, x = map(self.total, args)
+            return Degree(max(1, y.numerator, x.numerator), max(y.bits, x.bits) + 1)
         return Degree(1)
 
     def total(self, a: Degree) -> Degree:
@@ -363,24 +370,11 @@ Evaluate = Callable[[Sequence[Expr], FiniteField], list[int]]
 
 
 def radicands(outputs: Sequence[Expr]) -> list[Expr] | None:
-    """Return what stands under the variable roots of one graph; None where a root has no formal value.
-
-    So it is under another root, and for the root of a negative number.
-    """
-    found: list[Expr] = []
-    rooted: set[Expr] = set()
-    for node in reachable(outputs):
-        below = any(arg in rooted for arg in node.args)
-        if node.op is Op.SQRT:
-            value = node.args[0].value
-            if below or (isinstance(value, Fraction) and value < 0):
-                return None
-            if not isinstance(value, Fraction):
-                found.append(node.args[0])
-                below = True
-        if below:
-            rooted.add(node)
-    return found
+    """Return what stands under the variable roots of one graph; None for the root of a negative number."""
+    under = [node.args[0] for node in reachable(outputs) if node.op is Op.SQRT]
+    if any(isinstance(one.value, Fraction) and one.value < 0 for one in under):
+        return None
+    return [one for one in under if not isinstance(one.value, Fraction)]
 
 
 @dataclass(frozen=True)
@@ -418,9 +412,10 @@ def signed(sides: Sequence[Sequence[Expr]], fields: Iterator[FiniteField], evalu
     p = rows[0][-1]
     patterns = [sum((pow(c[k], (p - 1) // 2, p) != 1) << j for j, c in enumerate(columns)) for k in range(wanted)]
     spanned = _rank([pattern ^ patterns[0] for pattern in patterns])
-    if spanned == len(columns):
+    signs, within = 1 << len(columns), any(radicands(side) for side in sides if side)
+    if spanned == len(columns) and not within:
         return Roots(len(columns), 1)
-    return Roots(len(columns), 1 << len(columns)) if len(columns) <= MOST_SIGNED else None
+    return Roots(signs - 1 if within else len(columns), signs) if len(columns) <= MOST_SIGNED else None
 
 
 def _rank(vectors: Sequence[int]) -> int:

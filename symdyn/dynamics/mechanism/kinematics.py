@@ -52,6 +52,7 @@ from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph, gradient, tangents
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS, joint_motion
+from symdyn.scene.values import Joint
 from symdyn.spatial import Transform, Vec, scale, zero_vector
 
 PLACES = {"body": ("bodies",), "body or point": ("bodies", "points")}
@@ -76,6 +77,15 @@ def locate(scene: Scene, name: str, graph: Graph) -> tuple[str, Transform]:
             return point.body, point.at.transform(graph)
     check_place(scene, name)
     return name, Transform.unit(graph)
+
+
+def joints_below(scene: Scene, name: str) -> list[Joint]:
+    """Return the joints from the ground to the body that carries the body or point called `name`."""
+    found, carrying, (body, _) = list[Joint](), {j.child: j for j in scene.joints}, locate(scene, name, Graph())
+    while body in carrying:
+        found.insert(0, carrying[body])
+        body = found[0].parent
+    return found
 
 
 # By differentiation

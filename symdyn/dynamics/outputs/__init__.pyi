@@ -1,5 +1,6 @@
 """Names that `symdyn.dynamics.outputs` offers; each is imported when it is first used."""
 
+from .arm_outputs import BRANCHES as BRANCHES, arm_angles as arm_angles, away_from_guards as away_from_guards
 from .base_columns import BaseColumns as BaseColumns, Linear as Linear
 from .constrained_outputs import unique as unique
 from .contact_equations import (
@@ -17,7 +18,12 @@ from .contact_rows import (
     with_modes as with_modes,
 )
 from .derivative_outputs import differentiable as differentiable, kinks as kinks
-from .named_functions import DIRECTIONS as DIRECTIONS, Counts as Counts, arguments as arguments
+from .named_functions import (
+    DIRECTIONS as DIRECTIONS,
+    POSE as POSE,
+    Counts as Counts,
+    arguments as arguments,
+)
 from .recursive_derivatives import inverse_derivatives as inverse_derivatives
 from .signal_outputs import Moving as Moving, reaction_names as reaction_names
 from .tangent_space import COLUMNS as COLUMNS

@@ -179,6 +179,7 @@ ARGUMENTS: dict[str, tuple[str, dict[str, str]]] = {  # text, unit by unit of th
     "forces": ("forces on the velocities", {unit: force_unit(unit) for unit in ("rad", "m")}),
     "step": ("displacement along the velocities", {"rad": "rad", "m": "m"}),
     "q_to": ("joint positions to be reached", {"rad": "rad", "m": "m", "1": "1"}),
+    "pose": ("pose [R | p], row by row", {"": ""}),
     "weights": ("weights of the entries of the result, row by row", {"": ""}),
     "mask": ("1 for each contact that is closed, else 0", {"": "1"}),
     "proximal": ("term on the diagonal of W M^-1 W^T, such as 1e-5 of its trace", {"": "1/kg"}),
@@ -211,6 +212,9 @@ OF_INDEPENDENT = {"qi", "ui", "dqi", "dui"}
 
 RIGHT, STEP, TO = "forces", "step", "q_to"
 """Arguments of what solves with the mass matrix, adds displacements to positions, and takes them apart."""
+
+POSE = "pose"
+"""The argument of what finds positions."""
 
 REFERENCE, REFERENCE_RATE = "qd_r", "qdd_r"
 """Arguments of what goes along a reference motion beside the motion itself."""
@@ -282,6 +286,8 @@ def _of_the_scene(workspace: Workspace, name: str, text: str, weighed: Sequence[
     if name in MODES:
         names = mode_names(workspace, name)
         return Argument(name, direction(graph, name, len(names)), f"{text}: {runs(names)}", ("1",) * len(names))
+    if name == POSE:
+        return Argument(name, direction(graph, name, 12), text, ("1", "1", "1", "m") * 3)
     if name == PROXIMAL:
         return Argument(name, direction(graph, name, 1), text, ("1/kg",), scalar=True)
     if name in (MULTIPLIERS, DIRECTIONS[MULTIPLIERS]):

@@ -15,6 +15,7 @@ from symdyn.dynamics.mechanism import centroidal, kinematics
 from symdyn.dynamics.mechanism.kinematics import has_quaternions, rates_of_placements
 from symdyn.dynamics.mechanism.state import has_motion
 from symdyn.dynamics.outputs import recursive_derivatives, result_labels as labels, tree_formulations as formulations
+from symdyn.dynamics.outputs.arm_outputs import ARMS
 from symdyn.dynamics.outputs.canonical_outputs import CANONICAL
 from symdyn.dynamics.outputs.configuration_outputs import CONFIGURATIONS
 from symdyn.dynamics.outputs.constrained_outputs import (
@@ -368,6 +369,7 @@ OUTPUTS: dict[str, Output] = {
     **CENTROIDAL,
     **OPERATORS,
     **CONFIGURATIONS,
+    **ARMS,
     **SIGNALS,
     **CONTACTS,
     **HELD,

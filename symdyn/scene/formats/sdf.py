@@ -21,7 +21,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from symdyn.errors import SceneError, listed, suggestion
+from symdyn.errors import listed, suggestion
 from symdyn.graph import Op
 from symdyn.scene.declaration.declare import Declaration, reading_of
 from symdyn.scene.declaration.joint_table import STAND_IN
@@ -73,6 +73,10 @@ REFUSED = {
 }
 """What would change the motion, by where it stands, and what would work."""
 
+ONCE = {"model": ("pose",), "frame": ("pose",), "link": ("pose", "inertial"), "inertial": ("pose", "mass", "inertia")}
+ONCE["joint"] = ("pose", "parent", "child", "axis", "axis2")
+"""What stands in an element once at most, and is read."""
+
 LEFT = {"plugin": "what plugins do is not part of the equations", "state": "a recorded state is left aside"}
 
 STANDARD: Vector = (Quantity.ZERO, Quantity.ZERO, Quantity.number(Fraction(-49, 5)))
@@ -89,24 +93,13 @@ UNITS = {key: Quantity.ONE if key[1] == key[2] else Quantity.ZERO for key in INE
 
 
 def read(path: Path | Opened, options: ReadOptions) -> Reading:
-    """Return the scene in an SDF file.
-
-    Raises:
-        SceneError: with every fault of the file, one line each.
-    """
-    faults = Faults(str(path))
-    return read_element(XmlElement.read(path, faults.note), str(path), options, faults)
+    """Return the scene in an SDF file; SceneError with every fault of it, one line each."""
+    return read_element(*XmlElement.noted(path), options)
 
 
-def read_element(root: XmlElement, source: str, options: ReadOptions, faults: Faults | None = None) -> Reading:
-    """Return the scene below an <sdf> element; `source` stands in front of every fault and note, `faults` of before.
-
-    Raises:
-        SceneError: with every fault of the element, one line each.
-    """
-    if root.tag != "sdf":
-        raise SceneError(f"{source}: its root is <{root.tag}>; the root of an SDF file is <sdf>")
-    faults = faults or Faults(source)
+def read_element(root: XmlElement, faults: Faults, options: ReadOptions) -> Reading:
+    """Return the scene below the root of an SDF file; errors as of `read`."""
+    root.check_root("sdf", "an SDF file", faults)
     worlds = root.all("world") or [XmlElement("world", {}, root.line)]
     every = [*root.all("model"), *worlds[0].all("model")]
     moving = [model for model in every if not says(faults, model, "static")]
@@ -134,6 +127,9 @@ def _refuse(element: XmlElement, faults: Faults) -> None:
         told = REFUSED.get(element.tag, {}).get(child.tag)
         if told and not (child.tag == "include" and says(faults, child, "static")):
             faults.add(f"line {child.line}", told)
+    for tag in ONCE.get(element.tag, ()):
+        if again := element.all(tag)[1:]:
+            faults.add(f"line {again[0].line}", f"a second <{tag}> of one <{element.tag}>; keep one of them")
     for tag, told in LEFT.items():
         if element.all(tag):
             faults.note(f"line {element.all(tag)[0].line}", told)
@@ -216,6 +212,8 @@ class _Model(RobotFile):
             if one.tag == "joint" and attached not in names:
                 attached = root  # reported where it is read
             where, pose = self.where(name, one), one.first("pose")
+            if root == MODEL:
+                _refuse(one, self.faults)
             if name:
                 base = based(pose) or attached or root
                 frames.append(Frame(name, self.poses.read(where, pose), base, attached, where))
@@ -235,7 +233,6 @@ class _Model(RobotFile):
 
     def _body(self, name: str, link: XmlElement) -> dict[str, object]:
         where, inertial = self.where(name, link), _part(link, "inertial")
-        _refuse(link, self.faults)
         _refuse(inertial, self.faults)
         if says(self.faults, link, "kinematic"):
             self.faults.add(where, "is <kinematic>, moved by a program; give its joint a motion in TOML")

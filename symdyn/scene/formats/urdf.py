@@ -47,25 +47,14 @@ X_AXIS: Vector = (Quantity.ONE, Quantity.ZERO, Quantity.ZERO)
 
 
 def read(path: Path | Opened, options: ReadOptions) -> Reading:
-    """Return the scene in a URDF file.
-
-    Raises:
-        SceneError: with every fault of the file, one line each.
-    """
-    faults = Faults(str(path))
-    return read_element(XmlElement.read(path, faults.note), str(path), options, faults)
+    """Return the scene in a URDF file; SceneError with every fault of it, one line each."""
+    return read_element(*XmlElement.noted(path), options)
 
 
-def read_element(root: XmlElement, source: str, options: ReadOptions, faults: Faults | None = None) -> Reading:
-    """Return the scene below a <robot> element; `source` stands in front of every fault and note, `faults` of before.
-
-    Raises:
-        SceneError: with every fault of the element, one line each.
-    """
-    if root.tag != "robot":
-        raise SceneError(f"{source}: its root is <{root.tag}>; the root of a URDF is <robot>")
-    _refuse_xacro(root, source)
-    faults = faults or Faults(source)
+def read_element(root: XmlElement, faults: Faults, options: ReadOptions) -> Reading:
+    """Return the scene below the root of a URDF file; errors as of `read`."""
+    root.check_root("robot", "a URDF", faults)
+    _refuse_xacro(root, faults.source)
     robot = _Robot(root, faults, options)
     declaration = Declaration(name=robot.name(), bodies=tuple(robot.bodies()), joints=tuple(robot.joints_in_file()))
     robot.note_data()

@@ -25,7 +25,7 @@ from symdyn.bounds import BOUNDS
 from symdyn.errors import SceneError
 from symdyn.frozen import dataclass, field
 from symdyn.scene.declaration.reading import LARGEST, Opened, read_bounded
-from symdyn.scene.values.entry import shorten
+from symdyn.scene.values.entry import Faults, shorten
 
 LARGEST_FILE = LARGEST
 LONGEST_TAG = BOUNDS["bytes of a tag"]
@@ -85,6 +85,17 @@ class XmlElement:
         return XmlElement.parse(
             read_bounded(path, LARGEST_FILE, "a file such as robot.urdf", TOO_LARGE), str(path), note
         )
+
+    @staticmethod
+    def noted(path: Path | Opened) -> tuple[XmlElement, Faults]:
+        """Return the root element of an XML file, with what notes and faults of it go to; errors as of `read`."""
+        faults = Faults(str(path))
+        return XmlElement.read(path, faults.note), faults
+
+    def check_root(self, tag: str, file: str, faults: Faults) -> None:
+        """Raise SceneError where it is not the root element of a kind of file."""
+        if self.tag != tag:
+            raise SceneError(f"{faults.source}: its root is <{self.tag}>; the root of {file} is <{tag}>")
 
     @staticmethod
     def parse(content: bytes, source: str, note: Note | None = None) -> XmlElement:

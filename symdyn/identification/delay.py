@@ -1,0 +1,73 @@
+"""A constant delay of driving forces behind the motion in a log: both were sampled, or written, at different times.
+
+    τ(t) = F(t - d; β)            measured forces, F = Y β what the model says of the motion at a time
+    τ(t + d) = Y β - δ Ḟ          near a guess d: least squares of β and δ, and d + δ is the next guess
+
+Gauss and Newton's search for the least residual over shifts d; the standard error is that of δ beside β.
+
+Reference: Björklund and Ljung, A review of time-delay estimation techniques, IEEE CDC (2003), section IV.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from symdyn.algebra import Array
+from symdyn.identification.filtered import Flags
+from symdyn.identification.gains import Fitted
+from symdyn.identification.linear_model import LinearModel
+from symdyn.identification.payload import DataPart, Evidence, rows_of
+from symdyn.identification.regression import Rows, solve, solved
+
+STEPS, SETTLED = 8, 1e-4
+"""Of the search with the weights of the fit; part of a period of the band that the last one changes the delay by."""
+
+SURE, TOLD = 4.0, 0.02
+"""Standard errors, and parts of a step of the log, beyond both of which a delay is told."""
+
+
+def delay(model: LinearModel, held: Evidence, found: Fitted, band: float) -> tuple[float, float]:
+    """Return the delay of the forces of a fit, s, and its standard error, NaN where they do not tell it."""
+    parts = [replace(part, motion=motion) for part, motion in zip(held.parts, found.motions, strict=True)]
+    p = parts[0].Y.shape[2] - 1
+    beta, d, weights = found.regression.estimate[:p], 0.0, found.regression.weights
+    for _ in range(STEPS):
+        rows = _rows(model, parts, found.used, beta, d)
+        beta, *_ = solved(rows.Y, rows.tau, weights, np.zeros(p + 1), np.zeros((0, 0)))
+        beta, step = beta[:p], float(beta[p])
+        d += float(np.clip(step, -0.5 / band, 0.5 / band))
+        if abs(step) < SETTLED / band:
+            break
+    names, rows = (*found.regression.names[:p], "delay"), _rows(model, parts, found.used, beta, d)
+    told = solve(names, rows, np.append(beta, 0.0), band, len(model.scene.velocities))
+    return d + float(told.estimate[-1]), float(told.errors[-1])
+
+
+def _rows(model: LinearModel, parts: Sequence[DataPart], used: Sequence[Flags], beta: Array, d: float) -> Rows:
+    """Return rows of forces from d later on, with the slope of what is predicted as last column."""
+    from scipy.interpolate import make_interp_spline
+
+    moved, masks = list[DataPart](), list[Flags]()
+    for part, mask in zip(parts, used, strict=True):
+        t, tau, drawn = part.motion.t, part.motion.tau, part.drawn
+        tau = make_interp_spline(t, tau, k=3)(np.clip(t + d, t[0], t[-1])) if d else tau
+        Y = np.insert(part.Y, -1, -np.gradient(part.Y @ np.append(beta, 1.0), t, axis=0), axis=2)
+        drawn = None if drawn is None else np.insert(drawn, -1, 0.0, axis=2)
+        moved.append(replace(part, motion=replace(part.motion, tau=tau), Y=Y, drawn=drawn))
+        masks.append(mask & ((t + d >= t[0]) & (t + d <= t[-1]))[:, None])
+    rows = rows_of(model, moved, masks, False)
+    buried = rows.buried[:, :-1] if rows.buried.size else rows.buried
+    return replace(rows, Y=rows.Y[:, :-1], tau=rows.tau - rows.Y[:, -1], buried=buried, force=rows.tau)
+
+
+def words(found: tuple[float, float], step: float, sources: Sequence[str]) -> list[str]:
+    """Return a note on a delay that is not zero."""
+    d, error = found
+    if not (np.isfinite(error) and abs(d) > max(SURE * error, TOLD * step)):
+        return []
+    late = f"driving forces come {1e3 * abs(d):.3g} ms {'after' if d > 0 else 'before'} the motion"
+    more = f"with a standard error of {1e3 * error:.2g} ms, which pulls what is identified; move their columns by that"
+    return [f"{', '.join(sources)}: {late}, {more}"]
