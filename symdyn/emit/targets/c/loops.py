@@ -336,7 +336,7 @@ def _pair(pairs: Pairs, slides: bool, printer: Printer) -> StepText:
     at = rows | {f"{name}{k}": _row(name, k) for name in (pairs.keeps, Pairs.ABOVE) for k in range(pairs.kept)}
     results = [*zip(rows.values(), pairs.goes, strict=True)]
     results += [(f"found[{r} * pitch + k]", x) for r, x in enumerate(pairs.found[slides])]
-    return _written(results, printer, at, (f"{pairs.keeps}[", f"{Pairs.ABOVE}["))
+    return written(results, printer, at, (f"{pairs.keeps}[", f"{Pairs.ABOVE}["))
 
 
 def _row(of: str, place: int) -> str:
@@ -350,10 +350,10 @@ def _step(sweep: Sweep, handed: Iterable[int], printer: Printer, at: Mapping[str
     results += [] if sweep.result is None else [("*result", sweep.result)]
     if sweep.pairs:
         results += [(_row("starts", k), x) for k, x in enumerate((*sweep.pairs.starts, *sweep.pairs.own))]
-    return _written(results, printer, at, ROW)
+    return written(results, printer, at, ROW)
 
 
-def _written(
+def written(
     results: Sequence[tuple[str, Expr]], printer: Printer, at: Mapping[str, str], same: tuple[str, ...]
 ) -> StepText:
     """Return lines that write results at places; what begins so is the same wherever they run side by side."""
