@@ -19,6 +19,7 @@ from pathlib import Path
 
 import loops_over_tables
 from bars import Bar, in_time
+from loops_over_tables import ENVIRONMENT
 
 from symdyn.scene import Starter
 
@@ -62,9 +63,6 @@ TO_C = {64: 0.15, 256: 0.6, 1024: 3.0}
 
 WRITTEN = {256: 1.0, 1024: 3.0}
 """Seconds at most of `symdyn generate` of forward dynamics, files beside C included, by the bodies of a chain."""
-
-ENVIRONMENT = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
-"""Python's own compiled modules are there, which all but the first process finds."""
 
 LOOPS = {200: 2.0, 1000: 15.0}
 """Seconds at most of deriving, by the loops of a row."""
