@@ -153,7 +153,8 @@ class SweepText:
     Attributes:
         name: of the sweep.
         inward: whether it goes from the tips to the ground.
-        steps: at a joint of every kind.
+        steps: at a joint of every kind, each once, however many kinds have it.
+        kinds: of each step those that do.
         rows: how many rows are handed on.
         ground: where it starts with the acceleration of the ground, rows and entries of that.
         ones: where it starts with a one.
@@ -165,6 +166,7 @@ class SweepText:
     name: str
     inward: bool
     steps: tuple[StepText, ...]
+    kinds: tuple[tuple[int, ...], ...]
     rows: int
     ground: tuple[tuple[int, int], ...]
     ones: tuple[int, ...]
@@ -317,10 +319,15 @@ def _sweep(given: Sequence[str], ways: Sequence[Sweep], printer: Printer, at: Ma
     handed = [k for k in range(len(first.handed)) if f"{first.takes}{k}" in reads]
     here = {**at, **{f"{first.takes}{k}": _row("now", place) for place, k in enumerate(handed)}}
     start = [] if first.ground is None else [(first.ground + k, k) for k in range(3)]
+    kinds: dict[StepText, tuple[int, ...]] = {}
+    for kind, one in enumerate(ways):
+        step = _step(one, handed, printer, here)
+        kinds[step] = (*kinds.get(step, ()), kind)
     return SweepText(
         first.name,
         first.inward,
-        tuple(_step(one, handed, printer, here) for one in ways),
+        tuple(kinds),
+        tuple(kinds.values()),
         len(handed),
         tuple((handed.index(row), k) for row, k in start if row in handed),
         tuple(handed.index(row) for row in first.ones if row in handed),
