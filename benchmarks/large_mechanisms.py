@@ -108,7 +108,9 @@ def main() -> None:
         paths = {joints: Path(folder, f"table{joints}.toml") for joints in given.tables}
         for joints, path in paths.items():
             path.write_text(chain(joints), encoding="utf-8")
-        bars += loops_over_tables.loops(paths) if paths else []
+        short = Path(folder, "short.toml")
+        short.write_text(chain(loops_over_tables.SHORT), encoding="utf-8")
+        bars += loops_over_tables.loops(paths, short) if paths else []
         for bar in bars:
             print(f"{bar.text}: {bar.shown} ({bar.wanted}), {bar.verdict}")
 

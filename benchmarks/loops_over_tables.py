@@ -67,9 +67,24 @@ PAIRS = 101
 """Interleaved pairs of calls of 0.3 ms or so: a busy machine then seldom stops one of them."""
 
 
-def loops(paths: dict[int, Path]) -> list[Bar]:
-    """Print a row a chain and way, and return the bars; `paths` are scenes by their joints."""
-    return [*_first_results(paths), *_beside_pinocchio(paths), *_loops(paths, ID), *_loops(paths, FD)]
+SHORT, EVEN = 16, 1.5
+"""Joints of the chain that a joint of the longest one is compared with, and how many times its time at most."""
+
+
+def loops(paths: dict[int, Path], short: Path) -> list[Bar]:
+    """Print a row a chain and way, and return the bars; `paths` are scenes by their joints, `short` one of SHORT."""
+    found = [*_first_results(paths), *_beside_pinocchio(paths), *_loops(paths, ID), *_loops(paths, FD)]
+    return [*found, *(_by_length(short, paths, output) for output in (ID, FD))]
+
+
+def _by_length(short: Path, paths: dict[int, Path], output: str) -> Bar:
+    """Return the bar of a joint's time in the longest chain, each as code of one state by default."""
+    ends = {SHORT: short, max(paths): paths[max(paths)]}
+    calls = {joints: _built(path, output, None, joints)[1] for joints, path in ends.items()}
+    pairs = [[_timed(call["one state"]) / joints for joints, call in calls.items()] for _ in range(PAIRS)]
+    ratio = median(b / a for a, b in pairs)
+    text = f"{output}, one state, a joint of {max(paths)} as one of {SHORT}, times"
+    return Bar(text, f"≤ {EVEN:g}", f"{ratio:.2f}", ratio <= EVEN)
 
 
 def _first_results(paths: dict[int, Path]) -> list[Bar]:
@@ -199,7 +214,7 @@ def _loops(paths: dict[int, Path], output: str) -> list[Bar]:
 
 
 def _built(
-    path: Path, output: str, formulation: str, joints: int
+    path: Path, output: str, formulation: str | None, joints: int
 ) -> tuple[float, dict[str, tuple[Callable[[], object], int]]]:
     """Return processor seconds from a file to the first result, and calls by name with the states of each."""
     before = _seconds()

@@ -20,7 +20,7 @@ from symdyn.dynamics.mechanism.linear_solve import RowSolve
 from symdyn.dynamics.mechanism.state import INPUTS, STATES, TIME, letters_of, symbols_of
 from symdyn.dynamics.outputs.contact_rows import Touch, touching
 from symdyn.dynamics.outputs.workspace import Workspace
-from symdyn.dynamics.recursive.second_order import PairRuns
+from symdyn.dynamics.recursive.pair_runs import PairRuns
 from symdyn.dynamics.recursive.table_loops import TableLoop, count_loop
 from symdyn.errors import UnknownNameError, choice, listed
 from symdyn.graph import Expr, Graph, Op, reachable, substitute

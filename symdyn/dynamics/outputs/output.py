@@ -20,7 +20,7 @@ from typing import Literal, get_args
 from symdyn.dynamics.mechanism.linear_solve import RowSolve
 from symdyn.dynamics.outputs.result_labels import Axis
 from symdyn.dynamics.outputs.workspace import Workspace
-from symdyn.dynamics.recursive.second_order import PairRuns
+from symdyn.dynamics.recursive.pair_runs import PairRuns
 from symdyn.graph import Expr
 from symdyn.scene import Scene
 

@@ -23,7 +23,8 @@ from symdyn.dynamics.outputs.recursive_derivatives import Forward, beside_bodies
 from symdyn.dynamics.outputs.tangent_space import COLUMNS, FREE, by_row
 from symdyn.dynamics.outputs.tree_formulations import forward
 from symdyn.dynamics.outputs.workspace import Matrix, Workspace
-from symdyn.dynamics.recursive.second_order import PairRuns, Velocities, places
+from symdyn.dynamics.recursive.pair_runs import PairRuns
+from symdyn.dynamics.recursive.second_order import Velocities, places
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, substitute, tangents
 from symdyn.scene import Scene

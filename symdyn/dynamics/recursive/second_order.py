@@ -42,17 +42,15 @@ trees do enters. Twists are (angular, linear), forces (moment, force).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, reduce
-from typing import ClassVar, NamedTuple
+from functools import reduce
+from typing import NamedTuple
 
-from symdyn.dynamics.recursive.joint_table import symbols, vectors
 from symdyn.dynamics.recursive.links import GeneralTurn, Moments, SpatialForce, Twist, plus
 from symdyn.dynamics.recursive.reduced_tree import ReducedTree
 from symdyn.dynamics.recursive.rnea_derivatives import Composite, bracket
-from symdyn.graph import Expr, Graph
-from symdyn.scene import Scene
+from symdyn.graph import Expr
 from symdyn.spatial import Mat, Transform, Vec, add, cross, neg, scale, sub, zero_vector
 
 
@@ -267,111 +265,8 @@ def _product(f: SpatialForce, x: Twist) -> Expr:
     return pairs[0][0].graph.total(a * b for a, b in pairs)
 
 
-WAYS, REACH, PAIR = 24, 54, 54
-"""How many numbers these have; those of a reach begin with its momentum."""
-
-
-@dataclass(frozen=True, eq=False)
-class PairRuns:
-    """What packed entries are composed of, which code may do in a loop over pairs of velocities.
-
-    Attributes:
-        scene: whose parameters the numbers hold.
-        velocities: of its tree.
-        numbers: WAYS and REACH numbers of every velocity, which may be any that are so `grouped`.
-    """
-
-    scene: Scene
-    velocities: Velocities
-    numbers: tuple[Expr, ...]
-
-    EACH: ClassVar = WAYS + REACH
-
-    @classmethod
-    def of(cls, scene: Scene, tree: ReducedTree, qd: Sequence[Expr], qdd: Sequence[Expr]) -> PairRuns:
-        """Return that of the bodies of a tree.
-
-        Args:
-            scene: whose tree it is.
-            tree: the mechanism, a velocity for each elementary joint; of a block only the last joint carries a body.
-            qd: velocities, shape (n,).
-            qdd: their rates, shape (n,).
-        """
-        every = zip(*numbers(tree, qd, qdd), strict=True)
-        return cls(scene, Velocities.of(tree.parent, tree.block), tuple(x for one in every for x in _flat(one)))
-
-    @property
-    def products(self) -> int:
-        """How many entries there are, each a product of a force and a motion or two."""
-        return len(places(self.velocities))
-
-    @classmethod
-    def composed(cls, velocities: Velocities, numbers: Sequence[Expr]) -> list[Expr]:
-        """Return the packed entries from such numbers, on any graph."""
-        every = [grouped(numbers[k : k + cls.EACH]) for k in range(0, len(numbers), cls.EACH)]
-        found = list[Expr]()
-        for d, m, same in velocities.pairs():
-            (of_d, reach), (of_m, other), chain = every[d], every[m], velocities.chain[m]
-            here, own = pair(reach, of_m), len(chain) - velocities.shared[m]
-            if same:
-                here = here._replace(uu=of_one_joint(here, of_d, other))
-            for number, run in enumerate(RUNS):
-                for k, s in enumerate(chain if run.whole else chain[:own]):
-                    if not (same and run.apart):
-                        ways = every[s][0]
-                        half = number == HALVED and k >= own
-                        found.append(halved(here, ways) if half else run.entry(here, ways))
-        return found
-
-
-def grouped(numbers: Sequence[Expr]) -> tuple[Ways, Reach]:
-    """Return the ways and the reach that WAYS + REACH numbers are."""
-    v = vectors(numbers)
-    ways, x = Ways(*((v[k], v[k + 1]) for k in range(0, 8, 2))), v[8:]
-    return ways, Reach((x[0], x[1]), (x[2], x[3]), x[4], (x[5], x[6]), (x[7], x[8]), x[9], Mat(x[10:13]), x[13], x[14],
-                       Mat(x[15:]))  # fmt: skip
-
-
-def _flat(one: object) -> Iterator[Expr]:
-    """Iterate over all numbers of ways, of a reach, of a pair, in their order there."""
-    if isinstance(one, Expr):
-        yield one
-    else:
-        for part in one if isinstance(one, Iterable) else vars(one).values():
-            yield from _flat(part)
-
-
-@dataclass(frozen=True)
-class PairSteps:
-    """What a loop does for a pair and along the way of its outer velocity, as expressions of symbols.
-
-    Attributes:
-        pair: numbers of a pair, then of one of one joint in place of the sum V + W, of `reach0` …, the reach of d and
-            the S of its ways, and `ways0` …, the ways of m and the momentum of its reach.
-        joined: where that sum stands among the numbers.
-        entries: an entry of every run, then of the halved one, of `pair0` … and `ways0` … of s.
-    """
-
-    pair: tuple[Expr, ...]
-    joined: int
-    entries: tuple[Expr, ...]
-
-
-@cache
-def pair_steps() -> PairSteps:
-    """Return these steps; what they do not read of a reach or of ways is `rest0` …."""
-    graph = Graph()
-    d, m, rest = (symbols(graph, name, many) for name, many in (("reach", 60), ("ways", 30), ("rest", 54)))
-    (ways, reach), (other, momentum) = grouped([*d[REACH:], *rest[: WAYS - 6], *d[:REACH]]), grouped([*m, *rest[:48]])
-    here = pair(reach, other)
-    whole = (*_flat(here), *_flat(of_one_joint(here, ways, momentum)))
-    f, s = vectors(symbols(graph, "pair", PAIR)), grouped([*m[:WAYS], *rest])[0]
-    there = Pair(*((f[k], f[k + 1]) for k in range(0, len(f), 2)))
-    return PairSteps(whole, 6 * Pair._fields.index("uu"), (*(run.entry(there, s) for run in RUNS), halved(there, s)))
-
-
 def numbers(tree: ReducedTree, qd: Sequence[Expr], qdd: Sequence[Expr]) -> tuple[list[Ways], list[Reach]]:
-    """Return what pairs are made of, of every velocity; arguments are as of `PairRuns.of`."""
+    """Return what pairs are made of, of every velocity; arguments are as of `pair_runs.PairRuns.of`."""
     zeros = zero_vector(tree.graph)
     still = (zeros, zeros)
     at = _placements(tree)

@@ -124,8 +124,8 @@ def _write_c(draft: Draft) -> dict[str, str]:
     values["columns"] = batch and not all(function.loop for function in page.functions)
     lined = [many for many, text in zip(values["codes"], page.functions, strict=True) if not text.loop]
     solves = [many.solve for many in lined if many and many.solve]
-    values["solves"] = not all(one.runs for one in solves)
-    values["paired"] = any(one.runs for one in solves) or any(
+    values["solves"] = not all(one.each for one in solves)
+    values["paired"] = any(one.each for one in solves) or any(
         function.loop and function.loop.goes_through_pairs for function in page.functions
     )
     values["spread"] = batch and any(many.places for many in lined)

@@ -9,9 +9,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from symdyn.algebra import constants
-from symdyn.dynamics import Pairs, Sweep, TableLoop
+from symdyn.dynamics import PairRuns, Pairs, PairSteps, Sweep, TableLoop
 from symdyn.emit.code.spelling import Printer
 from symdyn.graph import Expr, Op, reachable
+from symdyn.program import PairLoop
 from symdyn.scene import Scene
 
 LINE = 64
@@ -381,3 +382,53 @@ def written(
         for place, x in results
     ]
     return StepText(tuple(lines), tuple(written))
+
+
+SIDE = 8
+"""Velocities of a way side by side, to whole ones of which ways are filled up."""
+
+
+@dataclass(frozen=True)
+class PairRunsText:
+    """A loop over pairs of velocities.
+
+    Attributes:
+        loop: what it goes over.
+        lanes: the longest way, filled up.
+        steps: of a pair and along a way, as expressions and as C, `pair` and `run`.
+    """
+
+    loop: PairLoop
+    lanes: int
+    steps: PairSteps
+    pair: StepText
+    run: StepText
+    each: int = PairRuns.EACH
+    copies: tuple[()] = ()
+
+    @property
+    def size(self) -> int:
+        """Numbers that lines leave for it."""
+        return len(self.loop.entries)
+
+    @property
+    def table(self) -> tuple[int, ...]:
+        """Of every velocity how many it depends on, how many of these are of other joints, and all of them."""
+        ways = zip(self.loop.velocities.chain, self.loop.velocities.shared, strict=True)
+        return tuple(x for way, shared in ways for x in (len(way), len(way) - shared, *way))
+
+
+def pair_runs_text(loop: PairLoop, printer: Printer) -> PairRunsText:
+    """Return the loop over pairs."""
+    steps = PairSteps.known()
+    lanes = -(-max(map(len, loop.velocities.chain)) // SIDE) * SIDE
+    ways = {f"ways{k}": f"ways[{k * lanes} + k]" for k in range(30)}
+    numbers = ways | {f"reach{k}": f"reach[{k}]" for k in range(54)} | {f"reach{54 + k}": f"S[{k}]" for k in range(6)}
+    pairs = ways | {f"pair{k}": f"pair[{k * lanes}]" for k in range(54)}
+    pairs |= {f"pair{steps.joined + k}": f"joined[{k * lanes}]" for k in range(6)}
+    pair, run = (
+        [(f"{name}[{k * lanes} + k]", x) for k, x in enumerate(results)]
+        for name, results in (("pairs", steps.pair), ("found", steps.entries))
+    )
+    whole = "reach[", "S[", "pair[", "joined["
+    return PairRunsText(loop, lanes, steps, written(pair, printer, numbers, whole), written(run, printer, pairs, whole))
