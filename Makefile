@@ -87,7 +87,7 @@ bench: $(READY)  ## side by side with other libraries; updates docs/performance.
 	$(BIN)/python benchmarks/derivatives.py --docs docs
 
 # Each prints what was set out to be reached beside what was; some end with 1 where that was missed.
-bars: $(READY)  ## the rest of what was set out to be reached: cold starts, certificates, large mechanisms, small batches, 31 digits, contacts, second derivatives, inverse kinematics, stances of a quadruped, what nvcc spills
+bars: $(READY)  ## the rest of what was set out to be reached: cold starts, certificates, large mechanisms, small batches, 31 digits, contacts, second derivatives, exact Hessians, inverse kinematics, stances of a quadruped, what nvcc spills
 	-$(BIN)/python benchmarks/import_time.py
 	-$(BIN)/python benchmarks/cold_load.py
 	-$(BIN)/python benchmarks/certificates.py

@@ -220,10 +220,11 @@ class RowLoop:
     def of(function: Function) -> RowLoop | PairLoop | None:
         """Return that of a function, or its loop over pairs; None where it has lines alone, or few products."""
         solve = function.solve
-        if solve is None or solve.products < (FEWEST if isinstance(solve, RowSolve) else FEWEST_OF_PAIRS):
+        few = solve.products < FEWEST if isinstance(solve, RowSolve) else len(function.entries) < FEWEST_OF_PAIRS
+        if solve is None or few:
             return None
         if solve not in _FOUND:
-            _FOUND[solve] = _lowered(function, solve) if isinstance(solve, RowSolve) else _paired(function, solve)
+            _FOUND[solve] = _lowered(function, solve)
         return _FOUND[solve]
 
     @property
@@ -273,7 +274,9 @@ class PairLoop:
 _FOUND: WeakKeyDictionary[RowSolve | PairRuns, RowLoop | PairLoop] = WeakKeyDictionary()
 
 
-def _lowered(function: Function, solve: RowSolve) -> RowLoop:
+def _lowered(function: Function, solve: RowSolve | PairRuns) -> RowLoop | PairLoop:
+    if isinstance(solve, PairRuns):
+        return PairLoop(_lines(function, solve.scene, solve.numbers), solve.velocities)
     factors, columns = solve.factors, len(solve.beside[0])
     graph, width = factors[0].graph, _filled(solve.width)
     pitch = width + _filled(columns - solve.width)
@@ -293,10 +296,6 @@ def _lowered(function: Function, solve: RowSolve) -> RowLoop:
         for one in solve.steps
     )
     return RowLoop(_lines(function, solve.scene, (*entries, *factors)), width, tuple(steps), places)
-
-
-def _paired(function: Function, runs: PairRuns) -> PairLoop:
-    return PairLoop(_lines(function, runs.scene, runs.numbers), runs.velocities)
 
 
 def _lines(function: Function, scene: Scene, entries: tuple[Expr, ...]) -> Program:

@@ -25,7 +25,6 @@ from symdyn.dynamics.recursive.second_order import (
     numbers,
     of_one_joint,
     pair,
-    places,
 )
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
@@ -53,21 +52,9 @@ class PairRuns:
 
     @classmethod
     def of(cls, scene: Scene, tree: ReducedTree, qd: Sequence[Expr], qdd: Sequence[Expr]) -> PairRuns:
-        """Return that of the bodies of a tree.
-
-        Args:
-            scene: whose tree it is.
-            tree: the mechanism, a velocity for each elementary joint; of a block only the last joint carries a body.
-            qd: velocities, shape (n,).
-            qdd: their rates, shape (n,).
-        """
+        """Return that of the bodies of a scene's tree, a velocity for each elementary joint, at q̇ and q̈, shape (n,)."""
         every = zip(*numbers(tree, qd, qdd), strict=True)
         return cls(scene, Velocities.of(tree.parent, tree.block), tuple(x for one in every for x in _flat(one)))
-
-    @property
-    def products(self) -> int:
-        """How many entries there are, each a product of a force and a motion or two."""
-        return len(places(self.velocities))
 
     @classmethod
     def composed(cls, velocities: Velocities, numbers: Sequence[Expr]) -> list[Expr]:

@@ -115,11 +115,6 @@ class Called:
     body: tuple[str, ...]
     work: int
 
-    @property
-    def longest(self) -> int:
-        """Columns of the widest array that vanishes."""
-        return max([0, *(one.columns for one in self.outputs if one.vanishes)])
-
 
 @dataclass(frozen=True)
 class _Inside:
