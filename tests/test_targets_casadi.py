@@ -294,7 +294,7 @@ def test_ipopt_swings_a_pole_up_by_our_functions_and_our_derivatives() -> None:
     problem.subject_to(q[:, 0] == 0)
     problem.subject_to(casadi.vertcat(qd[:, 0], qd[:, -1]) == 0)
     problem.subject_to(q[:, -1] == casadi.vertcat(1.0, np.pi))
-    problem.subject_to(problem.mechanismed(-20, u, 20))
+    problem.subject_to(problem.bounded(-20, u, 20))
     problem.minimize(h * casadi.sumsqr(u))
     problem.set_initial(q, np.linspace([0, 0], [1.0, np.pi], n + 1).T)
     problem.solver("ipopt", {"print_time": False}, {"print_level": 0, "sb": "yes"})
