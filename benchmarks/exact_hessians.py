@@ -71,12 +71,10 @@ def theirs(scene: Scene, name: str, folder: Path) -> Path:
     return folder / whole.generate("casadis.c")
 
 
-def spent(command: list[str], gigabytes: float) -> tuple[float, float, str]:
+def spent(command: list[str]) -> tuple[float, float, str]:
     """Return seconds and GB of a process, and how it ended where it did not well."""
     where = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
     process = subprocess.Popen(command, env=where, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-    most = int(gigabytes * 2**30)
-    resource.prlimit(process.pid, resource.RLIMIT_AS, (most, most))
     try:
         _, said = process.communicate(timeout=SECONDS)
     except subprocess.TimeoutExpired:
@@ -102,14 +100,16 @@ def made(robot: str, name: str, way: str, gigabytes: float, folder: Path) -> dic
 
 def make(robot: str, name: str, way: str, gigabytes: float, folder: Path) -> dict[str, Any]:
     """Write and compile; return seconds, GB and MB."""
+    most = int(gigabytes * 2**30)
+    resource.setrlimit(resource.RLIMIT_AS, (most, most))  # what this process starts has the limit from the first
     words = [sys.executable, __file__, "--write", robot, name, way, str(folder)]
-    seconds, memory, ended = spent(words, gigabytes)
+    seconds, memory, ended = spent(words)
     told: dict[str, Any] = {"write, s": seconds, "write, GB": memory, "ended": ended}
     if ended:
         return told
     source = Path((folder / f"{way}.txt").read_text("utf-8"))
     told["MB"] = source.stat().st_size / 1e6
-    seconds, memory, ended = spent(["gcc", *FLAGS, str(source), "-o", str(folder / f"{way}.so"), "-lm"], gigabytes)
+    seconds, memory, ended = spent(["gcc", *FLAGS, str(source), "-o", str(folder / f"{way}.so"), "-lm"])
     return told | {"gcc, s": seconds - told["write, s"], "gcc, GB": memory, "ended": ended and f"gcc: {ended}"}
 
 
