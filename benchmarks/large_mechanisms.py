@@ -19,6 +19,7 @@ from pathlib import Path
 
 import loops_over_tables
 from bars import Bar, in_time
+from loops_over_tables import ENVIRONMENT
 
 from symdyn.scene import Starter
 
@@ -62,9 +63,6 @@ TO_C = {64: 0.15, 256: 0.6, 1024: 3.0}
 
 WRITTEN = {256: 1.0, 1024: 3.0}
 """Seconds at most of `symdyn generate` of forward dynamics, files beside C included, by the bodies of a chain."""
-
-ENVIRONMENT = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
-"""Python's own compiled modules are there, which all but the first process finds."""
 
 LOOPS = {200: 2.0, 1000: 15.0}
 """Seconds at most of deriving, by the loops of a row."""
@@ -110,7 +108,9 @@ def main() -> None:
         paths = {joints: Path(folder, f"table{joints}.toml") for joints in given.tables}
         for joints, path in paths.items():
             path.write_text(chain(joints), encoding="utf-8")
-        bars += loops_over_tables.loops(paths) if paths else []
+        short = Path(folder, "short.toml")
+        short.write_text(chain(loops_over_tables.SHORT), encoding="utf-8")
+        bars += loops_over_tables.loops(paths, short) if paths else []
         for bar in bars:
             print(f"{bar.text}: {bar.shown} ({bar.wanted}), {bar.verdict}")
 

@@ -49,6 +49,9 @@ FASTER = 1.1
 
 DERIVATIVES = (f"{ID}_derivatives", f"{FD}_derivatives")
 
+ENVIRONMENT = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+"""Python's own compiled modules are there, which all but the first process finds."""
+
 FIRST = {64: 1.0, 256: 3.0, 1024: 12.0}
 """Processor seconds at most from a file to the first result of anything, compiler included, by joints."""
 
@@ -64,23 +67,34 @@ PAIRS = 101
 """Interleaved pairs of calls of 0.3 ms or so: a busy machine then seldom stops one of them."""
 
 
-def loops(paths: dict[int, Path]) -> list[Bar]:
-    """Print a row a chain and way, and return the bars; `paths` are scenes by their joints."""
-    return [*_first_results(paths), *_beside_pinocchio(paths), *_loops(paths, ID), *_loops(paths, FD)]
+SHORT, EVEN = 16, 1.5
+"""Joints of the chain that a joint of the longest one is compared with, and how many times its time at most."""
+
+
+def loops(paths: dict[int, Path], short: Path) -> list[Bar]:
+    """Print a row a chain and way, and return the bars; `paths` are scenes by their joints, `short` one of SHORT."""
+    found = [*_first_results(paths), *_beside_pinocchio(paths), *_loops(paths, ID), *_loops(paths, FD)]
+    return [*found, *(_by_length(short, paths, output) for output in (ID, FD))]
+
+
+def _by_length(short: Path, paths: dict[int, Path], output: str) -> Bar:
+    """Return the bar of a joint's time in the longest chain, each as code of one state by default."""
+    ends = {SHORT: short, max(paths): paths[max(paths)]}
+    calls = {joints: _built(path, output, None, joints)[1] for joints, path in ends.items()}
+    pairs = [[_timed(call["one state"]) / joints for joints, call in calls.items()] for _ in range(PAIRS)]
+    ratio = median(b / a for a, b in pairs)
+    text = f"{output}, one state, a joint of {max(paths)} as one of {SHORT}, times"
+    return Bar(text, f"≤ {EVEN:g}", f"{ratio:.2f}", ratio <= EVEN)
 
 
 def _first_results(paths: dict[int, Path]) -> list[Bar]:
     """Return bars of processes that read a file and call one function once, with an empty cache of compiled code."""
     print(f"\n{'joints':>8}  {'output':32}{'to a result, s':>16}{'MB':>8}")
     found = []
+    _first(min(paths.items())[1], DERIVATIVES[-1])  # which makes those modules
     for joints, path in paths.items():
         for output in (ID, FD, *DERIVATIVES):
-            with tempfile.TemporaryDirectory() as cache:
-                given = [sys.executable, "-c", FIRST_RESULT, str(path), output]
-                told = subprocess.run(
-                    given, env={**os.environ, "XDG_CACHE_HOME": cache}, capture_output=True, check=True
-                )
-            seconds, megabytes = map(float, told.stdout.split())
+            seconds, megabytes = _first(path, output)
             print(f"{joints:8}  {output:32}{seconds:16.2f}{megabytes:8.0f}", flush=True)
             if joints in FIRST:
                 text, most = f"{output} of a chain of {joints}, file to result", FIRST[joints]
@@ -88,6 +102,15 @@ def _first_results(paths: dict[int, Path]) -> list[Bar]:
                 told_as = f"{seconds:.2f} s, {megabytes:.0f} MB"
                 found.append(Bar(text, f"≤ {most:g} s, ≤ {MEGABYTES} MB", told_as, reached))
     return found
+
+
+def _first(path: Path, output: str) -> tuple[float, float]:
+    """Return seconds and MB of such a process."""
+    with tempfile.TemporaryDirectory() as cache:
+        given = [sys.executable, "-c", FIRST_RESULT, str(path), output]
+        told = subprocess.run(given, env={**ENVIRONMENT, "XDG_CACHE_HOME": cache}, capture_output=True, check=True)
+    seconds, megabytes = map(float, told.stdout.split())
+    return seconds, megabytes
 
 
 FIRST_RESULT = """
@@ -191,7 +214,7 @@ def _loops(paths: dict[int, Path], output: str) -> list[Bar]:
 
 
 def _built(
-    path: Path, output: str, formulation: str, joints: int
+    path: Path, output: str, formulation: str | None, joints: int
 ) -> tuple[float, dict[str, tuple[Callable[[], object], int]]]:
     """Return processor seconds from a file to the first result, and calls by name with the states of each."""
     before = _seconds()

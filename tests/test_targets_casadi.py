@@ -16,7 +16,7 @@ import symdyn
 from symdyn.dynamics import derive
 from symdyn.dynamics.outputs.named_functions import Equations
 from symdyn.emit import emit, write
-from symdyn.emit.targets.python_modules import EXTERNAL, JacobianBlock, jacobians
+from symdyn.emit.targets.casadi_modules import EXTERNAL, JacobianBlock, jacobians
 from symdyn.graph import Graph
 from symdyn.program import lower
 from symdyn.runtime.runners import run_casadi
@@ -213,6 +213,59 @@ def test_our_c_is_what_casadi_calls_with_its_jacobians(tmp_path: Path, compiler:
                 np.testing.assert_allclose(one.full(), other.full(), rtol=1e-12, atol=1e-12)
     with pytest.raises(RuntimeError, match="Derivatives cannot be calculated for mass_matrix"):
         casadi.external("mass_matrix", str(library)).jacobian()
+
+
+TWICE = ("", "_derivatives", "_vjp", "_hessian")
+"""What a function needs beside it so that CasADi takes its Hessians from our C."""
+
+
+def external_of(scene: Scene, *functions: str) -> str:
+    """Return our C for CasADi of functions of a scene."""
+    sources = emit(lower(derive(scene, functions)), "casadi", option=EXTERNAL)
+    return sources.texts[f"{scene.name}_external.c"]
+
+
+def test_c_sweeps_backwards_where_all_second_derivatives_are_plain_ones() -> None:
+    cart, open_values, top = (read(EXAMPLES / f"{name}.toml") for name in ("cart_pole", "two_link", "heavy_top"))
+    every = [f"inverse_dynamics{one}" for one in TWICE]
+
+    assert "of first and second order, which Hessians are made of: inverse_dynamics.\n" in external_of(cart, *every)
+    for scene, names in ((cart, every[:3]), (cart, [every[0], every[3]]), (open_values, every), (top, every)):
+        assert "adj1" not in external_of(scene, *names)
+
+
+@runs
+@pytest.mark.runs("cc")
+@pytest.mark.parametrize("scene", ["cart_pole", "arm7"])
+def test_hessians_of_sums_that_casadi_takes_from_our_c_are_those_of_its_own_sweeps(scene: str, tmp_path: Path) -> None:
+    import casadi
+
+    mechanism = read(EXAMPLES / f"{scene}.toml")
+    n = len(mechanism.velocities)
+    for name in DYNAMICS:
+        text = external_of(mechanism, *(f"{name}{one}" for one in TWICE))
+        (tmp_path / f"{name}.c").write_text(text)
+        flags = ["-std=c99", "-O1", "-Wall", "-Wextra", "-pedantic", "-Werror", "-shared", "-fPIC"]
+        subprocess.run(["gcc", *flags, f"{name}.c", "-o", f"{name}.so", "-lm"], cwd=tmp_path, check=True)
+        ours = casadi.external(name, str(tmp_path / f"{name}.so"))
+        own = run_casadi(emit(lower(derive(mechanism, [name])), "casadi")).module.functions[name]
+        x, weights = casadi.MX.sym("x", 3 * n), casadi.MX.sym("weights", n)
+        found = []
+        for f in (ours, own):
+            y = f(x[:n], x[n : 2 * n], x[2 * n :])
+            whole = casadi.hessian(casadi.dot(weights, y * y), x)[0]  # what y is multiplied by moves with x
+            assert ("jac_adj1" in str(whole)) == (f is ours)
+            found.append(casadi.Function("H", [x, weights], [whole]))
+        for seed in (0, 1):
+            given = np.random.default_rng(seed).normal(size=3 * n) * seed, np.random.default_rng(2).normal(size=n)
+            expected = found[1](*given).full()
+            assert np.abs(found[0](*given).full() - expected).max() <= 1e-11 * np.abs(expected).max()
+
+        problem = {"x": x, "f": casadi.sumsqr(x - 1), "g": ours(x[:n], x[n : 2 * n], x[2 * n :])}
+        solver = casadi.nlpsol("s", "ipopt", problem, {"ipopt.print_level": 0, "print_time": False, "ipopt.sb": "yes"})
+        solver(x0=np.full(3 * n, 0.3), lbg=0.1, ubg=0.1)
+        assert solver.stats()["success"]
+        assert solver.stats()["n_call_nlp_hess_l"] > 0
 
 
 @runs

@@ -10,7 +10,7 @@ from harness import Timed, python_sweep
 from native import NATIVE, compiled
 
 from symdyn.emit import emit
-from symdyn.emit.targets.python_modules import EXTERNAL
+from symdyn.emit.targets.casadi_modules import EXTERNAL
 from symdyn.runtime.runners import run_casadi
 
 ID, DERIVATIVES = "inverse_dynamics", "inverse_dynamics_derivatives"

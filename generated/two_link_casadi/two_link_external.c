@@ -227,7 +227,7 @@ static inline void two_link_mass_matrix(const double *q, const double *params, d
  *
  * it holds functions for casadi.external("inverse_dynamics", "./two_link_external.so"),
  * which take and return what those of the module of CasADi do.
- * CasADi finds the Jacobian in it too, but symdyn_zeros of second order, of: inverse_dynamics.
+ * CasADi finds the Jacobian in it too, of: inverse_dynamics.
  * A function has its Jacobian where its derivatives by all of its arguments are among the functions.
  */
 #ifndef casadi_real
@@ -281,8 +281,8 @@ SYMDYN_SHOWN const char *inverse_dynamics_name_in(casadi_int i)
 
 SYMDYN_SHOWN const casadi_int *inverse_dynamics_sparsity_in(casadi_int i)
 {
-    static const casadi_int dense[][3] = { { 2, 1, 1 }, { 2, 1, 1 }, { 2, 1, 1 }, { 5, 1, 1 }, { 0, 0, 1 } };
-    return dense[i];
+    static const casadi_int shapes[][3] = { { 2, 1, 1 }, { 2, 1, 1 }, { 2, 1, 1 }, { 5, 1, 1 }, { 0, 0, 1 } };
+    return shapes[i];
 }
 
 SYMDYN_SHOWN const char *inverse_dynamics_name_out(casadi_int i)
@@ -293,8 +293,8 @@ SYMDYN_SHOWN const char *inverse_dynamics_name_out(casadi_int i)
 
 SYMDYN_SHOWN const casadi_int *inverse_dynamics_sparsity_out(casadi_int i)
 {
-    static const casadi_int dense[][3] = { { 2, 1, 1 }, { 0, 0, 1 } };
-    return dense[i];
+    static const casadi_int shapes[][3] = { { 2, 1, 1 }, { 0, 0, 1 } };
+    return shapes[i];
 }
 
 SYMDYN_SHOWN int inverse_dynamics_work(casadi_int *sz_arg, casadi_int *sz_res, casadi_int *sz_iw, casadi_int *sz_w)
@@ -333,8 +333,8 @@ SYMDYN_SHOWN const char *jac_inverse_dynamics_name_in(casadi_int i)
 
 SYMDYN_SHOWN const casadi_int *jac_inverse_dynamics_sparsity_in(casadi_int i)
 {
-    static const casadi_int dense[][3] = { { 2, 1, 1 }, { 2, 1, 1 }, { 2, 1, 1 }, { 5, 1, 1 }, { 2, 1, 1 }, { 0, 0, 1 } };
-    return dense[i];
+    static const casadi_int shapes[][3] = { { 2, 1, 1 }, { 2, 1, 1 }, { 2, 1, 1 }, { 5, 1, 1 }, { 2, 1, 1 }, { 0, 0, 1 } };
+    return shapes[i];
 }
 
 SYMDYN_SHOWN const char *jac_inverse_dynamics_name_out(casadi_int i)
@@ -345,8 +345,8 @@ SYMDYN_SHOWN const char *jac_inverse_dynamics_name_out(casadi_int i)
 
 SYMDYN_SHOWN const casadi_int *jac_inverse_dynamics_sparsity_out(casadi_int i)
 {
-    static const casadi_int dense[][3] = { { 2, 2, 1 }, { 2, 2, 1 }, { 2, 2, 1 }, { 2, 5, 1 }, { 0, 0, 1 } };
-    return dense[i];
+    static const casadi_int shapes[][3] = { { 2, 2, 1 }, { 2, 2, 1 }, { 2, 2, 1 }, { 2, 5, 1 }, { 0, 0, 1 } };
+    return shapes[i];
 }
 
 SYMDYN_SHOWN int jac_inverse_dynamics_work(casadi_int *sz_arg, casadi_int *sz_res, casadi_int *sz_iw, casadi_int *sz_w)
@@ -381,8 +381,8 @@ SYMDYN_SHOWN const char *inverse_dynamics_derivatives_name_in(casadi_int i)
 
 SYMDYN_SHOWN const casadi_int *inverse_dynamics_derivatives_sparsity_in(casadi_int i)
 {
-    static const casadi_int dense[][3] = { { 2, 1, 1 }, { 2, 1, 1 }, { 2, 1, 1 }, { 5, 1, 1 }, { 0, 0, 1 } };
-    return dense[i];
+    static const casadi_int shapes[][3] = { { 2, 1, 1 }, { 2, 1, 1 }, { 2, 1, 1 }, { 5, 1, 1 }, { 0, 0, 1 } };
+    return shapes[i];
 }
 
 SYMDYN_SHOWN const char *inverse_dynamics_derivatives_name_out(casadi_int i)
@@ -393,8 +393,8 @@ SYMDYN_SHOWN const char *inverse_dynamics_derivatives_name_out(casadi_int i)
 
 SYMDYN_SHOWN const casadi_int *inverse_dynamics_derivatives_sparsity_out(casadi_int i)
 {
-    static const casadi_int dense[][3] = { { 2, 6, 1 }, { 0, 0, 1 } };
-    return dense[i];
+    static const casadi_int shapes[][3] = { { 2, 6, 1 }, { 0, 0, 1 } };
+    return shapes[i];
 }
 
 SYMDYN_SHOWN int inverse_dynamics_derivatives_work(casadi_int *sz_arg, casadi_int *sz_res, casadi_int *sz_iw, casadi_int *sz_w)
@@ -429,8 +429,8 @@ SYMDYN_SHOWN const char *inverse_dynamics_by_parameters_name_in(casadi_int i)
 
 SYMDYN_SHOWN const casadi_int *inverse_dynamics_by_parameters_sparsity_in(casadi_int i)
 {
-    static const casadi_int dense[][3] = { { 2, 1, 1 }, { 2, 1, 1 }, { 2, 1, 1 }, { 5, 1, 1 }, { 0, 0, 1 } };
-    return dense[i];
+    static const casadi_int shapes[][3] = { { 2, 1, 1 }, { 2, 1, 1 }, { 2, 1, 1 }, { 5, 1, 1 }, { 0, 0, 1 } };
+    return shapes[i];
 }
 
 SYMDYN_SHOWN const char *inverse_dynamics_by_parameters_name_out(casadi_int i)
@@ -441,8 +441,8 @@ SYMDYN_SHOWN const char *inverse_dynamics_by_parameters_name_out(casadi_int i)
 
 SYMDYN_SHOWN const casadi_int *inverse_dynamics_by_parameters_sparsity_out(casadi_int i)
 {
-    static const casadi_int dense[][3] = { { 2, 5, 1 }, { 0, 0, 1 } };
-    return dense[i];
+    static const casadi_int shapes[][3] = { { 2, 5, 1 }, { 0, 0, 1 } };
+    return shapes[i];
 }
 
 SYMDYN_SHOWN int inverse_dynamics_by_parameters_work(casadi_int *sz_arg, casadi_int *sz_res, casadi_int *sz_iw, casadi_int *sz_w)
@@ -477,8 +477,8 @@ SYMDYN_SHOWN const char *mass_matrix_name_in(casadi_int i)
 
 SYMDYN_SHOWN const casadi_int *mass_matrix_sparsity_in(casadi_int i)
 {
-    static const casadi_int dense[][3] = { { 2, 1, 1 }, { 5, 1, 1 }, { 0, 0, 1 } };
-    return dense[i];
+    static const casadi_int shapes[][3] = { { 2, 1, 1 }, { 5, 1, 1 }, { 0, 0, 1 } };
+    return shapes[i];
 }
 
 SYMDYN_SHOWN const char *mass_matrix_name_out(casadi_int i)
@@ -489,8 +489,8 @@ SYMDYN_SHOWN const char *mass_matrix_name_out(casadi_int i)
 
 SYMDYN_SHOWN const casadi_int *mass_matrix_sparsity_out(casadi_int i)
 {
-    static const casadi_int dense[][3] = { { 2, 2, 1 }, { 0, 0, 1 } };
-    return dense[i];
+    static const casadi_int shapes[][3] = { { 2, 2, 1 }, { 0, 0, 1 } };
+    return shapes[i];
 }
 
 SYMDYN_SHOWN int mass_matrix_work(casadi_int *sz_arg, casadi_int *sz_res, casadi_int *sz_iw, casadi_int *sz_w)

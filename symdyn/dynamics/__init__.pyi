@@ -46,5 +46,7 @@ from .outputs.unique_reactions import (
     unique_reactions as unique_reactions,
 )
 from .outputs.workspace import Workspace as Workspace
+from .recursive.pair_runs import PairRuns as PairRuns, PairSteps as PairSteps
+from .recursive.second_order import Velocities as Velocities
 from .recursive.sweeps import Pairs as Pairs, Sweep as Sweep
 from .recursive.table_loops import TableLoop as TableLoop

@@ -1,6 +1,7 @@
 """Names that `symdyn.program` offers; each is imported when it is first used."""
 
 from .lower import (
+    PairLoop as PairLoop,
     RowLoop as RowLoop,
     choose as choose,
     choose_one as choose_one,

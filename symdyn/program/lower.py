@@ -24,6 +24,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import chain
+from typing import ClassVar
 from weakref import WeakKeyDictionary
 
 from symdyn.algebra import constants, is_simple
@@ -33,6 +34,8 @@ from symdyn.dynamics import (
     Equations,
     Function,
     LoopChoices,
+    PairRuns,
+    Velocities,
     Workspace,
     derive_one,
     formulations_of,
@@ -182,8 +185,8 @@ def _rebuild_argument(argument: Argument, graph: Graph) -> Argument:
 LANES_AT_ONCE = 8
 """Columns of a vector, to whole ones of which rows are filled up with zeros."""
 
-FEWEST = 500
-"""Products of a solve from which it is taken in rows."""
+FEWEST, FEWEST_OF_PAIRS = 500, 8000
+"""Products of a solve from which it is taken in rows, and entries from which pairs are gone over in a loop."""
 
 
 @dataclass(frozen=True)
@@ -211,11 +214,14 @@ class RowLoop:
     steps: tuple[RowStepAt, ...]
     places: tuple[int, ...]
 
-    @classmethod
-    def of(cls, function: Function) -> RowLoop | None:
-        """Return that of a function; None where it is solved in lines, or has few products."""
+    HOW: ClassVar = "solved in rows"
+
+    @staticmethod
+    def of(function: Function) -> RowLoop | PairLoop | None:
+        """Return that of a function, or its loop over pairs; None where it has lines alone, or few products."""
         solve = function.solve
-        if solve is None or solve.products < FEWEST:
+        few = solve.products < FEWEST if isinstance(solve, RowSolve) else len(function.entries) < FEWEST_OF_PAIRS
+        if solve is None or few:
             return None
         if solve not in _FOUND:
             _FOUND[solve] = _lowered(function, solve)
@@ -241,10 +247,36 @@ class RowLoop:
         return [r[place] for place in self.places]
 
 
-_FOUND: WeakKeyDictionary[RowSolve, RowLoop] = WeakKeyDictionary()
+@dataclass(frozen=True)
+class PairLoop:
+    """Lines before a loop over pairs of velocities, which has the same form for all scenes.
+
+    Attributes:
+        program: of one function, the lines; its entries are the numbers of all velocities.
+        velocities: whose pairs there are.
+    """
+
+    program: Program
+    velocities: Velocities
+
+    HOW: ClassVar = "in runs of pairs"
+
+    @property
+    def entries(self) -> tuple[Expr, ...]:
+        """The numbers of all velocities."""
+        return self.program.routines[0].function.entries
+
+    def composed(self, entries: Sequence[Expr]) -> list[Expr]:
+        """Return the entries of the result from those numbers, on any graph."""
+        return PairRuns.composed(self.velocities, entries)
 
 
-def _lowered(function: Function, solve: RowSolve) -> RowLoop:
+_FOUND: WeakKeyDictionary[RowSolve | PairRuns, RowLoop | PairLoop] = WeakKeyDictionary()
+
+
+def _lowered(function: Function, solve: RowSolve | PairRuns) -> RowLoop | PairLoop:
+    if isinstance(solve, PairRuns):
+        return PairLoop(_lines(function, solve.scene, solve.numbers), solve.velocities)
     factors, columns = solve.factors, len(solve.beside[0])
     graph, width = factors[0].graph, _filled(solve.width)
     pitch = width + _filled(columns - solve.width)
@@ -259,14 +291,19 @@ def _lowered(function: Function, solve: RowSolve) -> RowLoop:
     for row, side in solve.sides:
         entries[pitch * row : pitch * row + solve.width] = side
     at = {factor: len(entries) + k for k, factor in enumerate(factors)}
-    entries += factors
-    given = [replace(a, symbols=tuple(graph.symbol(str(x.value)) for x in a.symbols)) for a in function.arguments]
-    lines = replace(function, arguments=tuple(given), shape=(len(entries),), entries=tuple(entries), solve=None)
     steps = (
         RowStepAt(pitch * one.row, at[one.scale], tuple((at[factor], pitch * row) for factor, row in one.terms))
         for one in solve.steps
     )
-    return RowLoop(lower(Equations(solve.scene, graph, (lines,))), width, tuple(steps), places)
+    return RowLoop(_lines(function, solve.scene, (*entries, *factors)), width, tuple(steps), places)
+
+
+def _lines(function: Function, scene: Scene, entries: tuple[Expr, ...]) -> Program:
+    """Return the program of what is before a loop."""
+    graph = entries[0].graph
+    given = [replace(a, symbols=tuple(graph.symbol(str(x.value)) for x in a.symbols)) for a in function.arguments]
+    lines = replace(function, arguments=tuple(given), shape=(len(entries),), entries=entries, solve=None)
+    return lower(Equations(scene, graph, (lines,)))
 
 
 def _filled(columns: int) -> int:

@@ -120,8 +120,8 @@ def _same(one: Solution, other: Solution) -> bool:
 DEFAULTS: dict[str, Any] = {"ipopt.print_level": 0, "print_time": False, "ipopt.sb": "yes", "no_nlp_grad": True}
 """Options of CasADi's `nlpsol`; the solver is silent unless it is asked to talk."""
 
-EXACT = 8
-"""Velocities up to which second derivatives are computed unasked: they are long for more, and take long to compile."""
+EXACT = 18
+"""Velocities up to which second derivatives are computed unasked, those of a quadruped; beyond, compilers take long."""
 
 CLOSE = 1e-6
 """Largest residual of an equation between unknowns that are given."""

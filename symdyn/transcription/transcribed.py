@@ -132,7 +132,7 @@ class Collocation(Shown):
         Args:
             guess: z to start from, shape (size,); None takes the problem's own.
             exact: whether to compute second derivatives, else IPOPT gathers them on the way, in its limited memory;
-                None computes them for up to 8 velocities.
+                None computes them for up to 18 velocities.
             starts: how many searches: the first from the guess, the others from motions drawn about it.
             seed: of these.
             options: of IPOPT, such as max_iter=500 or tol=1e-9; see its documentation.

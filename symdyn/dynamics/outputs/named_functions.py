@@ -19,6 +19,7 @@ from symdyn.dynamics.mechanism.linear_solve import RowSolve
 from symdyn.dynamics.mechanism.state import INPUTS, STATES, TIME, letters_of, symbols_of
 from symdyn.dynamics.outputs.contact_rows import Touch, touching
 from symdyn.dynamics.outputs.workspace import Workspace
+from symdyn.dynamics.recursive.pair_runs import PairRuns
 from symdyn.dynamics.recursive.table_loops import TableLoop, count_loop
 from symdyn.errors import UnknownNameError, choice, listed
 from symdyn.frozen import dataclass, replace
@@ -71,7 +72,7 @@ class Function:
         unique: which entries rigid bodies determine, row-major; () for all. The others are one choice among many.
         labels: what its rows stand for, then its columns; () where none is given.
         loop: the table that code may go over in a loop; None where it is lines. With it, entries may be left out.
-        solve: what entries are solved from, as equations have it; None where code has nothing to go over in rows.
+        solve: what entries come from at last, as equations have it; None where code has nothing to go over in a loop.
     """
 
     name: str
@@ -86,7 +87,7 @@ class Function:
     unique: tuple[bool, ...] = ()
     labels: tuple[tuple[str, ...], ...] = ()
     loop: TableLoop | None = None
-    solve: RowSolve | None = None
+    solve: RowSolve | PairRuns | None = None
 
     @property
     def is_loop_alone(self) -> bool:

@@ -19,6 +19,7 @@ from typing import Literal, get_args
 from symdyn.dynamics.mechanism.linear_solve import RowSolve
 from symdyn.dynamics.outputs.result_labels import Axis
 from symdyn.dynamics.outputs.workspace import Workspace
+from symdyn.dynamics.recursive.pair_runs import PairRuns
 from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr
 from symdyn.scene import Scene
@@ -92,14 +93,15 @@ class Formulation:
         up_to: coordinates up to which it pays to measure it beside others; beyond, its formulas are longer.
         loop: what computes the entries for a table of joints and the arguments, where it goes over one, as code can in
             a loop; None otherwise. Only scenes that a table holds have it.
-        solve: the right sides and steps that the entries are solved by, which code may take in rows; None otherwise.
+        solve: what the entries come from at last, by steps in rows or by runs of pairs, which code may take in a loop;
+            None otherwise.
     """
 
     derive: Callable[..., Sequence[Expr]]
     trees_only: bool = False
     up_to: float = inf
     loop: Callable[..., Sequence[Expr]] | None = None
-    solve: Callable[[Workspace], RowSolve | None] | None = None
+    solve: Callable[[Workspace], RowSolve | PairRuns | None] | None = None
 
 
 def by_loop(compute: Callable[..., Sequence[Expr]]) -> Formulation:

@@ -29,7 +29,6 @@ from functools import partial
 from symdyn.dynamics.mechanism.cost import cost
 from symdyn.dynamics.mechanism.kinematics import check_place
 from symdyn.dynamics.mechanism.state import INPUTS, STATES, TIME
-from symdyn.dynamics.mechanism.tree import build_tree
 from symdyn.dynamics.outputs.constrained_derivatives import ALONG_MANIFOLD, CLOSED, MOTION_RESIDUAL, RESIDUAL, SOLVED
 from symdyn.dynamics.outputs.derivative_outputs import BESIDE, SPELLED, by_parameters, derivatives, differentiable
 from symdyn.dynamics.outputs.directional_outputs import ALONG_ONE, HESSIAN, PACKED_TENSOR
@@ -39,10 +38,10 @@ from symdyn.dynamics.outputs.output_table import OUTPUTS
 from symdyn.dynamics.outputs.second_derivatives import PACKED
 from symdyn.dynamics.outputs.tangent_space import COLUMNS, independent_positions, independent_velocities, manifold_of
 from symdyn.dynamics.outputs.workspace import Workspace
-from symdyn.dynamics.recursive.joint_table import lacking
+from symdyn.dynamics.recursive.joint_table import lacking, tree_alone
 from symdyn.dynamics.recursive.table_loops import TABLE_LOOPS
 from symdyn.errors import DerivationError, choice, listed, nearest, quoted
-from symdyn.graph import Expr, Graph
+from symdyn.graph import Expr
 from symdyn.scene import Scene
 
 BY = "_by_"
@@ -316,7 +315,7 @@ def formulations_of(request: str, scene: Scene | None = None) -> tuple[str, ...]
     found = row_of(request, scene)[0].formulations
     if scene is None or not any(formulation.trees_only or formulation.loop for formulation in found.values()):
         return tuple(found)
-    tree = build_tree(scene, Graph())
+    tree = tree_alone(scene)
     plain = not any(joint.motion for joint in scene.joints) and not tree.coupled and not tree.spherical_rotors
     held = not lacking(scene)
     return tuple(

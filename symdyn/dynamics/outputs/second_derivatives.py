@@ -22,7 +22,8 @@ from symdyn.dynamics.outputs.recursive_derivatives import Forward, beside_bodies
 from symdyn.dynamics.outputs.tangent_space import COLUMNS, FREE, by_row
 from symdyn.dynamics.outputs.tree_formulations import forward
 from symdyn.dynamics.outputs.workspace import Matrix, Workspace
-from symdyn.dynamics.recursive.second_order import Velocities, places, second_order
+from symdyn.dynamics.recursive.pair_runs import PairRuns
+from symdyn.dynamics.recursive.second_order import Velocities, places
 from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass
 from symdyn.graph import Expr, substitute, tangents
@@ -69,10 +70,10 @@ def _places(w: Workspace) -> list[Place]:
 
 def _recursive(w: Workspace) -> list[Expr]:
     """Return the packed entries by recursion, and what is beside bodies."""
-    at = w.once(_places)
-    found = second_order(w.whole, w.state.qd, w.state.qdd)
+    at, runs = w.once(_places), w.once(pair_runs)
+    found = PairRuns.composed(runs.velocities, runs.numbers)
     place = {one: k for k, one in enumerate(at)}
-    for one, value in _beside(w).items():
+    for one, value in w.once(_beside).items():
         if one not in place:
             raise DerivationError(
                 f"{w.scene.name}: packed second derivatives are of forces along one way from the ground to a tip, and "
@@ -81,6 +82,16 @@ def _recursive(w: Workspace) -> list[Expr]:
             )
         found[place[one]] = found[place[one]] + value
     return found
+
+
+def pair_runs(w: Workspace) -> PairRuns:
+    """Return what they are composed of, but for what is beside bodies."""
+    return PairRuns.of(w.scene, w.whole, w.state.qd, w.state.qdd)
+
+
+def _in_runs(w: Workspace) -> PairRuns | None:
+    """Return the same where nothing is beside bodies."""
+    return None if w.once(_beside) else w.once(pair_runs)
 
 
 def _beside(w: Workspace) -> Mapping[Place, Expr]:
@@ -203,7 +214,7 @@ PACKED: dict[str, Output] = {
         text="second derivatives X_j X_k tau_i that need not vanish, each once: for every velocity d, every m on its "
         "way from the ground, runs along all s on the way of m, listed in docs/derivatives.md under Packed; "
         "symdyn.dynamics.second_derivative_places(scene) returns i, k, j of every entry; of " + OUTPUTS[OF].text,
-        formulations={"recursive": Formulation(_recursive), "forward": Formulation(_by_sweeps)},
+        formulations={"recursive": Formulation(_recursive, solve=_in_runs), "forward": Formulation(_by_sweeps)},
         when_constrained="refuse",
         axes=(_labels,),
         result="ddtau",

@@ -19,10 +19,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
+from functools import lru_cache
 from typing import ClassVar
 
 from symdyn.algebra import constants
-from symdyn.dynamics.mechanism.tree import build_tree
+from symdyn.dynamics.mechanism.tree import Tree, build_tree
 from symdyn.dynamics.recursive.links import GeneralTurn, JointTransform, LinkMotion, Moments, PlanarTurn, Turn
 from symdyn.dynamics.recursive.reduced_tree import ReducedTree
 from symdyn.frozen import dataclass
@@ -119,9 +120,15 @@ class JointTable:
         return found + matrices
 
 
+@lru_cache(maxsize=4)
+def tree_alone(scene: Scene) -> Tree:
+    """Return the kinematic tree of a scene on a graph of its own, which several ask in a row what kind it is of."""
+    return build_tree(scene, Graph())
+
+
 def lacking(scene: Scene) -> str:
     """Return what a scene has that no row holds, in words; "" where a table holds all of it."""
-    tree = build_tree(scene, Graph())
+    tree = tree_alone(scene)
     shared = tree.coupled or tree.spherical_rotors or any(tree.b) or any(len(block) > 1 for block in tree.block)
     reasons = {
         "loops or rows close it": scene.is_constrained,

@@ -208,6 +208,12 @@ class Run:
     whole: bool = True
     apart: bool = False
 
+    def entry(self, here: Pair, s: Ways) -> Expr:
+        """Return the entry along one velocity."""
+        found = [_product(getattr(here, f), getattr(s, x)) for f, x in self.terms]
+        total = found[0].graph.total(found)
+        return total if self.sign > 0 else -total
+
 
 RUNS = (
     Run(lambda d, m, s, n: (d, m, 2 * n + s), (("W", "S"),), whole=False),
@@ -244,41 +250,23 @@ def places(velocities: Velocities) -> list[tuple[int, int, int]]:
     return found
 
 
-def second_order(tree: ReducedTree, qd: Sequence[Expr], qdd: Sequence[Expr]) -> list[Expr]:
-    """Return the packed second derivatives of inverse dynamics of the bodies of a tree, as `places` has them.
+def of_one_joint(here: Pair, d: Ways, m: Reach) -> SpatialForce:
+    """Return what a pair of velocities of one joint has in place of V + W."""
+    return plus(here.W, force_bracket(d.S, m.momentum))
 
-    Args:
-        tree: the mechanism, a velocity for each elementary joint; of a block only the last joint carries a body.
-        qd: velocities, shape (n,).
-        qdd: their rates, shape (n,).
-    """
-    velocities, graph = Velocities.of(tree.parent, tree.block), tree.graph
-    ways, reach = numbers(tree, qd, qdd)
-    found = list[Expr]()
 
-    def product(f: SpatialForce, x: Twist) -> Expr:
-        return graph.total(a * b for f3, x3 in zip(f, x, strict=True) for a, b in zip(f3, x3, strict=True))
+def halved(here: Pair, s: Ways) -> Expr:
+    """Return an entry of the run that has half of both orders."""
+    return -_product(here.V, s.S)
 
-    for d, m, same in velocities.pairs():
-        here, chain = pair(reach[d], ways[m]), velocities.chain[m]
-        own = len(chain) - velocities.shared[m]
-        if same:
-            here = here._replace(uu=plus(here.W, force_bracket(ways[d].S, reach[m].momentum)))
-        for number, run in enumerate(RUNS):
-            if same and run.apart:
-                continue
-            for k, s in enumerate(chain if run.whole else chain[:own]):
-                terms = run.terms
-                if number == HALVED and k >= own:
-                    value = -product(here.V, ways[s].S)
-                else:
-                    value = graph.total(product(getattr(here, f), getattr(ways[s], x)) for f, x in terms)
-                found.append(value if run.sign > 0 else -value)
-    return found
+
+def _product(f: SpatialForce, x: Twist) -> Expr:
+    pairs = [(a, b) for f3, x3 in zip(f, x, strict=True) for a, b in zip(f3, x3, strict=True)]
+    return pairs[0][0].graph.total(a * b for a, b in pairs)
 
 
 def numbers(tree: ReducedTree, qd: Sequence[Expr], qdd: Sequence[Expr]) -> tuple[list[Ways], list[Reach]]:
-    """Return what pairs are made of, of every velocity; arguments are as of `second_order`."""
+    """Return what pairs are made of, of every velocity; arguments are as of `pair_runs.PairRuns.of`."""
     zeros = zero_vector(tree.graph)
     still = (zeros, zeros)
     at = _placements(tree)

@@ -14,8 +14,8 @@ from symdyn.dynamics import OUTPUTS
 from symdyn.dynamics.mechanism import TIME
 from symdyn.emit.code.target import Contents, Draft, Target, alone
 from symdyn.emit.render import in_docstring, render
+from symdyn.emit.targets.casadi_modules import CASADI, jacobians
 from symdyn.emit.targets.fmu_variables import driven, parameters_of
-from symdyn.emit.targets.python_modules import CASADI, jacobians
 from symdyn.errors import EmitError
 from symdyn.program import Program
 from symdyn.scene import Scene

@@ -18,11 +18,12 @@ from symdyn.emit.render import render
 from symdyn.emit.targets.acados import ACADOS
 from symdyn.emit.targets.array_languages import JULIA, MATLAB
 from symdyn.emit.targets.c.c_and_cpp import CPP, C, namespace
+from symdyn.emit.targets.casadi_modules import CASADI
 from symdyn.emit.targets.fmu import FMU
 from symdyn.emit.targets.gpu import END, GPU, launchers
 from symdyn.emit.targets.javascript import JS
 from symdyn.emit.targets.json_graph import JSON
-from symdyn.emit.targets.python_modules import CASADI, HEYOKA, NUMPY
+from symdyn.emit.targets.python_modules import HEYOKA, NUMPY
 from symdyn.emit.targets.ros2 import ROS2
 from symdyn.emit.targets.rust import RUST, TYPES
 from symdyn.emit.targets.ufunc import UFUNC

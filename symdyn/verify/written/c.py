@@ -8,7 +8,9 @@
     <function>_places            which entry of a block's result each entry of the result is; one after the last is zero
 
     <function>_solved            a loop, which is fixed text, over <function>_steps: how many columns, then of every
-                                 step the row, its scale, how many terms, and factor and row of each, all by places of r
+                                 step the row, its scale, how many terms, and factor and row of each, by places of r; or
+                                 over pairs of velocities by <function>_chains: of each how many it depends on, how
+                                 many of these are of other joints, and all of them
 
     static const <type> <function>_ground[3] = {...};          numbers that a function goes over in a loop, which is
     static const <type> <function>_joints[n] = {{...}, ...};   fixed text, as the whole numbers are with which a joint
@@ -27,6 +29,7 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
+from symdyn.dynamics import PairRuns, Velocities
 from symdyn.dynamics.mechanism import RowSolve
 from symdyn.graph import Expr
 from symdyn.verify.written.c_family import SYNTAX, CFile, CReader, blanked, declared_name, parameters
@@ -280,8 +283,31 @@ class CStatements(CReader):
         for place in range(count):
             to.store(Index(place), source.load(Index(place)), line_of(node))
 
+    def _paired(self, node: Node, ways: list[int], arguments: list[Node]) -> None:
+        """Compose the entries of pairs of velocities, whose ways a table has, from numbers in a local array."""
+        r, out = (self.value(one) for one in arguments) if len(arguments) == 2 else (None, None)
+        if not (isinstance(r, Pointer) and isinstance(r.memory, Work) and isinstance(out, Pointer)):
+            raise unread(node, "is no loop over pairs")
+        if not r.index == out.index == Index(0):
+            raise unread(node, "begins within an array")
+        chain, shared = list[tuple[int, ...]](), list[int]()
+        while ways:
+            many, other, *ways = [*ways, 0, 0] if len(ways) < 2 else ways
+            chain.append(tuple(ways[:many]))
+            shared.append(many - other)
+            if len(chain[-1]) != many or not 0 <= other < many or max(chain[-1]) >= r.memory.size // PairRuns.EACH:
+                raise unread(node, "has a table that is none of ways")
+            ways = ways[many:]
+        numbers = [r.load(Index(k)) for k in range(PairRuns.EACH * len(chain))]
+        entries = PairRuns.composed(Velocities(tuple(chain), tuple(shared)), numbers)
+        for place, entry in enumerate(entries):
+            out.store(Index(place), entry, line_of(node))
+
     def _solved(self, node: Node, arguments: list[Node]) -> None:
         """Run the steps of a table over the rows of a local array."""
+        if ways := _places(self.file, f"{self.expected.name}_chains"):
+            self._paired(node, ways, arguments)
+            return
         table = _places(self.file, f"{self.expected.name}_steps")
         r = self.value(arguments[0]) if len(arguments) == 1 else None
         if table is None or not (isinstance(r, Pointer) and isinstance(r.memory, Work) and r.index == Index(0)):

@@ -120,11 +120,14 @@ def _write_c(draft: Draft) -> dict[str, str]:
         for text, code in zip(page.functions, codes, strict=True)
     ]
     values["loops"] = any(function.loop for function in page.functions)
-    values["paired"] = any(function.loop and function.loop.goes_through_pairs for function in page.functions)
     values["cut"] = values["loops"] or any(many and many.parts for many in values["codes"])
     values["columns"] = batch and not all(function.loop for function in page.functions)
     lined = [many for many, text in zip(values["codes"], page.functions, strict=True) if not text.loop]
-    values["solves"] = any(many and many.solve for many in lined)
+    solves = [many.solve for many in lined if many and many.solve]
+    values["solves"] = not all(one.each for one in solves)
+    values["paired"] = any(one.each for one in solves) or any(
+        function.loop and function.loop.goes_through_pairs for function in page.functions
+    )
     values["spread"] = batch and any(many.places for many in lined)
     values["drained"] = batch and not all(many.places for many in lined)
     values["sincos"] = any(many and many.sincos for many in values["codes"])

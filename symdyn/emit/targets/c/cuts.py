@@ -11,11 +11,12 @@ from math import prod
 
 from symdyn.emit.code.spelling import Printer, Real
 from symdyn.emit.code.target import ArgumentText, FunctionText, Page
+from symdyn.emit.targets.c.loops import PairRunsText, pair_runs_text
 from symdyn.emit.targets.c.plan import LONGEST, Pass, SineCosine, longest_loop, plan
 from symdyn.emit.targets.c.writer import LANED, LANES, LANES_AT_ONCE, SINGLE, PassText, ScalarStage, Writer, gathered
 from symdyn.errors import EmitError
 from symdyn.frozen import dataclass
-from symdyn.program import Program, Routine, RowLoop, shared
+from symdyn.program import PairLoop, Program, Routine, RowLoop, shared
 
 LARGEST = 1 << 16
 """Numbers of tables, which are short ones, are smaller."""
@@ -40,9 +41,10 @@ class RowSolveText:
     table: tuple[int, ...]
     vectors: tuple[int, ...]
     copies: tuple[tuple[int, int, int], ...]
+    each: int = 0
 
 
-def fits(rows: RowLoop) -> bool:
+def fits(rows: RowLoop | PairLoop) -> bool:
     """Tell whether a table can hold the numbers of a solve."""
     return len(rows.entries) < LARGEST
 
@@ -86,7 +88,7 @@ class CutText:
     results: tuple[str, ...] = ()
     sincos: bool = False
     cleared: bool = False
-    solve: RowSolveText | None = None
+    solve: RowSolveText | PairRunsText | None = None
 
 
 def cuts(
@@ -147,7 +149,7 @@ class UpToRows:
 
     writer: Writer
     parts: tuple[PassText, ...]
-    solve: RowSolveText
+    solve: RowSolveText | PairRunsText
 
 
 def up_to_rows(routine: Routine, printer: Printer, short: bool) -> UpToRows | None:
@@ -161,7 +163,9 @@ def up_to_rows(routine: Routine, printer: Printer, short: bool) -> UpToRows | No
     (before,) = rows.program.routines
     writer = writer_of(before, None, rows.program, printer, LONGEST, short and length_of(before) > LONGEST)
     parts = parts_of(writer, cleared=True)
-    return UpToRows(writer, parts, row_solve_text(rows)) if parts else None
+    if not parts:
+        return None
+    return UpToRows(writer, parts, row_solve_text(rows) if isinstance(rows, RowLoop) else pair_runs_text(rows, printer))
 
 
 def writer_of(
@@ -279,7 +283,7 @@ class BatchText:
     row: str
     state: str
     sincos: bool
-    solve: RowSolveText | None
+    solve: RowSolveText | PairRunsText | None
 
 
 def batches(program: Program, page: Page, printer: Printer, real: Real, lockstep: bool) -> tuple[BatchText | None, ...]:

@@ -8,10 +8,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from symdyn.algebra import constants
-from symdyn.dynamics import Pairs, Sweep, TableLoop
+from symdyn.dynamics import PairRuns, Pairs, PairSteps, Sweep, TableLoop
 from symdyn.emit.code.spelling import Printer
 from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Op, reachable
+from symdyn.program import PairLoop
 from symdyn.scene import Scene
 
 LINE = 64
@@ -153,7 +154,8 @@ class SweepText:
     Attributes:
         name: of the sweep.
         inward: whether it goes from the tips to the ground.
-        steps: at a joint of every kind.
+        steps: at a joint of every kind, each once, however many kinds have it.
+        kinds: of each step those that do.
         rows: how many rows are handed on.
         ground: where it starts with the acceleration of the ground, rows and entries of that.
         ones: where it starts with a one.
@@ -165,6 +167,7 @@ class SweepText:
     name: str
     inward: bool
     steps: tuple[StepText, ...]
+    kinds: tuple[tuple[int, ...], ...]
     rows: int
     ground: tuple[tuple[int, int], ...]
     ones: tuple[int, ...]
@@ -317,10 +320,15 @@ def _sweep(given: Sequence[str], ways: Sequence[Sweep], printer: Printer, at: Ma
     handed = [k for k in range(len(first.handed)) if f"{first.takes}{k}" in reads]
     here = {**at, **{f"{first.takes}{k}": _row("now", place) for place, k in enumerate(handed)}}
     start = [] if first.ground is None else [(first.ground + k, k) for k in range(3)]
+    kinds: dict[StepText, tuple[int, ...]] = {}
+    for kind, one in enumerate(ways):
+        step = _step(one, handed, printer, here)
+        kinds[step] = (*kinds.get(step, ()), kind)
     return SweepText(
         first.name,
         first.inward,
-        tuple(_step(one, handed, printer, here) for one in ways),
+        tuple(kinds),
+        tuple(kinds.values()),
         len(handed),
         tuple((handed.index(row), k) for row, k in start if row in handed),
         tuple(handed.index(row) for row in first.ones if row in handed),
@@ -336,7 +344,7 @@ def _pair(pairs: Pairs, slides: bool, printer: Printer) -> StepText:
     at = rows | {f"{name}{k}": _row(name, k) for name in (pairs.keeps, Pairs.ABOVE) for k in range(pairs.kept)}
     results = [*zip(rows.values(), pairs.goes, strict=True)]
     results += [(f"found[{r} * pitch + k]", x) for r, x in enumerate(pairs.found[slides])]
-    return _written(results, printer, at, (f"{pairs.keeps}[", f"{Pairs.ABOVE}["))
+    return written(results, printer, at, (f"{pairs.keeps}[", f"{Pairs.ABOVE}["))
 
 
 def _row(of: str, place: int) -> str:
@@ -350,10 +358,10 @@ def _step(sweep: Sweep, handed: Iterable[int], printer: Printer, at: Mapping[str
     results += [] if sweep.result is None else [("*result", sweep.result)]
     if sweep.pairs:
         results += [(_row("starts", k), x) for k, x in enumerate((*sweep.pairs.starts, *sweep.pairs.own))]
-    return _written(results, printer, at, ROW)
+    return written(results, printer, at, ROW)
 
 
-def _written(
+def written(
     results: Sequence[tuple[str, Expr]], printer: Printer, at: Mapping[str, str], same: tuple[str, ...]
 ) -> StepText:
     """Return lines that write results at places; what begins so is the same wherever they run side by side."""
@@ -374,3 +382,53 @@ def _written(
         for place, x in results
     ]
     return StepText(tuple(lines), tuple(written))
+
+
+SIDE = 8
+"""Velocities of a way side by side, to whole ones of which ways are filled up."""
+
+
+@dataclass(frozen=True)
+class PairRunsText:
+    """A loop over pairs of velocities.
+
+    Attributes:
+        loop: what it goes over.
+        lanes: the longest way, filled up.
+        steps: of a pair and along a way, as expressions and as C, `pair` and `run`.
+    """
+
+    loop: PairLoop
+    lanes: int
+    steps: PairSteps
+    pair: StepText
+    run: StepText
+    each: int = PairRuns.EACH
+    copies: tuple[()] = ()
+
+    @property
+    def size(self) -> int:
+        """Numbers that lines leave for it."""
+        return len(self.loop.entries)
+
+    @property
+    def table(self) -> tuple[int, ...]:
+        """Of every velocity how many it depends on, how many of these are of other joints, and all of them."""
+        ways = zip(self.loop.velocities.chain, self.loop.velocities.shared, strict=True)
+        return tuple(x for way, shared in ways for x in (len(way), len(way) - shared, *way))
+
+
+def pair_runs_text(loop: PairLoop, printer: Printer) -> PairRunsText:
+    """Return the loop over pairs."""
+    steps = PairSteps.known()
+    lanes = -(-max(map(len, loop.velocities.chain)) // SIDE) * SIDE
+    ways = {f"ways{k}": f"ways[{k * lanes} + k]" for k in range(30)}
+    numbers = ways | {f"reach{k}": f"reach[{k}]" for k in range(54)} | {f"reach{54 + k}": f"S[{k}]" for k in range(6)}
+    pairs = ways | {f"pair{k}": f"pair[{k * lanes}]" for k in range(54)}
+    pairs |= {f"pair{steps.joined + k}": f"joined[{k * lanes}]" for k in range(6)}
+    pair, run = (
+        [(f"{name}[{k * lanes} + k]", x) for k, x in enumerate(results)]
+        for name, results in (("pairs", steps.pair), ("found", steps.entries))
+    )
+    whole = "reach[", "S[", "pair[", "joined["
+    return PairRunsText(loop, lanes, steps, written(pair, printer, numbers, whole), written(run, printer, pairs, whole))
