@@ -28,12 +28,13 @@ from symdyn.arguments import argument
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.reactions import Equilibrium, why_no_reactions
 from symdyn.emit import emit
-from symdyn.errors import DerivationError
+from symdyn.errors import DerivationError, SymdynError
 from symdyn.graph import Expr, evaluate, substitute
 from symdyn.program import Sampling
 from symdyn.runtime import RUNNERS
 from symdyn.scene import SceneUnits
 from symdyn.scene.values import velocity_name
+from symdyn.simulation import contact_checks
 from symdyn.verdict import Unclaimed, Verdict
 from symdyn.verify.claims import Look, Looked, Seen
 from symdyn.verify.equality import Finding
@@ -341,6 +342,26 @@ def _is_definite(M: np.ndarray[Any, Any], closed: bool) -> bool:
     return bool(values.min() >= -1e-12 * values.max() if closed else values.min() > 0)
 
 
+def contact_findings(seen: Seen) -> Looked:
+    """Return how laws of contacts stand at natural states, and over a run of a second."""
+    try:
+        checks, lacking = contact_checks(seen.workspace.scene, seen.seed)
+    except SymdynError as fault:
+        return [], [Unclaimed("contacts at natural states", str(fault))]
+    found = [
+        Finding(
+            f"{one.claim}: {', '.join(one.wrong)}" if one.wrong else one.claim,
+            Verdict.of(len(one.places), bool(one.wrong)),
+            len(one.places),
+            0,
+            0.0,
+            one.places.index(one.wrong[0]) if one.wrong else -1,
+        )
+        for one in checks
+    ]
+    return found, [Unclaimed(claim, why) for claim, why in lacking.items()]
+
+
 LOOKS: list[Look] = [
     Look(
         None,
@@ -354,6 +375,7 @@ LOOKS: list[Look] = [
         "looking at reactions there",
         lambda seen: reaction_findings(seen.workspace),
     ),
+    Look(("delassus",), ("gap:",), "looking at contacts", contact_findings),
     Look(
         ("mass_matrix", "forward_dynamics"),
         ("mass_matrix", "forward_dynamics"),

@@ -203,9 +203,9 @@ def touches(scene: Scene) -> bool:
     return bool(unilaterals_of(scene))
 
 
-_PLACED = partial(Output, when_constrained="same", place="contact", default_in="request", exists=touches)
+_PLACED = partial(Output, when_constrained="same", place="contact", default_in="verify", exists=touches)
 _STRUCK = partial(_PLACED, when_constrained="refuse", may_fail="reported")
-_OF_ALL = partial(Output, when_constrained="refuse", may_fail="reported", default_in="request", exists=touches)
+_OF_ALL = partial(Output, when_constrained="refuse", may_fail="reported", default_in="verify", exists=touches)
 _UNITS = "m/s or rad/s"
 
 CONTACTS: Mapping[str, Output] = {
