@@ -348,17 +348,11 @@ def contact_findings(seen: Seen) -> Looked:
         checks, lacking = contact_checks(seen.workspace.scene, seen.seed)
     except SymdynError as fault:
         return [], [Unclaimed("contacts at natural states", str(fault))]
-    found = [
-        Finding(
-            f"{one.claim}: {', '.join(one.wrong)}" if one.wrong else one.claim,
-            Verdict.of(len(one.places), bool(one.wrong)),
-            len(one.places),
-            0,
-            0.0,
-            one.places.index(one.wrong[0]) if one.wrong else -1,
-        )
-        for one in checks
-    ]
+    found = []
+    for claim, places in checks.items():
+        wrong = [where for where, holds in places.items() if not holds]
+        title, first = ": ".join((claim, *wrong[:1])), [*places].index(wrong[0]) if wrong else -1
+        found.append(Finding(title, Verdict.of(len(places), bool(wrong)), len(places), 0, 0.0, first))
     return found, [Unclaimed(claim, why) for claim, why in lacking.items()]
 
 
