@@ -106,7 +106,11 @@ def test_a_mode_is_the_motion_of_a_run_in_it() -> None:
     [
         ({"foot": "sticks"}, None, "foot cannot be 'sticks'; did you mean stick"),
         ({"feet": "stick"}, None, "there is no contact feet; there are foot"),
-        ({"foot": "stick"}, Start(np.array([0, 1.0, 0]), np.zeros(3)), "foot is not held at this point: its gap is 0.5"),
+        (
+            {"foot": "stick"},
+            Start(np.array([0, 1.0, 0]), np.zeros(3)),
+            "foot is not held at this point: its gap is 0.5",
+        ),
         ({"foot": "stick"}, Start(np.array([0, 0.5, 0]), np.array([0, 1.0, 0])), "velocities along its row 1"),
     ],
 )

@@ -81,14 +81,16 @@ class HeldContacts:
                 continue
             if touch.normal:
                 at = len(held)
-                held.append((name, touch.normal, touch.gap, True))
+                held.append((name, touch.normal, touch.gap, not touch.law.at_rates))
             if word == "stick":
                 held += [(name, row, zero, False) for row in touch.tangents]
             elif word in SLIPS and len(touch.tangents) > 1:
                 raise LinearizeError(f"mode: {name} may slip along two directions, and {word} says no direction")
             elif word in SLIPS:
                 rubbing.append((at, SLIPS[word] * touch.friction, touch.tangents[0]))
-        return cls(*map(tuple, zip(*held, strict=True)), rubbing=tuple(rubbing)) if held else cls(rubbing=tuple(rubbing))
+        return (
+            cls(*map(tuple, zip(*held, strict=True)), rubbing=tuple(rubbing)) if held else cls(rubbing=tuple(rubbing))
+        )
 
     def friction(self, multipliers: Sequence[Expr], n: int) -> list[Expr]:
         """Return the generalized forces of what slips, shape (n,); `multipliers` are those of the rows."""

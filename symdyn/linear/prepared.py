@@ -366,7 +366,9 @@ class Prepared:
         for k, name in contacts.items():
             if max(abs(float(found["r"][k])), abs(float(found["s"][k]))) > HELD:
                 apart = f"its gap is {found['r'][k]:.3g}, and velocities along its row {found['s'][k]:.3g}"
-                raise LinearizeError(f"{self.scene.name}: {name} is not held at this point: {apart}; give another start")
+                raise LinearizeError(
+                    f"{self.scene.name}: {name} is not held at this point: {apart}; give another start"
+                )
         pulls = {name: here.point.multipliers[k] for k, name in reversed(contacts.items())}
         return [f"{name} pulls there, {x:.6g} N: its mode ends at once" for name, x in pulls.items() if x < -HELD]
 
@@ -416,9 +418,7 @@ def prepared(
     if independent and not scene.is_constrained:
         why = "it has no loops and no rows, all its coordinates are independent"
         why = "states of a mode are those that determine the others best" if mode else why
-        raise LinearizeError(
-            f"{scene.name}: {argument('independent')}: {why}; leave {argument('independent')} out"
-        )
+        raise LinearizeError(f"{scene.name}: {argument('independent')}: {why}; leave {argument('independent')} out")
     forces = problem.driving
     forces.check_differentiable(faults)
     faults.close(LinearizeError)

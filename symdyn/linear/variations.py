@@ -282,14 +282,18 @@ def _written(
         others = columns([p + r for p, r in zip(push, pulled, strict=True)], along, by_u, by_a)
         swept = (n, 3 * n), [x - y for x, y in zip(direct.entries, others[1], strict=True)]
     still = dict.fromkeys([*a, *multipliers], zero)
-    resting = [one - p - r for one, p, r in zip(substitute(forces, still), push, substitute(pulled, still), strict=True)]
+    resting = [
+        one - p - r for one, p, r in zip(substitute(forces, still), push, substitute(pulled, still), strict=True)
+    ]
     moving = [c + graph.total(x * y for x, y in zip(row, a, strict=True)) for c, row in zip(bias, G, strict=True)]
     along_q = [along_k.get(one, zero) for one in state.q for along_k in along]
     led = [[zero] * (len(G) - len(x)) + [-one for one in x] for x in (w.prescribed.position, w.prescribed.velocity)]
     apart, slides = (substitute(some, {one: acting[one] for one in letters}) for some in led)
     missed = [x + y for x, y in zip(rates, slides, strict=True)]
     leading = dict(zip(w.prescribed.place, multipliers[len(G) - len(w.prescribed.place) :], strict=True))
-    drives = {state.tau[k]: acting[state.tau[k]] + force for k, force in leading.items()}  # what prescribed motions take
+    drives = {
+        state.tau[k]: acting[state.tau[k]] + force for k, force in leading.items()
+    }  # what prescribed motions take
     y = on_graph(w, outputs, multipliers, acting | drives)
     return Variations(
         w, u, a, multipliers, tuple(holding), tuple(one.name for one in scene.inputs),

@@ -309,6 +309,7 @@ class LimitKeys(TypedDict, total=False):
     velocity: Number | None
     effort: Number | None
     restitution: Number | None
+    one_way: bool
 
 
 class MimicKeys(TypedDict, total=False):
@@ -401,7 +402,7 @@ def joint(name: str, type: JointType | str, parent: str, child: str, **keys: Unp
         rotor: {"inertia": ..., "gear": ...} in its place: armature = inertia · gear^2.
         damping: viscous damping of every velocity, N m s/rad or N s/m.
         friction: dry friction, N m or N, kept as data; {"coulomb": ..., ...} enters the equations, see `Friction`.
-        limits: {"lower": ..., "upper": ..., "velocity": ..., "effort": ...}, data; "restitution" makes stops of two.
+        limits: {"lower": ..., "upper": ..., ...}, data; "restitution" makes stops of two, "one_way": True a freewheel.
         start: position at the start, or a guess of it where loops close; zeros, and no rotation, when left out.
         start_rates: velocities at the start; zeros when left out.
         motion: prescribed motion, a formula in t and inputs with rates, of a joint with a drive.

@@ -168,7 +168,9 @@ class _Checks:
         except DerivationError:  # loops close the scene, it slips any way, or nothing moves along its normal
             return None
         values = {w.graph.symbol(name): value for name, value in self.system.opened.values.items()}
-        values |= w.scene.at_time(w.graph) | dict(zip((*w.state.q, *w.state.qd, *w.states), at.x.tolist(), strict=False))
+        values |= w.scene.at_time(w.graph) | dict(
+            zip((*w.state.q, *w.state.qd, *w.states), at.x.tolist(), strict=False)
+        )
         return np.array(evaluate(entries, Floats(), values))
 
     def stuck(self, at: _Place) -> None:

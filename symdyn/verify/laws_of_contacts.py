@@ -59,7 +59,7 @@ def _columns(w: Workspace) -> Rows:
 
 
 def _gaps(w: Workspace) -> Claim | None:
-    closing = [touch.law.name for touch in _touches(w) if touch.normal]
+    closing = [touch.law.name for touch in _touches(w) if touch.normal and not touch.law.at_rates]
     gaps = [one for name in closing for one in entries(w, f"gap:{name}")]
     if not gaps:
         return None

@@ -202,6 +202,7 @@ class Limits:
         lower, upper: position, rad or m.
         velocity, effort: largest speed, rad/s or m/s, and driving force, N m or N.
         restitution: of both positions, which the joint strikes in runs.
+        one_way: whether its rate is never below zero, as that of a freewheel; of a joint with one coordinate.
     """
 
     lower: Quantity | None = None
@@ -209,6 +210,7 @@ class Limits:
     velocity: Quantity | None = None
     effort: Quantity | None = None
     restitution: Quantity | None = None
+    one_way: bool = False
 
 
 @dataclass(frozen=True)

@@ -34,11 +34,11 @@ from symdyn.simulation.equations.contact_modes import (
     BREAKS,
     LIFTS,
     NEAR,
-    OF_ROPES,
     PASSED,
     SLOW,
     STOPS,
     STRIKES,
+    TOLD,
     Contacts,
     Impact,
     Numbers,
@@ -100,7 +100,7 @@ class Settling:
         u = x[velocities]
         rest = RESTS * max(1.0, float(np.abs(u).max(initial=0.0)))
         near = set(np.flatnonzero(self.n.able & (np.abs(self.n.gaps) <= TOUCHES)).tolist())
-        touching = sorted({*self.contacts.closed(x), *struck, *near})
+        touching = sorted({*self.contacts.closed(x), *struck, *near, *self.contacts.always})
         v = self.n.W @ u
         impulses, lost, after = np.zeros(len(v)), 0.0, v
         normal = {k: n for k in touching if (n := laws.normals[k]) is not None}
@@ -116,7 +116,10 @@ class Settling:
         flights = {
             k: then._flights(k, float(after[n]), touching, after, rest)
             for k, n in normal.items()
-            if after[n] > rest and laws.restitution[k] < 1 and (v[n] < -rest or lost > 0)  # a bounce, or kicked by one
+            if after[n] > rest
+            and laws.restitution[k] < 1
+            and (v[n] < -rest or lost > 0)  # a bounce, or kicked by one
+            and k not in self.contacts.always
         }
         resting = [k for k in touching if self._still(k, after, rest) or flights.get(k) is not None]
         x[velocities] = u = self._at_rest(u, resting, rest)
@@ -142,7 +145,7 @@ class Settling:
             else:
                 continue
             name = self.contacts.name(k)
-            what = OF_ROPES.get(what, what) if self.contacts.kinds[k] == "slack" else what
+            what = TOLD.get(self.contacts.kinds[k], {}).get(what, what)
             told.append(
                 Impact(
                     self.t,
@@ -314,7 +317,7 @@ def settled(system: StateEquations, t: float, x: Array, events: Sequence[tuple[i
         return contacts.numbers(system.evaluate("contacts", t, x), nv)
 
     found, x, passes = numbers(x), x.copy(), set[int]()
-    for k in (k for k, what in events if what == STRIKES):
+    for k in (k for k, what in events if what == STRIKES or (what == STOPS and k in contacts.always)):
         mode = contacts.mode(x, k)
         if tuple(mode) == PASSED or found.gaps[k] > NEAR / 2:
             mode[:] = FREE.numbers
@@ -326,7 +329,7 @@ def settled(system: StateEquations, t: float, x: Array, events: Sequence[tuple[i
     if len(passes) == len(events):
         return x
     struck = {k for k, what in events if what == STRIKES} - passes
-    leaving = {k: what for k, what in events if what != STRIKES}
+    leaving = {k: what for k, what in events if what != STRIKES and k not in passes}
     forces = system.evaluate("contact_forces", t, x) if leaving else np.zeros(0)
     broke = {
         k: -forces[along] / np.linalg.norm(forces[along])
@@ -337,7 +340,7 @@ def settled(system: StateEquations, t: float, x: Array, events: Sequence[tuple[i
     normals = {k: n for k in held if (n := contacts.rows[k][0]) is not None}
     rows = list(normals.values())
     D = found.laws.D[np.ix_(rows, rows)]
-    step = -found.C[rows].T @ least(D, found.gaps[list(normals)])
+    step = -found.C[rows].T @ least(D, contacts.heights(found, list(normals)))
     x[:nq] += system.calls["moved"](x[:nq], np.append(step, x[nq + nv : nq + system.nu]))
     flat = FLAT_OF_LOOPS if system.closed else FLAT
     behind = Settling(contacts, numbers(x), numbers, t, nq, nv, flat).behind(x, struck, leaving, broke)
@@ -356,7 +359,7 @@ def impact_beside(
     """
     contacts, nq, nv = system.contacts, system.nq, system.nv
     assert contacts is not None, "something strikes"
-    touching = [k for k in sorted({*contacts.closed(x), *struck}) if contacts.rows[k][0] is not None]
+    touching = [k for k in sorted({*contacts.closed(x), *struck, *contacts.always}) if contacts.rows[k][0] is not None]
     by_poisson, cases = [contacts.laws[k] == "poisson" for k in touching], list[tuple[Case, ...]]()
 
     def behind(there: StateEquations, y: Array, keep: bool = True) -> Array:
@@ -379,7 +382,7 @@ def held(system: StateEquations, t: float, x: Array, struck: Sequence[int] = ())
     resting += [row for k in closed if contacts.mode(x, k)[1] for row in contacts.rows[k][1]]
     for _ in range(STEPS):
         found, rows = contacts.numbers(system.evaluate("contacts", t, x), nv), list(touching.values())
-        step = -found.C[rows].T @ least(found.laws.D[np.ix_(rows, rows)], found.gaps[list(touching)])
+        step = -found.C[rows].T @ least(found.laws.D[np.ix_(rows, rows)], contacts.heights(found, list(touching)))
         x[:nq] += system.calls["moved"](x[:nq], np.append(step, np.zeros(nu - nv)))
     found = contacts.numbers(system.evaluate("contacts", t, x), nv)
     u = x[nq : nq + nv]
@@ -415,6 +418,8 @@ def begun(system: StateEquations, x: Array) -> Array:
         told = f"contact {name} begins {-gaps[inside[0]]:.3g} {unit} inside its plane; start where it touches, or above"
         if contacts.kinds[inside[0]] == "joint_stop":
             told = f"stop {name} is passed by {-gaps[inside[0]]:.3g} {unit}; start the joint within its limits"
+        if inside[0] in contacts.always:
+            told = f"{name} moves the other way, {gaps[inside[0]]:.3g} {unit}/s; start it at 0 or above"
         raise SimulateError(f"{system.scene.name}: start: {told}")
     touching = [(k, STRIKES) for k in np.flatnonzero(found.able & (gaps <= NEAR)).tolist()]
     try:
