@@ -79,7 +79,7 @@ def pulling(function: Wrapped) -> Wrapped:
 FAULTS: dict[str, tuple[str, Any, str, Callable[[Wrapped], Wrapped]]] = {
     looks.PIVOTS: ("brick", Laws, "by_pivots", by(lambda x: 1.001 * x)),
     looks.GAUSS: ("brick", Laws, "impact", by(lambda x: 1.001 * x)),
-    looks.LAWS: ("brick", Laws, "impact", by(lambda x: x + [0.0, x[0]])),
+    looks.LAWS: ("brick", Laws, "impact", by(lambda x: np.array([x[0], x[0] + x[1]]))),
     looks.ENERGY: ("brick", Laws, "impact", by(lambda x: 3 * x)),
     looks.FORMULA: ("brick", Laws, "impact", by(lambda x: 1.001 * x)),
     looks.STUCK: ("brick", Contacts, "with_mode", by(lambda x: np.where(np.arange(len(x)) == 5, 0.0, x))),
@@ -90,6 +90,7 @@ FAULTS: dict[str, tuple[str, Any, str, Callable[[Wrapped], Wrapped]]] = {
 """Claims, a scene, and what is done to a part of the product so that the claim has to fail."""
 
 
+@pytest.mark.wide(4)
 @pytest.mark.filterwarnings("ignore:brick")  # of runs that end where a fault adds energy
 @pytest.mark.parametrize("claim", FAULTS)
 def test_a_fault_in_contacts_is_seen_in_numbers(claim: str, monkeypatch: pytest.MonkeyPatch) -> None:

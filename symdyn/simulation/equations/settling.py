@@ -266,11 +266,11 @@ class Settling:
         if not found:
             raise ArithmeticError(f"contact {names}: no force keeps the laws of contact and friction (Painlevé)")
         found = self._held_by_static(found, some)
-        found.sort(key=lambda one: -sum(case.held for case in one[0]))
+        found.sort(key=lambda one: (-sum(case.held for case in one[0]), float(one[1] @ one[1])))
         motions = [self.n.C[rows].T @ forces for _, forces in found]
         size = 1e-7 * (1.0 + float(np.abs(motions[0]).max(initial=0.0)))
         if any(np.abs(one - motions[0]).max(initial=0.0) > size for one in motions[1:]) and not self._shared(
-            some, found[0][0]
+            some, found
         ):
             raise ArithmeticError(
                 f"contact {names}: {len(found)} motions keep the laws of contact and friction (Painlevé)"
@@ -289,9 +289,13 @@ class Settling:
         return kept
 
     @staticmethod
-    def _shared(some: Laws, cases: Sequence[Case]) -> bool:
-        """Tell whether contacts hold the same: how they share it tells friction, and the least size is taken."""
-        rows = [n for n, case in zip(some.normals, cases, strict=True) if n is not None and case.held]
+    def _shared(some: Laws, found: Sequence[Solution]) -> bool:
+        """Tell whether contacts hold the same, of all that some motion holds: their forces are not unique then.
+
+        How they share them tells friction, and the least size is taken.
+        """
+        held = [any(cases[k].held for cases, _ in found) for k in range(len(some.normals))]
+        rows = [n for n, one in zip(some.normals, held, strict=True) if n is not None and one]
         values = np.linalg.eigvalsh(some.D[np.ix_(rows, rows)]) if rows else np.ones(1)
         return bool(values[0] < CLOSE * values[-1])
 
