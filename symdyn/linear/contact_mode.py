@@ -58,42 +58,32 @@ class HeldContacts:
     """What a mode holds, on a graph.
 
     Attributes:
-        names: of the contact of each row.
-        rows, gaps, holding: n and t; g, zero of a t; and which are position-level rows.
+        rows: of each held row the contact, n or t, g, zero of a t, and whether it holds a position.
         rubbing: of what slips the row of its n, None of a joint's friction, the factor z μ or z F, and t.
     """
 
-    names: tuple[str, ...] = ()
-    rows: tuple[Row, ...] = ()
-    gaps: tuple[Expr, ...] = ()
-    holding: tuple[bool, ...] = ()
-    rubbing: tuple[tuple[int | None, Expr, Row], ...] = ()
+    rows: tuple[tuple[str, Row, Expr, bool], ...]
+    rubbing: tuple[tuple[int | None, Expr, Row], ...]
 
     @classmethod
     def of(cls, w: Workspace, mode: Mode) -> HeldContacts:
         """Return it; LinearizeError where something slips along a plane, and no word says which way."""
-        words, held = dict(mode), list[tuple[str, Row, Expr, bool]]()
-        rubbing = list[tuple[int | None, Expr, Row]]()
+        words, held, rubbing = dict(mode), list[tuple[str, Row, Expr, bool]](), list[tuple[int | None, Expr, Row]]()
         for touch in touching(w) if mode else ():
-            name, zero = touch.law.name, w.graph.zero
-            word, at = words.get(name, "open"), None
-            if word == "open":
-                continue
-            if touch.normal:
-                at = len(held)
+            name, at = touch.law.name, len(held) if touch.normal else None
+            word = words.get(name, "open")
+            if touch.normal and word != "open":
                 held.append((name, touch.normal, touch.gap, not touch.law.at_rates))
             if word == "stick":
-                held += [(name, row, zero, False) for row in touch.tangents]
+                held += [(name, row, w.graph.zero, False) for row in touch.tangents]
             elif word in SLIPS and len(touch.tangents) > 1:
                 raise LinearizeError(f"mode: {name} may slip along two directions, and {word} says no direction")
             elif word in SLIPS:
                 rubbing.append((at, SLIPS[word] * touch.friction, touch.tangents[0]))
-        return (
-            cls(*map(tuple, zip(*held, strict=True)), rubbing=tuple(rubbing)) if held else cls(rubbing=tuple(rubbing))
-        )
+        return cls(tuple(held), tuple(rubbing))
 
-    def friction(self, multipliers: Sequence[Expr], n: int) -> list[Expr]:
-        """Return the generalized forces of what slips, shape (n,); `multipliers` are those of the rows."""
-        forces = [(factor if k is None else factor * multipliers[k], t) for k, factor, t in self.rubbing]
-        zero = next((t.bias.graph.zero for _, t in forces), None)
-        return [-zero.graph.total(size * t.entries[k] for size, t in forces) for k in range(n)] if zero else []
+    def friction(self, w: Workspace, multipliers: Sequence[Expr]) -> list[Expr]:
+        """Return the generalized forces of what slips, shape (nv,); `multipliers` are those of the rows."""
+        sizes = [factor if k is None else factor * multipliers[k] for k, factor, _ in self.rubbing]
+        slips = [row.entries for _, _, row in self.rubbing]
+        return [-w.graph.total(x * t[k] for x, t in zip(sizes, slips, strict=True)) for k in range(w.state.n)]

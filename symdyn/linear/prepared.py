@@ -361,7 +361,7 @@ class Prepared:
         )  # fmt: skip
 
     def _in_mode(self, here: LinearPoint) -> list[str]:
-        """Return which contacts pull there; LinearizeError where one that is closed is apart, or moves as it may not."""
+        """Return which contacts pull there; LinearizeError where one that is closed is apart, or moves apart."""
         contacts, found = self.functions.contacts, self.functions.motion.at(here.values)
         for k, name in contacts.items():
             if max(abs(float(found["r"][k])), abs(float(found["s"][k]))) > HELD:

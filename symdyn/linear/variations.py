@@ -98,6 +98,7 @@ def on_graph(
         raise LinearizeError(str(fault)) from None
 
 
+Formulas = tuple[tuple[int, Quantity], ...]
 Entries = Mapping[str, tuple[tuple[int, ...], Sequence[Expr]]]
 
 
@@ -214,11 +215,7 @@ class Variations:
 
 @lru_cache(maxsize=16)
 def variations(
-    scene: Scene,
-    closing: LoopChoices,
-    formulas: tuple[tuple[int, Quantity], ...],
-    outputs: tuple[Quantity, ...],
-    mode: Mode = (),
+    scene: Scene, closing: LoopChoices, formulas: Formulas, outputs: tuple[Quantity, ...], mode: Mode = ()
 ) -> Variations:
     """Return the functions of a scene, its parameters free, under formulas of driving forces by velocity.
 
@@ -230,11 +227,7 @@ def variations(
 
 @growing()
 def _written(
-    scene: Scene,
-    closing: LoopChoices,
-    formulas: tuple[tuple[int, Quantity], ...],
-    outputs: tuple[Quantity, ...],
-    mode: Mode,
+    scene: Scene, closing: LoopChoices, formulas: Formulas, outputs: tuple[Quantity, ...], mode: Mode
 ) -> Variations:
     scene = scene_in_mode(scene, mode)
     refuse_ideal_friction(scene)
@@ -259,8 +252,8 @@ def _written(
     rates = [graph.total(entry * x for entry, x in zip(row, u, strict=True)) for row in G]
     multipliers = tuple(graph.symbol(f"lambda[{k}]") for k in range(len(G)))
     pulled = [graph.total(row[k] * x for row, x in zip(G, multipliers, strict=True)) for k in range(n + more)]
-    rubbed = held.friction(multipliers[first:], n) or [zero] * n
-    pulled = [x + y for x, y in zip(pulled, [*rubbed, *[zero] * more], strict=True)]
+    rubbed = [*held.friction(w, multipliers[first:]), *[zero] * more]
+    pulled = [x + y for x, y in zip(pulled, rubbed, strict=True)]
     balance = [*w.forces(list(state.qdd)), *(x - rate for x, rate in zip(a[n:], w.state_rates, strict=True))]
     forces = substitute(balance, {one: acting[one] for one in letters})
     along = [*w.directions.along, *({} for _ in owned)]
@@ -297,7 +290,7 @@ def _written(
     y = on_graph(w, outputs, multipliers, acting | drives)
     return Variations(
         w, u, a, multipliers, tuple(holding), tuple(one.name for one in scene.inputs),
-        dict(enumerate(held.names, first)),
+        dict(enumerate((name for name, *_ in held.rows), first)),
         block(
             M=columns(forces, by_a), h=((len(u),), resting), G=((len(G), len(u)), [x for row in G for x in row]),
             P=columns(pulled, each(multipliers)),
@@ -323,9 +316,9 @@ def _rows(w: Workspace, held: HeldContacts) -> tuple[list[Expr], list[list[Expr]
         rows, kept = w.loops.recursive, w.loops.decisions.independent_rows
         bias, G, residual = w.loops.bias(rows), w.loops.G(rows), w.loops.residual(rows)
         holding = [rows.labels[k].holonomic for k in kept]
-    bias = [*bias, *(row.bias for row in held.rows)]
-    G, residual = [*G, *(list(row.entries) for row in held.rows)], [*residual, *held.gaps]
-    holding += held.holding
+    for _, row, gap, holds in held.rows:
+        bias, G = [*bias, row.bias], [*G, list(row.entries)]
+        residual, holding = [*residual, gap], [*holding, holds]
     for k, acceleration in zip(w.prescribed.place, w.prescribed.acceleration, strict=True):
         bias.append(-acceleration)
         G.append([graph.one if i == k else graph.zero for i in range(n)])

@@ -5,7 +5,7 @@ struck, grazed and at rest. There are compared
 
     impulses of all cases with those of Lemke's pivots; without friction with Gauss' principle of least constraint,
         min |x|  with  F x ≥ h,    D = F F,  h = -(1 + e) n u⁻,  by Lawson and Hanson's method of least distance
-    the formula of one impact with its numbers; energy before and behind with what impulses take, -Λ·(v⁻ + v⁺)/2
+    kinetic energy before and behind with what impulses take, -Λ·(v⁻ + v⁺)/2
     accelerations of what sticks with those of the mechanism whose rows are constraints
     derivatives of a run across an impact, by saltation matrices, with differences of runs
 
@@ -22,11 +22,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from symdyn.algebra import Array, Floats
-from symdyn.dynamics import Workspace, derive_one
+from symdyn.algebra import Array
 from symdyn.dynamics.outputs import lacks_modes, unilaterals_of, with_modes
-from symdyn.errors import DerivationError, SimulateError, SymdynError
-from symdyn.graph import evaluate
+from symdyn.errors import SimulateError, SymdynError
 from symdyn.scene import Scene
 from symdyn.scene.values import Contact, Unilateral
 from symdyn.simulation.equations.complementarity import FEW, FREE, STICK, Case, Laws, least
@@ -46,8 +44,8 @@ SAME, CLOSE = 1e-8, 1e-6
 STEPS, SOON, WIDTH = 8, 0.01, 1e-4
 """Of Newton's method to where gaps are zero; before an impact, s; and of differences of runs."""
 
-FORMULA, PIVOTS = "impact: formula of one contact = its numbers", "impact: all cases = Lemke's pivots"
-GAUSS, LAWS = "impact without friction = Gauss' principle", "impact: laws of contact and friction"
+PIVOTS, GAUSS = "impact: all cases = Lemke's pivots", "impact without friction = Gauss' principle"
+LAWS = "impact: laws of contact and friction"
 ENERGY = "impact: kinetic energy lost = what impulses take, never below 0"
 STUCK, SLOPES = "sticking contacts = the mechanism with their rows", "saltation matrix = differences of runs"
 ROWS, BALANCE = "run of 1 s: laws of contact at every row", "run of 1 s: balance of energy"
@@ -119,10 +117,9 @@ class _Checks:
     def _pushed(self, x: Array) -> Array:
         """Return velocities that loops allow and prescribed motions do not know, shape (nv,), 1 at most."""
         q, u, _ = self.system.parts(x)
-        none, nv = np.zeros(self.system.given_size), self.system.nv
-        some = np.append(self.rng.uniform(-1, 1, nv), none[nv:])
-        found = self.system.calls["rates"](q, u, some, 0.0) - self.system.calls["rates"](q, u, none, 0.0)
-        found = found[self.system.nq : self.system.nq + nv]
+        none, rates = np.zeros(self.system.given_size), self.system.calls["rates"]
+        some = np.append(self.rng.uniform(-1, 1, self.system.nv), none[self.system.nv :])
+        found = (rates(q, u, some, 0.0) - rates(q, u, none, 0.0))[self.system.nq :][: self.system.nv]
         return np.asarray(found / np.abs(found).max(initial=1e-300))
 
     # What is compared there
@@ -158,20 +155,6 @@ class _Checks:
             before, then = (float(np.sum(self.system.evaluate("kinetic", 0.0, y))) for y in states)
             never = -lost if all(by_poisson) and np.ptp(laws.restitution) == 0 else 0.0
             self.tell(ENERGY, at.where, max(abs(before - then - lost), never), before)
-        if k == 1 and at.where.endswith(STRUCK) and (formula := self._formula(at)) is not None:
-            self.tell(FORMULA, at.where, float(np.abs(formula - u).max()), size)
-
-    def _formula(self, at: _Place) -> Array | None:
-        w = Workspace(self.scene)
-        try:
-            entries = derive_one(w, f"impact:{self.contacts.name(at.touching[0])}").entries[: self.system.nv]
-        except DerivationError:  # loops close the scene, it slips any way, or nothing moves along its normal
-            return None
-        values = {w.graph.symbol(name): value for name, value in self.system.opened.values.items()}
-        values |= w.scene.at_time(w.graph) | dict(
-            zip((*w.state.q, *w.state.qd, *w.states), at.x.tolist(), strict=False)
-        )
-        return np.array(evaluate(entries, Floats(), values))
 
     def stuck(self, at: _Place) -> None:
         """Compare accelerations of what sticks with those of the mechanism that has rows of constraints there."""

@@ -2,8 +2,7 @@
 
 Positions return to g = 0, an impact changes velocities where a gap closes, what touches at rest is set to rest, and the
 mode is what keeps the laws of all contacts that touch. Where several hold the same, forces are not unique: those of
-least size are taken. Flights of a ball that grow shorter without end are passed in
-their limit: it touches from where the rest of them takes no time.
+least size are taken. Flights of a ball that grow shorter without end are passed in their limit.
 
 Reference: Brogliato, Nonsmooth Mechanics (2016), chapters 1 and 5.
 """
@@ -134,9 +133,8 @@ class Settling:
             n, along = self.contacts.rows[k]
             before, rate = (0.0 if n is None else float(one[n]) for one in (v, after))
             impulse = (0.0 if n is None else float(impulses[n]), *impulses[list(along)].tolist())
-            if impulse[0] > size or (
-                k in struck and self.t > 0.0 and (before < -rest or (before <= rest and words[k] != "open"))
-            ):
+            arrives = before < -rest or (before <= rest and words[k] != "open")
+            if impulse[0] > size or (k in struck and self.t > 0.0 and arrives):
                 what = STRIKES
             elif k in leaving:  # what stops may slip the other way at once
                 what = BREAKS if leaving[k] == STOPS and words[k].startswith("slips") else leaving[k]
@@ -144,22 +142,9 @@ class Settling:
                 what = LIFTS
             else:
                 continue
-            name = self.contacts.name(k)
+            name, unit = self.contacts.name(k), self.contacts.units[k]
             what = TOLD.get(self.contacts.kinds[k], {}).get(what, what)
-            told.append(
-                Impact(
-                    self.t,
-                    name,
-                    what,
-                    before,
-                    rate,
-                    impulse,
-                    max(lost, 0.0),
-                    words,
-                    flights.get(k),
-                    self.contacts.units[k],
-                )
-            )
+            told.append(Impact(self.t, name, what, before, rate, impulse, max(lost, 0.0), words, flights.get(k), unit))
         return x
 
     def _refuse_gain(self, lost: float, size: float, some: Sequence[int]) -> None:
@@ -218,10 +203,8 @@ class Settling:
             held = () if n is None or not case.held else (n,)
             kept = along if k in off or (case.held and case.slip == STICK) else ()
             rows += (*held, *kept)
-            wanted += (
-                *(0.0 for _ in held),
-                *(4 * SLOW * way for way in (case.way if k in off else (0.0,) * len(kept))),
-            )
+            wanted += [0.0] * len(held)
+            wanted += [4 * SLOW * way for way in (case.way if k in off else (0.0,) * len(kept))]
         missed = np.array(wanted) - self.n.W[rows] @ u
         return np.asarray(u + self.n.C[rows].T @ least(self.n.laws.D[np.ix_(rows, rows)], missed))
 
@@ -237,9 +220,7 @@ class Settling:
                 held = tuple(one for one in held if one.slips)
             elif self._moves(slip, rest) and held[0].slip:
                 held = (Case(True, SLIP, tuple((slip / np.linalg.norm(slip)).tolist()), True),)
-            if (
-                n is not None
-            ):  # what nothing moves at first order, as a pendulum that hangs above its floor, presses nothing
+            if n is not None:  # what nothing moves at first order, as a pendulum that hangs still, presses nothing
                 held = (*held, FREE) if self.n.laws.D[n, n] > 0.0 else (FREE,)
             found.append(held)
         return found
@@ -269,9 +250,8 @@ class Settling:
         found.sort(key=lambda one: (-sum(case.held for case in one[0]), float(one[1] @ one[1])))
         motions = [self.n.C[rows].T @ forces for _, forces in found]
         size = 1e-7 * (1.0 + float(np.abs(motions[0]).max(initial=0.0)))
-        if any(np.abs(one - motions[0]).max(initial=0.0) > size for one in motions[1:]) and not self._shared(
-            some, found
-        ):
+        differ = any(np.abs(one - motions[0]).max(initial=0.0) > size for one in motions[1:])
+        if differ and not self._shared(some, found):
             raise ArithmeticError(
                 f"contact {names}: {len(found)} motions keep the laws of contact and friction (Painlevé)"
             )
