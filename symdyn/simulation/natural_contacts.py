@@ -199,7 +199,7 @@ class _Checks:
 
         try:
             if self.scene.is_constrained or nq != nv or self.scene.states or self.scene.prescribed_velocities:
-                raise SimulateError("loops, quaternions, states or prescribed motions")
+                raise SimulateError("differences are not taken of loops, quaternions, states or prescribed motions")
             far, near = (ended(k * WIDTH) - ended(-k * WIDTH) for k in (2, 1))
             found = sensitivity(Problem(self.scene, start=Start(q, at.u)), until=2 * SOON, parameters=(), rtol=1e-12)
         except SymdynError as fault:

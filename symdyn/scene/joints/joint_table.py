@@ -12,7 +12,7 @@ Numbers that joints of all types have, and where they start.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from symdyn.graph import Graph
 from symdyn.scene.joints.blocks import (
@@ -266,7 +266,8 @@ def _limits(table: EntryReader, key: str, unlimited: Limits) -> Limits:
         return unlimited
     advice = "write limits = { lower = -1, upper = 1, velocity = 2, effort = 50 }"
     inner = table.inner(key, keys_of(LIMITS), advice)
-    return Limits(**{one.name: one.declared(inner) for one in LIMITS if inner.raw.get(one.name) is not None})
+    said: dict[str, Any] = {one.name: one.declared(inner) for one in LIMITS if inner.raw.get(one.name) is not None}
+    return Limits(**said)
 
 
 ARMATURE = number(
