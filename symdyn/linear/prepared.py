@@ -369,7 +369,7 @@ class Prepared:
                 raise LinearizeError(
                     f"{self.scene.name}: {name} is not held at this point: {apart}; give another start"
                 )
-        pulls = {name: here.point.multipliers[k] for k, name in reversed(contacts.items())}
+        pulls = {name: here.point.multipliers[k] for k, name in sorted(contacts.items(), reverse=True)}
         return [f"{name} pulls there, {x:.6g} N: its mode ends at once" for name, x in pulls.items() if x < -HELD]
 
     def _feeding(self, here: LinearPoint, given: Array | None) -> tuple[float, ...]:

@@ -135,8 +135,8 @@ class _Checks:
         if k <= FEW and max(map(len, laws.tangents)) < 2:
             options = [(FREE, *laws.slips(i)) for i in range(k)]
             pivots = laws.by_pivots(v, [0.0] * k, np.zeros(k), target)
-            cases = [] if pivots is None else [one for _, one in laws.solutions(v, options, None, target)]
-            apart = [float(np.abs(C.T @ (one - pivots)).max()) for one in cases]
+            cases = [one for _, one in laws.solutions(v, options, None, target)]
+            apart = [] if pivots is None else [float(np.abs(C.T @ (one - pivots)).max()) for one in cases]
             self.tell(PIVOTS, at.where, min(apart, default=np.inf), size)
         smooth = replace(laws, friction=0 * laws.friction, static=0 * laws.static).impact(v, [False] * k)
         gauss = _least_distance(laws.D[np.ix_(normals, normals)], target[normals] - v[normals])
@@ -214,8 +214,8 @@ class _Checks:
         run = simulate(self.scene, until=1.0)
         kept = [x for name, x in run.monitors.items() if name.startswith(("contact_laws", "penetration"))]
         self.tell(ROWS, "the start", max(kept, default=0.0))
-        energies = sum(float(np.ptp(run[name])) for name in ("kinetic", "potential") if name in run.columns)
-        self.tell(BALANCE, "the start", float(np.abs(run["energy_error"]).max()), energies, CLOSE)
+        energies = [float(np.ptp(run[f"{name}_energy"])) for name in ("kinetic", "potential")]
+        self.tell(BALANCE, "the start", float(np.abs(run["energy_error"]).max()), max(energies), CLOSE)
         if run.t[-1] < 1.0:
             self.lacking["run of 1 s, all of it"] = f"it ends at t = {run.t[-1]:.9g} s"
 
