@@ -34,28 +34,19 @@ def _touches(w: Workspace) -> tuple[Touch, ...]:
     return found
 
 
-def _places(touch: Touch) -> list[int]:
-    """Return which of the three rows of its outputs are rows of W."""
-    return [*([0] if touch.normal else []), *range(1, 1 + len(touch.tangents))]
-
-
-def _by_name(w: Workspace, output: str) -> Rows:
-    """Return the rows of an output of every contact, those that are rows of W, shape (m, entries of a row)."""
+def _by_name(w: Workspace, output: str, columns: bool = False) -> Rows:
+    """Return the rows of an output of every contact, or its columns, those that are rows of W, shape (m, each)."""
     found = Rows()
     for touch in _touches(w):
-        flat = entries(w, f"{output}:{touch.law.name}")
-        size = len(flat) // 3
-        found += [tuple(flat[k * size : (k + 1) * size]) for k in _places(touch)]
+        flat = tuple(entries(w, f"{output}:{touch.law.name}"))
+        size, kept = len(flat) // 3, (*([0] if touch.normal else []), *range(1, 1 + len(touch.tangents)))
+        found += [flat[k::3] if columns else flat[k * size : (k + 1) * size] for k in kept]
     return found
 
 
 def _columns(w: Workspace) -> Rows:
-    """Return the columns of every impact matrix, M⁻¹ Wᵀ by row of W, shape (m, nv)."""
-    found = Rows()
-    for touch in _touches(w):
-        flat = entries(w, f"impact_matrix:{touch.law.name}")
-        found += [tuple(flat[k::3]) for k in _places(touch)]
-    return found
+    """Return M⁻¹ Wᵀ by row of W, shape (m, nv)."""
+    return _by_name(w, "impact_matrix", columns=True)
 
 
 def _gaps(w: Workspace) -> Claim | None:
