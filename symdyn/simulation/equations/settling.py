@@ -247,7 +247,7 @@ class Settling:
         if not found:
             raise ArithmeticError(f"contact {names}: no force keeps the laws of contact and friction (Painlevé)")
         found = self._held_by_static(found, some)
-        found.sort(key=lambda one: (-sum(case.held for case in one[0]), float(one[1] @ one[1])))
+        found.sort(key=lambda one: -sum(case.held for case in one[0]))
         motions = [self.n.C[rows].T @ forces for _, forces in found]
         size = 1e-7 * (1.0 + float(np.abs(motions[0]).max(initial=0.0)))
         differ = any(np.abs(one - motions[0]).max(initial=0.0) > size for one in motions[1:])
@@ -255,6 +255,8 @@ class Settling:
             raise ArithmeticError(
                 f"contact {names}: {len(found)} motions keep the laws of contact and friction (Painlevé)"
             )
+        if differ:  # of several motions that of least forces
+            found.sort(key=lambda one: (-sum(case.held for case in one[0]), float(one[1] @ one[1])))
         if broke:  # at the edge of its cone what follows may stick or slip: it slips
             found.sort(key=lambda one: -sum(case.slips for case in one[0]))
         cases, forces = found[0]
