@@ -223,6 +223,18 @@ def test_a_box_that_is_loaded_askew_sticks_as_long_as_all_of_it_does(x: float, y
     assert forces == pytest.approx(-0.2999 * np.array(loads), rel=1e-7, abs=1e-9)
 
 
+@pytest.mark.slow
+def test_a_box_that_is_loaded_askew_slips_and_stops_by_all_methods_alike() -> None:
+    """Which corners press is not unique: several motions keep the laws, of which that of least forces is taken."""
+    asked = {"until": 0.5, "values": {"cx": 0.2, "cy": 0.12}}
+    one, other = (moved(BOX, LEVEL, (1, 0.5, 0, 0, 0, 2), method=name, **asked) for name in ("taylor", "dop853"))
+
+    assert one.t[-1] == other.t[-1] == 0.5
+    np.testing.assert_allclose(one.q[-1], other.q[-1], atol=1e-8)
+    assert np.abs(one.qd[-1]).max() < 1e-9
+    assert max(value for name, value in one.monitors.items() if name.startswith("contact_laws")) < 1e-6
+
+
 @pytest.mark.wide("0.003")
 @pytest.mark.parametrize("apart", [0.1, 0.003])
 def test_feet_that_are_close_to_each_other_hold_what_they_hold(apart: float) -> None:

@@ -200,6 +200,7 @@ WORDS: tuple[Row, ...] = (
     row("joints/pin/limits/upper", 0.1, 0.2, joints__pin__limits={"lower": -1}, joints__pin__start_rates=3),
     row("joints/pin/limits/velocity", 1, 2, joints__pin__limits={"lower": -1}),
     row("joints/pin/limits/restitution", 0.3, 0.6, joints__pin__limits={"upper": 0.1}, joints__pin__start_rates=3),
+    row("joints/pin/limits/one_way", True, False, joints__pin__limits={"upper": 1}),
     row("joints/pin/limits/effort", 1, 2, joints__pin__limits={"lower": -1}, joints__pin__drive="M"),
     row("joints/pin/locked", True, False),
     row("joints/pin/position", 0.1, 0.2, joints__pin__locked=True),

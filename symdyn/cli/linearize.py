@@ -310,18 +310,18 @@ def run(options: argparse.Namespace) -> int:
 def _systems(scene: Scene, options: argparse.Namespace) -> tuple[list[System], Sequence[str]]:
     """Return the linear systems that the options ask for, and what is said of how they were found."""
     outputs = [] if options.outputs is None else split_commas(options.outputs) or [""]
-    independent = split(options.independent) or ()
+    independent, mode = split(options.independent) or (), pairs(options.mode, "--mode")
     problem = Problem(scene, flattened(options.forces))
     if options.start == REST or options.along is not None:
         where = REST if options.along is None else Path(options.along)
-        return System.find(problem, where, outputs, independent, options.anywhere)
+        return System.find(problem, where, outputs, independent, options.anywhere, mode)
     forces = problem.forces if scene.rates else ()
     _, start = collected(
         lambda: problem.driving,
         lambda: Problem(scene, forces, pairs(options.start, "--start"), rates_of(options)).initial,
     )
     problem = replace(problem, start=start)  # type: ignore[arg-type]
-    return System.find(problem, "start", outputs, independent, options.anywhere)
+    return System.find(problem, "start", outputs, independent, options.anywhere, mode)
 
 
 def _text(system: System, options: argparse.Namespace) -> str:

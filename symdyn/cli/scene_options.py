@@ -89,6 +89,7 @@ def read_scene(options: argparse.Namespace) -> Scene:
         say_values_alone(options, scene, options.verb)
     opening = [one.name for one in scene.unilaterals]
     opening += [f"stops of {one.name}" for one in scene.joints if one.limits.restitution is not None]
+    opening += [f"freewheel of {one.name}" for one in scene.joints if one.limits.one_way]
     if opening and options.verb in OPEN and getattr(options, "formulation", "") != "contact":
         say(f"{scene.name}: all contacts open: {listed(opening)}; runs, sensitivity, gait and masks close them")
     return scene

@@ -147,6 +147,8 @@ def formulas(system: Linearization) -> Formulas:
     prepared, scene = system.prepared, system.scene
     if prepared is None:
         raise LinearizeError(f"{scene.name}: it is not known what was linearised; take the system of symdyn.linearize")
+    if prepared.asked[-1]:
+        raise LinearizeError(f"{scene.name}: a mode of contacts is linearised in numbers alone; read .A, .B, .C, .D")
     point, letters = _point(prepared, system), _letters(prepared)
     values = {letters.get(node, str(node.value)): x for node, x in point.items()}
     values |= {SPIN.format(i + 1, k + 1): system.spin[i, k] for i, k in np.argwhere(system.spin)}

@@ -37,6 +37,7 @@ from symdyn.algebra import Array, TrigonometricRing
 from symdyn.arguments import SympyExpression, argument, native, with_fields
 from symdyn.errors import DerivationError, LinearizeError, SimulateError
 from symdyn.graph import Expr, evaluate, substitute
+from symdyn.linear.contact_mode import read_mode
 from symdyn.linear.equilibrium import Equilibria, Equilibrium, equilibria
 from symdyn.linear.evolution import STILL
 from symdyn.linear.linearization import Linearization
@@ -162,6 +163,7 @@ def linearize(
     independent: str | Sequence[str] = (),
     t: float = 0.0,
     anywhere: bool = False,
+    mode: Mapping[str, str] | None = None,
     **fields: Unpack[Problem.Fields],
 ) -> Linearization:
     """Return the linear motion of a mechanism about a point, to first order.
@@ -185,6 +187,8 @@ def linearize(
         independent: coordinates that determine the others where loops close; nothing takes the best conditioned.
         t: time, s, of what depends on it.
         anywhere: take points too that are neither of rest nor of a steady motion.
+        mode: what contacts, stops and dry friction do there, by name: closed (without friction), stick, slip+ or slip-;
+            others are open. A and B are those of the motion that they leave.
 
     Raises:
         LinearizeError: there is no one linear motion there, or no equilibrium and no steady motion.
@@ -194,7 +198,8 @@ def linearize(
     (problem, _), (t,) = Problem.requested(linearize, locals()), native(float, t)
     if not math.isfinite(t):
         raise SimulateError(f"t = {t}: give a finite time, s")
-    asked, start = prepared(problem, outputs, independent), problem.initial
+    asked = prepared(problem, outputs, independent, read_mode(problem.scene, mode or {}))
+    start = problem.initial
     return settled(asked, asked.at(start.q, start.moving, t, start.notes), anywhere)
 
 

@@ -7,7 +7,7 @@ Derivatives along all directions are reduced to independent positions and veloci
     ad_u     (ad_u δξ)_l = γ^l_ji u_j δξ_i, of brackets [X_j, X_i] = γ^l_ji X_l
 
     δξ̇ = δu - ad_u δξ
-    [M  -Gᵀ] [δu̇]     [X e δξ + ∂e/∂u δu + ∂e/∂w δw - δτ]
+    [M  -Pᵀ] [δu̇]     [X e δξ + ∂e/∂u δu + ∂e/∂w δw - δτ]
     [G   0 ] [δλ]  = -[X c δξ + ∂c/∂u δu                ]
 
 The first equation varies a motion with its position, d/dt δ = δ d/dt, where directions do not commute. It stays the
@@ -34,6 +34,7 @@ from symdyn.dynamics.outputs import COLUMNS
 from symdyn.errors import LinearizeError, NoValueError
 from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Op, reachable
+from symdyn.linear.contact_mode import Mode
 from symdyn.linear.linearization import Linearization, Point
 from symdyn.linear.variations import Outputs, Variations, read_outputs, variations
 from symdyn.linear.weights import Axis
@@ -62,7 +63,8 @@ class LinearPoint:
     Attributes:
         point: with accelerations and multipliers.
         values: of all symbols there.
-        M, G: mass matrix of the tree, independent rows and those of prescribed motions.
+        M, G: mass matrix of the tree, independent rows, those of contacts and of prescribed motions.
+        P: generalized forces by a unit of each multiplier, shape (nu, rows): Gᵀ but for friction of what slips.
         holding: of G, which are position-level rows.
         H: q̇ = H u.
         sizes: of the velocities, 1/√M_kk, shape (nu,), to compare what is of different units.
@@ -72,6 +74,7 @@ class LinearPoint:
     values: Mapping[Expr, float]
     M: Array
     G: Array
+    P: Array
     holding: Array
     H: Array
     sizes: Array
@@ -100,11 +103,11 @@ def place(v: Variations, parameters: Mapping[str, float], t: float, q: Array, u:
             f"{scene.name}: the mass matrix is singular there, a motion with {scene.first_order[k]} moves no mass; "
             "give another place, or a mass or an inertia"
         )
-    a, multipliers = _solved(M, G, h[:, None], found["b"][:, None])
+    a, multipliers = _solved(M, found["P"], G, h[:, None], found["b"][:, None])
     point = Point(t, q, u, a[:, 0], found["push"][:n] + given[:n], multipliers[:, 0], found["inputs"])
     values |= dict(zip(v.a, a[:, 0].tolist(), strict=True))
     values |= dict(zip(v.multipliers, multipliers[:, 0].tolist(), strict=True))
-    return LinearPoint(point, values, M, G, np.array(v.holding, dtype=bool), found["H"], sizes)
+    return LinearPoint(point, values, M, G, found["P"], np.array(v.holding, dtype=bool), found["H"], sizes)
 
 
 def symbols_at(
@@ -133,10 +136,10 @@ def _free(name: str, G: Array) -> Array:
     return np.asarray(rows[len(G) :].T)
 
 
-def _solved(M: Array, G: Array, e: Array, c: Array) -> tuple[Array, Array]:
-    """Return x and λ of M x - Gᵀ λ = -e, G x = -c, a column each."""
+def _solved(M: Array, P: Array, G: Array, e: Array, c: Array) -> tuple[Array, Array]:
+    """Return x and λ of M x - P λ = -e, G x = -c, a column each."""
     n, rows = len(M), len(G)
-    K = np.block([[M, -G.T], [G, np.zeros((rows, rows))]])
+    K = np.block([[M, -P], [G, np.zeros((rows, rows))]])
     found = np.linalg.solve(K, -np.vstack([e, c]))
     return found[:n], found[n:]
 
@@ -229,7 +232,7 @@ def matrices(v: Variations, here: LinearPoint, choice: Choice, drives: Sequence[
     moved = np.vstack([moves, rates])
     acting = e[:, 3 * n :] @ own
     acting[: len(driven)] -= driven
-    a, multipliers = _solved(here.M, here.G, e[:, : 2 * n] @ moved + acting, c @ np.vstack([moved, own]))
+    a, multipliers = _solved(here.M, here.P, here.G, e[:, : 2 * n] @ moved + acting, c @ np.vstack([moved, own]))
     upper = rates - _turning(v, here.point.u) @ moves
     whole = np.vstack([upper[list(choice.positions)], a[list(choice.velocities)]])
     A, B = whole[:, :states], whole[:, states:]
@@ -255,12 +258,15 @@ def _valueless(scene: Scene, fault: NoValueError) -> str:
     return f"{scene.name}: {fault}{f'; where its ends meet, {between} has no direction: {apart}' if between else ''}"
 
 
+HELD = 1e-8
+"""How far a contact may be from its plane, m or rad, or move against it, and still be closed."""
+
 CORNER = 1e-12
 """What a sign is of, as far as it is zero."""
 
 
 Looked: TypeAlias = str | Sequence[str | SympyExpression]
-Asked: TypeAlias = tuple[Problem, Looked, Sequence[str]]
+Asked: TypeAlias = tuple[Problem, Looked, Sequence[str], Mode]
 
 
 @dataclass(frozen=True)
@@ -322,6 +328,7 @@ class Prepared:
         """Return the linear system at a state, of the same states as another one is; errors as of `linearize`."""
         v, scene = self.functions, self.scene
         here = self.place(q, u, t, given)
+        pulling = self._in_mode(here)
         try:
             choice = chosen(here, self.independent, v.w.state.n) if like is None else self._like(here, like)
             with np.errstate(all="ignore"):  # what has no finite value is told below
@@ -349,9 +356,21 @@ class Prepared:
         return Linearization(
             found.A, found.B, found.C, found.D, states, inputs, Axis(self.outputs.names, self.outputs.units), None,
             scene.name, scene, replace(here.point, outputs=found.y), len(choice.positions), found.moves,
-            found.directions[: len(units)], found.rates[: len(units)], notes=(*notes, *self._corners(here)),
+            found.directions[: len(units)], found.rates[: len(units)], notes=(*notes, *pulling, *self._corners(here)),
             feeding=self._feeding(here, given), prepared=self,
         )  # fmt: skip
+
+    def _in_mode(self, here: LinearPoint) -> list[str]:
+        """Return which contacts pull there; LinearizeError where one that is closed is apart, or moves apart."""
+        contacts, found = self.functions.contacts, self.functions.motion.at(here.values)
+        for k, name in contacts.items():
+            if max(abs(float(found["r"][k])), abs(float(found["s"][k]))) > HELD:
+                apart = f"its gap is {found['r'][k]:.3g}, and velocities along its row {found['s'][k]:.3g}"
+                raise LinearizeError(
+                    f"{self.scene.name}: {name} is not held at this point: {apart}; give another start"
+                )
+        pulls = {name: here.point.multipliers[k] for k, name in sorted(contacts.items(), reverse=True)}
+        return [f"{name} pulls there, {x:.6g} N: its mode ends at once" for name, x in pulls.items() if x < -HELD]
 
     def _feeding(self, here: LinearPoint, given: Array | None) -> tuple[float, ...]:
         """Return the forces at a place, those `given` apart, if formulas of them depend on the state."""
@@ -387,7 +406,9 @@ class Prepared:
         return independent(here, positions, velocities, len(names))
 
 
-def prepared(problem: Problem, outputs: Looked = (), independent: str | Sequence[str] = ()) -> Prepared:
+def prepared(
+    problem: Problem, outputs: Looked = (), independent: str | Sequence[str] = (), mode: Mode = ()
+) -> Prepared:
     """Return what is linearised, derived once for all values of parameters; arguments and errors as of `linearize`."""
     independent = (independent,) if isinstance(independent, str) and independent else tuple(independent)
     scene, faults = problem.scene, Faults("")
@@ -395,10 +416,9 @@ def prepared(problem: Problem, outputs: Looked = (), independent: str | Sequence
     if not scene.velocities:
         raise LinearizeError(f"{scene.name}: nothing moves: no joint has a coordinate")
     if independent and not scene.is_constrained:
-        raise LinearizeError(
-            f"{scene.name}: {argument('independent')}: it has no loops and no rows, all its coordinates are "
-            f"independent; leave {argument('independent')} out"
-        )
+        why = "it has no loops and no rows, all its coordinates are independent"
+        why = "states of a mode are those that determine the others best" if mode else why
+        raise LinearizeError(f"{scene.name}: {argument('independent')}: {why}; leave {argument('independent')} out")
     forces = problem.driving
     forces.check_differentiable(faults)
     faults.close(LinearizeError)
@@ -407,10 +427,10 @@ def prepared(problem: Problem, outputs: Looked = (), independent: str | Sequence
     if not scene.is_constrained:
         closing = LoopChoices()  # nothing is decided in numbers, and one derivation serves all values
     usual = {k: one.value for k, one in enumerate(scene.inputs, len(scene.velocities)) if k not in forces.outside}
-    v = variations(found.scene, closing, tuple((usual | dict(forces.formulas)).items()), looked.formulas)
+    v = variations(found.scene, closing, tuple((usual | dict(forces.formulas)).items()), looked.formulas, mode)
     every = range(len(scene.velocities))
     wanted = v.w.loops.decisions.partition.independent if scene.is_constrained else every
-    kept, asked = tuple(k for k in wanted if k not in v.w.prescribed.place), (problem, outputs, independent)
+    kept, asked = tuple(k for k in wanted if k not in v.w.prescribed.place), (problem, outputs, independent, mode)
     return Prepared(scene, forces, looked, v, kept, asked)
 
 

@@ -328,8 +328,8 @@ def _holding(requested: Prepared, system: Linearization) -> str:
     if any(k in requested.forces.formulas or k in requested.forces.tables for k in drives):
         return ""
     here = requested.place(point.q, point.u, point.t)
-    missing = here.G.T @ point.multipliers - here.M @ point.udot
-    acting = np.hstack([np.eye(len(missing))[:, drives], here.G.T]) * here.sizes[:, None]
+    missing = here.P @ point.multipliers - here.M @ point.udot
+    acting = np.hstack([np.eye(len(missing))[:, drives], here.P]) * here.sizes[:, None]
     forces, _, rank, _ = np.linalg.lstsq(acting, missing * here.sizes, rcond=1e-9)
     left = np.abs(acting @ forces - missing * here.sizes).max(initial=0.0)
     if rank < acting.shape[1] or left > CLOSE * np.abs(missing * here.sizes).max(initial=0.0):

@@ -28,6 +28,7 @@ from symdyn.emit import Contents, write_file
 from symdyn.errors import EmitError, LinearizeError
 from symdyn.frozen import dataclass, replace
 from symdyn.linear.compensator import Observer
+from symdyn.linear.contact_mode import read_mode
 from symdyn.linear.equilibrium import equilibria
 from symdyn.linear.evolution import along_a_step
 from symdyn.linear.linearization import Linearization
@@ -166,6 +167,7 @@ class System:
         outputs: Sequence[str] = (),
         independent: Sequence[str] = (),
         anywhere: bool = False,
+        mode: Mapping[str, str] | None = None,
     ) -> tuple[list[System], Sequence[str]]:
         """Return the linear systems of a scene, and what is said of how they were found.
 
@@ -175,13 +177,15 @@ class System:
         Raises:
             LinearizeError: as of `linearize`; no position of rest, or a file that is no run of the scene.
         """
-        asked = prepared(problem, outputs, independent)
+        asked = prepared(problem, outputs, independent, told := read_mode(problem.scene, mode or {}))
+        if told and where != "start":
+            raise LinearizeError("mode: it is that of one point; leave --along and --start rest out")
         if isinstance(where, Path):
             return [cls(asked, one, None) for one in along(asked, read_run(problem.scene, where))], ()
         if where != "rest":
             start = problem.initial
             found = settled(asked, asked.at(start.q, start.moving, notes=start.notes), anywhere)
-            return [cls(asked, found, symbolic(asked, found))], ()
+            return [cls(asked, found, None if told else symbolic(asked, found))], ()
         places = equilibria(asked)
         notes = search_report(places)
         if not places.systems:

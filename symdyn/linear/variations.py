@@ -1,6 +1,6 @@
 """Functions that linearising evaluates: forces, constraints, outputs, and their derivatives along all directions.
 
-    e        M u̇ + h - τ(t, q, u, w) - Gᵀ λ = 0
+    e        M u̇ + h - τ(t, q, u, w) - Pᵀ λ = 0, P being G but for the friction of contacts that slip
     r        residuals of positions; of a prescribed motion q_k - p_k(t, w)
     s        G u = 0, the constraints; of a prescribed motion u_k - ṗ_k(t, w)
     c        G u̇ + Ġ u = 0, rate of a constraint; of a prescribed motion u̇_k - p̈_k(t, w) = 0
@@ -33,6 +33,7 @@ from symdyn.dynamics.outputs import Moving
 from symdyn.errors import DerivationError, LinearizeError, SimulateError
 from symdyn.frozen import dataclass, field
 from symdyn.graph import Expr, growing, reachable, repeated, substitute, tangents
+from symdyn.linear.contact_mode import HeldContacts, Mode, scene_in_mode
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.values import LETTERS, Faults, acceleration_name, formula_text, split_commas
 from symdyn.simulation import read_output
@@ -97,6 +98,7 @@ def on_graph(
         raise LinearizeError(str(fault)) from None
 
 
+Formulas = tuple[tuple[int, Quantity], ...]
 Entries = Mapping[str, tuple[tuple[int, ...], Sequence[Expr]]]
 
 
@@ -157,10 +159,11 @@ class Variations:
         w: what they are derived on.
         u: velocities, and then states of one's own, shape (nu,).
         a: rates of these, shape (nu,).
-        multipliers: symbols λ of the independent rows, then of prescribed motions.
+        multipliers: symbols λ of the independent rows, then of contacts and of prescribed motions.
         holding: which are position-level rows.
         inputs: names of the inputs, deviations from what is given.
-        motion: what tells accelerations and multipliers: "M", "h" (e at u̇ = 0 and λ = 0), "G", "b" (c at u̇ = 0),
+        contacts: the contact of each row that holds one, by number of the row.
+        motion: what tells accelerations and multipliers: "M", "h" (e at u̇ = 0 and λ = 0), "G", "P", "b" (c at u̇ = 0),
             "r" (residuals), "s", "push" (formulas of forces), "H" (q̇ = H u), "inputs".
         slopes: "e" and the part "p" of it that formulas of forces have, along q, u, u̇ and w, shape (nu, 3 nu + nw); "c"
             along q, u and w, "s" along q and w, "r" along w.
@@ -173,6 +176,7 @@ class Variations:
     multipliers: tuple[Expr, ...]
     holding: tuple[bool, ...]
     inputs: tuple[str, ...]
+    contacts: Mapping[int, str]
     motion: VariationBlock = field(repr=False)
     slopes: VariationBlock = field(repr=False)
     outputs: VariationBlock = field(repr=False)
@@ -211,22 +215,24 @@ class Variations:
 
 @lru_cache(maxsize=16)
 def variations(
-    scene: Scene, closing: LoopChoices, formulas: tuple[tuple[int, Quantity], ...], outputs: tuple[Quantity, ...]
+    scene: Scene, closing: LoopChoices, formulas: Formulas, outputs: tuple[Quantity, ...], mode: Mode = ()
 ) -> Variations:
     """Return the functions of a scene, its parameters free, under formulas of driving forces by velocity.
 
     Raises:
         DerivationError: loops cannot be assembled, or friction is ideal.
     """
-    return _written(scene, closing, formulas, outputs)
+    return _written(scene, closing, formulas, outputs, mode)
 
 
 @growing()
 def _written(
-    scene: Scene, closing: LoopChoices, formulas: tuple[tuple[int, Quantity], ...], outputs: tuple[Quantity, ...]
+    scene: Scene, closing: LoopChoices, formulas: Formulas, outputs: tuple[Quantity, ...], mode: Mode
 ) -> Variations:
+    scene = scene_in_mode(scene, mode)
     refuse_ideal_friction(scene)
-    scene.refuse_contacts("linearization", DerivationError)
+    if not mode:
+        scene.refuse_contacts("linearization without a mode", DerivationError)
     w = Workspace(scene, closing)
     graph, state, n = w.graph, w.state, w.state.n
     places = dict(formulas)
@@ -238,12 +244,16 @@ def _written(
     push = substitute([places[k].express(graph) if k in places else zero for k in range(n)], acting)
     acting |= {tau: tau + force for tau, force in zip(state.tau, push, strict=True)}
     push += [zero] * more
-    bias, G, residual, holding = _rows(w)
+    held = HeldContacts.of(w, mode)
+    bias, G, residual, holding = _rows(w, held)
+    first = len(G) - len(w.prescribed.place) - len(held.rows)
     bias = substitute(bias, {one: acting[one] for one in letters})
     G = [[*row, *[zero] * more] for row in G]
     rates = [graph.total(entry * x for entry, x in zip(row, u, strict=True)) for row in G]
     multipliers = tuple(graph.symbol(f"lambda[{k}]") for k in range(len(G)))
     pulled = [graph.total(row[k] * x for row, x in zip(G, multipliers, strict=True)) for k in range(n + more)]
+    rubbed = [*held.friction(w, multipliers[first:]), *[zero] * more]
+    pulled = [x + y for x, y in zip(pulled, rubbed, strict=True)]
     balance = [*w.forces(list(state.qdd)), *(x - rate for x, rate in zip(a[n:], w.state_rates, strict=True))]
     forces = substitute(balance, {one: acting[one] for one in letters})
     along = [*w.directions.along, *({} for _ in owned)]
@@ -265,19 +275,25 @@ def _written(
         others = columns([p + r for p, r in zip(push, pulled, strict=True)], along, by_u, by_a)
         swept = (n, 3 * n), [x - y for x, y in zip(direct.entries, others[1], strict=True)]
     still = dict.fromkeys([*a, *multipliers], zero)
-    resting = [one - acted for one, acted in zip(substitute(forces, still), push, strict=True)]
+    resting = [
+        one - p - r for one, p, r in zip(substitute(forces, still), push, substitute(pulled, still), strict=True)
+    ]
     moving = [c + graph.total(x * y for x, y in zip(row, a, strict=True)) for c, row in zip(bias, G, strict=True)]
     along_q = [along_k.get(one, zero) for one in state.q for along_k in along]
     led = [[zero] * (len(G) - len(x)) + [-one for one in x] for x in (w.prescribed.position, w.prescribed.velocity)]
     apart, slides = (substitute(some, {one: acting[one] for one in letters}) for some in led)
     missed = [x + y for x, y in zip(rates, slides, strict=True)]
-    held = dict(zip(w.prescribed.place, multipliers[len(G) - len(w.prescribed.place) :], strict=True))
-    drives = {state.tau[k]: acting[state.tau[k]] + force for k, force in held.items()}  # what prescribed motions take
+    leading = dict(zip(w.prescribed.place, multipliers[len(G) - len(w.prescribed.place) :], strict=True))
+    drives = {
+        state.tau[k]: acting[state.tau[k]] + force for k, force in leading.items()
+    }  # what prescribed motions take
     y = on_graph(w, outputs, multipliers, acting | drives)
     return Variations(
         w, u, a, multipliers, tuple(holding), tuple(one.name for one in scene.inputs),
+        dict(enumerate((name for name, *_ in held.rows), first)),
         block(
             M=columns(forces, by_a), h=((len(u),), resting), G=((len(G), len(u)), [x for row in G for x in row]),
+            P=columns(pulled, each(multipliers)),
             b=((len(G),), bias), r=((len(G),), residual), s=((len(G),), rates), push=((len(u),), push),
             H=((len(state.q), len(u)), along_q), inputs=((len(own),), [acting[one] for one in own]),
         ),
@@ -289,8 +305,8 @@ def _written(
     )  # fmt: skip
 
 
-def _rows(w: Workspace) -> tuple[list[Expr], list[list[Expr]], list[Expr], list[bool]]:
-    """Return Ġ u, G, residuals of independent rows and then of prescribed motions, and which are position-level."""
+def _rows(w: Workspace, held: HeldContacts) -> tuple[list[Expr], list[list[Expr]], list[Expr], list[bool]]:
+    """Return Ġ u, G and residuals of independent rows, of contacts and of prescribed motions; which hold positions."""
     graph, n = w.graph, w.state.n
     bias: list[Expr] = []
     G: list[list[Expr]] = []
@@ -300,6 +316,9 @@ def _rows(w: Workspace) -> tuple[list[Expr], list[list[Expr]], list[Expr], list[
         rows, kept = w.loops.recursive, w.loops.decisions.independent_rows
         bias, G, residual = w.loops.bias(rows), w.loops.G(rows), w.loops.residual(rows)
         holding = [rows.labels[k].holonomic for k in kept]
+    for _, row, gap, holds in held.rows:
+        bias, G = [*bias, row.bias], [*G, list(row.entries)]
+        residual, holding = [*residual, gap], [*holding, holds]
     for k, acceleration in zip(w.prescribed.place, w.prescribed.acceleration, strict=True):
         bias.append(-acceleration)
         G.append([graph.one if i == k else graph.zero for i in range(n)])

@@ -309,6 +309,7 @@ class LimitKeys(TypedDict, total=False):
     velocity: Number | None
     effort: Number | None
     restitution: Number | None
+    one_way: bool
 
 
 class MimicKeys(TypedDict, total=False):
@@ -401,7 +402,7 @@ def joint(name: str, type: JointType | str, parent: str, child: str, **keys: Unp
         rotor: {"inertia": ..., "gear": ...} in its place: armature = inertia · gear^2.
         damping: viscous damping of every velocity, N m s/rad or N s/m.
         friction: dry friction, N m or N, kept as data; {"coulomb": ..., ...} enters the equations, see `Friction`.
-        limits: {"lower": ..., "upper": ..., "velocity": ..., "effort": ...}, data; "restitution" makes stops of two.
+        limits: {"lower": ..., "upper": ..., ...}, data; "restitution" makes stops of two, "one_way": True a freewheel.
         start: position at the start, or a guess of it where loops close; zeros, and no rotation, when left out.
         start_rates: velocities at the start; zeros when left out.
         motion: prescribed motion, a formula in t and inputs with rates, of a joint with a drive.
@@ -409,8 +410,7 @@ def joint(name: str, type: JointType | str, parent: str, child: str, **keys: Unp
         position: where it stands, rad or m; zero when left out.
         axis: direction in the joint frame, any length but zero; z when left out.
         second_axis: of a universal joint, in the frame that the first rotation has turned; x when left out.
-        pitch: of a helical joint, advance a turn, m.
-        length: of a rod, m.
+        pitch, length: of a helical joint, advance a turn, m; of a rod, m.
         orientation: of a motion that is spherical in part: "quaternion", or three axes such as "zyx".
         steps: of a custom joint, its motion: steps whose amounts are formulas in its coordinates.
         units: of a custom joint, "rad" or "m" for every coordinate.

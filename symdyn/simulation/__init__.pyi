@@ -16,6 +16,7 @@ from .initial import Start as Start
 from .integrate import METHODS as METHODS
 from .inverse_run import inverse as inverse
 from .measures import Measure as Measure, Measures as Measures, measure_slopes as measure_slopes
+from .natural_contacts import contact_checks as contact_checks
 from .panels import CHECKS as CHECKS, write_picture as write_picture
 from .prescribed.forces import Forces as Forces, read_forces as read_forces, read_motion as read_motion
 from .prescribed.point_path import read_path as read_path

@@ -30,7 +30,7 @@ from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, reachable
 from symdyn.scene import Scene
 from symdyn.scene.values import Faults
-from symdyn.simulation.equations.contact_modes import BREAKS, LIFTS, OF_ROPES, STOPS, STRIKES, column_names
+from symdyn.simulation.equations.contact_modes import BREAKS, LIFTS, STOPS, STRIKES, TOLD, column_names
 from symdyn.simulation.equations.settling import held
 from symdyn.simulation.equations.system import Projection, StateEquations
 from symdyn.simulation.equations.variational import Flow, smooth_flow
@@ -41,7 +41,9 @@ from symdyn.simulation.prescribed.formulas_in_time import read_seen
 from symdyn.simulation.problem import Problem, Run
 from symdyn.simulation.variations import state_covectors
 
-EVENTS = {one: one for one in (STRIKES, LIFTS, BREAKS, STOPS)} | {told: one for one, told in OF_ROPES.items()}
+EVENTS = {one: one for one in (STRIKES, LIFTS, BREAKS, STOPS)} | {
+    told: one for words in TOLD.values() for one, told in words.items()
+}
 """Events of contacts by the words that runs tell."""
 
 CLOSE, ENOUGH = 1e-10, 1e-8

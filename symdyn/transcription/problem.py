@@ -391,6 +391,7 @@ def collocation(
 
 def _phased(scene: Scene, phases: Sequence[Mapping[str, object]] | None) -> tuple[Unilateral, ...]:
     """Return what opens, closes and sticks in phases; SimulateError where phases have none of it, or it no phases."""
+    replace(scene, elements=()).refuse_contacts("collocation", SimulateError)
     laws = unilaterals_of(scene) if phases is not None else ()
     if phases is None and scene.unilaterals:
         names = listed(one.name for one in scene.unilaterals)

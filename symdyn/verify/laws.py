@@ -9,6 +9,7 @@
     FD(q, q̇, ID(q, q̇, q̈)) = q̈          forward dynamics inverts inverse dynamics, prescribed motions in q̈
     Y π = τ, dC/dt = J u, p = m J u      regressors, centre of mass and momentum: see `claims.py`
     H, R, S, feedback linearisation      see `laws_of_functions.py`
+    contacts that open and close         see `laws_of_contacts.py`
 
 Reactions are compared with momentum that comes from positions, differentiated:
 
@@ -60,6 +61,7 @@ from symdyn.verify.claims import (
     product,
 )
 from symdyn.verify.equality import Claim
+from symdyn.verify.laws_of_contacts import LAWS_OF_CONTACTS
 from symdyn.verify.laws_of_functions import LAWS_OF_ARMS, LAWS_OF_CANONICAL, LAWS_OF_LINEARIZING
 
 
@@ -386,5 +388,6 @@ LAWS: list[Law] = [
     *LAWS_OF_CANONICAL,
     *LAWS_OF_LINEARIZING,
     *LAWS_OF_ARMS,
+    *LAWS_OF_CONTACTS,
 ]
 """The laws that are proved; those of trees hold for the spanning tree of a closed scene, with the forces on it."""

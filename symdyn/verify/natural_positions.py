@@ -27,13 +27,14 @@ from symdyn.arguments import argument
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.reactions import Equilibrium, why_no_reactions
 from symdyn.emit import emit
-from symdyn.errors import DerivationError
+from symdyn.errors import DerivationError, SymdynError
 from symdyn.frozen import dataclass
 from symdyn.graph import Expr, evaluate, substitute
 from symdyn.program import Sampling
 from symdyn.runtime import RUNNERS
 from symdyn.scene import SceneUnits
 from symdyn.scene.values import velocity_name
+from symdyn.simulation import contact_checks
 from symdyn.verdict import Unclaimed, Verdict
 from symdyn.verify.claims import Look, Looked, Seen
 from symdyn.verify.equality import Finding
@@ -341,6 +342,20 @@ def _is_definite(M: np.ndarray[Any, Any], closed: bool) -> bool:
     return bool(values.min() >= -1e-12 * values.max() if closed else values.min() > 0)
 
 
+def contact_findings(seen: Seen) -> Looked:
+    """Return how laws of contacts stand at natural states, and over a run of a second."""
+    try:
+        checks, lacking = contact_checks(seen.workspace.scene, seen.seed)
+    except SymdynError as fault:
+        return [], [Unclaimed("contacts at natural states", str(fault))]
+    found = []
+    for claim, places in checks.items():
+        wrong = [where for where, holds in places.items() if not holds]
+        title, first = ": ".join((claim, *wrong[:1])), [*places].index(wrong[0]) if wrong else -1
+        found.append(Finding(title, Verdict.of(len(places), bool(wrong)), len(places), 0, 0.0, first))
+    return found, [Unclaimed(claim, why) for claim, why in lacking.items()]
+
+
 LOOKS: list[Look] = [
     Look(
         None,
@@ -354,6 +369,7 @@ LOOKS: list[Look] = [
         "looking at reactions there",
         lambda seen: reaction_findings(seen.workspace),
     ),
+    Look(("delassus",), ("gap:",), "looking at contacts", contact_findings),
     Look(
         ("mass_matrix", "forward_dynamics"),
         ("mass_matrix", "forward_dynamics"),

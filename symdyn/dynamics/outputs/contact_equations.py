@@ -110,6 +110,10 @@ class ContactEquations:
         by_velocity = zip(self.free, *self.columns, strict=True)
         return [a + dot(parts, self.forces) for a, *parts in by_velocity]
 
+    def distance(self, touch: Touch) -> Expr:
+        """Return what is never below zero: the gap, of a law of rates ġ."""
+        return dot(touch.normal.entries, self.velocities) if touch.normal and touch.law.at_rates else touch.gap
+
     def slips(self, touch: Touch) -> list[Expr]:
         """Return the velocities with which one slips, of each of its tangents."""
         return [dot(row.entries, self.velocities) for row in touch.tangents]

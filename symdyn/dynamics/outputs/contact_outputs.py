@@ -64,7 +64,10 @@ def _rows(w: Workspace, touch: Touch) -> list[Row]:
 
 
 def _gap(w: Workspace, name: str, by_recursion: bool) -> list[Expr]:
-    return [_touch(w, name, by_recursion).gap]
+    touch = _touch(w, name, by_recursion)
+    if touch.law.at_rates:
+        raise DerivationError(f"{w.scene.name}: {name} is a law of rates, 0 <= gap_rate:{name}, and has no gap")
+    return [touch.gap]
 
 
 def _jacobian(w: Workspace, name: str, by_recursion: bool) -> list[Expr]:
@@ -203,13 +206,13 @@ def touches(scene: Scene) -> bool:
     return bool(unilaterals_of(scene))
 
 
-_PLACED = partial(Output, when_constrained="same", place="contact", default_in="request", exists=touches)
+_PLACED = partial(Output, when_constrained="same", place="contact", default_in="verify", exists=touches)
 _STRUCK = partial(_PLACED, when_constrained="refuse", may_fail="reported")
-_OF_ALL = partial(Output, when_constrained="refuse", may_fail="reported", default_in="request", exists=touches)
+_OF_ALL = partial(Output, when_constrained="refuse", may_fail="reported", default_in="verify", exists=touches)
 _UNITS = "m/s or rad/s"
 
 CONTACTS: Mapping[str, Output] = {
-    "gap": _PLACED("gap of {name}", ("q",), "g", (), "m or rad", formulations=_both(_gap, 8)),
+    "gap": _PLACED("gap of {name}", ("q",), "g", (), "m or rad", may_fail="reported", formulations=_both(_gap, 8)),
     "gap_jacobian": _PLACED(
         "Jacobian of the rates of gap and slip of {name}",
         ("q",),

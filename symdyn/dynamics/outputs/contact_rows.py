@@ -23,7 +23,7 @@ from symdyn.graph import Expr, Op, gradient, substitute, tangents
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values import DryJoint, GapContact, Joint, StateVariable, Stop, Unilateral
+from symdyn.scene.values import DryJoint, GapContact, Joint, OneWay, StateVariable, Stop, Unilateral
 
 MODE = ("closed", "sticks", "slip", "yields")
 """The numbers of a mode: whether it is closed, whether it sticks, the sign of its slip, or 1 where it may slip any way,
@@ -41,6 +41,8 @@ def unilaterals_of(scene: Scene) -> tuple[Unilateral, ...]:
                 found.append(stop)
         if sticks(joint):
             found.append(DryJoint(f"{joint.name}_friction", joint=joint.name, dry=joint.dry))
+        if joint.limits.one_way:
+            found.append(OneWay(f"{joint.name}_one_way", joint=joint.name))
     return tuple(found)
 
 
@@ -51,6 +53,7 @@ def with_modes(scene: Scene) -> Scene:
     for joint in scene.joints:
         struck = joint.limits.restitution is not None
         limits = replace(joint.limits, lower=None, upper=None, restitution=None) if struck else joint.limits
+        limits = replace(limits, one_way=False)
         joints.append(replace(joint, limits=limits, dry=None if sticks(joint) else joint.dry))
     others = tuple(one for one in scene.elements if not isinstance(one, Unilateral))
     modes = tuple(StateVariable(f"{one.name}.{word}", Quantity.ZERO) for one in whole for word in MODE)
@@ -81,7 +84,7 @@ class Touch:
 
     Attributes:
         law: as declared, or made.
-        gap: g, m or rad.
+        gap: g, m or rad; zero of a law of rates.
         normal: n; None of dry friction of a joint, which is closed always.
         slips: t of each direction along which it can slip.
         ways: which components of a plane's contact these are: 1 along, 2 across.
@@ -153,6 +156,10 @@ def _touch(w: Workspace, law: Unilateral, rows: Sequence[tuple[Expr, Row]]) -> T
         force = FORCES[law.dry.kind].rub.force(law.dry, rate)
         (mu,) = substitute([force], {graph.function(Op.SIGN, rate): graph.one})
         (static,) = substitute([mu], {rate: graph.zero})
+    elif isinstance(law, OneWay):
+        joint = _joint(w.scene, law.joint)
+        (rate,) = joint.speeds(graph)
+        normal, unit = _row(w, rate), "m" if JOINTS[joint.type].slides(joint) else "rad"
     if isinstance(law, (GapContact, Stop)):
         normal = _row(w, tangents([gap], w.state.velocity)[0])
     closed, held, slip, yields = (graph.symbol(f"{law.name}.{word}") for word in MODE)

@@ -14,6 +14,7 @@ from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.dynamics.mechanism.linear_solve import Singular, moves_no_mass
 from symdyn.dynamics.mechanism.state import INPUTS, STATES, TIME, has_motion, letters_of, refuse_ideal_friction
 from symdyn.dynamics.outputs.constrained_derivatives import RESIDUAL, UNPROJECTED
+from symdyn.dynamics.outputs.contact_rows import unilaterals_of
 from symdyn.dynamics.outputs.named_functions import DRIVES, MODES, Equations, Function, arguments
 from symdyn.dynamics.outputs.output import DefaultIn, Output
 from symdyn.dynamics.outputs.output_table import OUTPUTS
@@ -269,6 +270,7 @@ class Requested:
         if by == "verify":
             wanted += of_place(scene.bodies[-1].name, by)
             wanted += [name for name in expected(scene, by) if row_of(name)[0].default_in == by]
+            wanted += [one for law in unilaterals_of(scene)[-1:] for one in of_place(law.name, by, ("contact",))]
         return cls(workspace, tuple(wanted), tuple(left_out))
 
     @property

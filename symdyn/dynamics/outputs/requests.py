@@ -228,9 +228,9 @@ def expected(scene: Scene, by: DefaultIn = "generate") -> list[str]:
     return [name for name, row in OUTPUTS.items() if not row.place and row.is_default_in(by) and row.exists_in(scene)]
 
 
-def of_place(name: str, by: DefaultIn = "generate") -> list[str]:
-    """Return the outputs of a body or point that are wanted by default."""
-    return [f"{one}:{name}" for one, row in OUTPUTS.items() if row.place in ("body", "point") and row.is_default_in(by)]
+def of_place(name: str, by: DefaultIn = "generate", kinds: tuple[str, ...] = ("body", "point")) -> list[str]:
+    """Return the outputs of a body or point, or of another kind of place, that are wanted by default."""
+    return [f"{one}:{name}" for one, row in OUTPUTS.items() if row.place in kinds and row.is_default_in(by)]
 
 
 def _places(scene: Scene) -> list[str]:

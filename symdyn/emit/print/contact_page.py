@@ -157,10 +157,12 @@ def _one(scene: Scene, one: Touch, letters: _Letters, write: Forms) -> EquationG
     n_, t_, g_, s_ = (str(PrintName.of_code(name)) for name in (n, t, g, s))
     rows, laws, modes, shown = list[EquationRow](), list[str](), list[str](), list[str]()
     if one.normal is not None:
-        rows += [EquationRow(g, g, write(one.gap)), *_rates(one.normal, f"{g}_dot", f"{g}_ddot", scene, write)]
-        laws.append(f"0 <= {g}, 0 <= {n}, one of them 0")
+        g0, g0_ = (f"{g}_dot", rf"\dot{{{g_}}}") if one.law.at_rates else (g, g_)
+        rows += [] if one.law.at_rates else [EquationRow(g, g, write(one.gap))]
+        rows += _rates(one.normal, f"{g}_dot", f"{g}_ddot", scene, write)
+        laws.append(f"0 <= {g0}, 0 <= {n}, one of them 0")
         modes.append(f"open {n} = 0, closed {g}_ddot = 0")
-        shown.append(rf"$0 \le {g_} \perp {n_} \ge 0$: open ${n_} = 0$, closed $\ddot{{{g_}}} = 0$")
+        shown.append(rf"$0 \le {g0_} \perp {n_} \ge 0$: open ${n_} = 0$, closed $\ddot{{{g_}}} = 0$")
     for row in one.tangents:
         largest, cone = (f"mu {n}", rf"\mu {n_}") if one.normal else ("F", "F")
         rows += _rates(row, s, f"{s}_dot", scene, write)

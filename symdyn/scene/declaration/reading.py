@@ -174,6 +174,8 @@ def lost_words(scene: Scene) -> Iterator[str]:
             yield f"{where}: {FORCES[joint.dry.kind].lost}"
         if joint.limits.restitution is not None:
             yield f"{where}: limits.restitution: the file has limits that nothing strikes"
+        if joint.limits.one_way:
+            yield f"{where}: limits.one_way: {FORCES['one_way'].lost}"
         if joint.motion is not None:
             yield f"{where}: motion = {spell(joint.motion)}"
         if any(x != Quantity.ZERO for x in (*joint.start, *joint.start_rates)):

@@ -148,6 +148,8 @@ def _signs(joint: Joint, stand: Stand) -> None:
         low, high = stand.value(lower), stand.value(upper)
         if low is not None and high is not None and low > high:
             stand.fault(f"limits.lower = {shown(lower)} is above limits.upper = {shown(upper)}; swap them")
+    if joint.limits.one_way and len(joint.rates) != 1:
+        stand.fault(f"limits.one_way is of a joint with one velocity of its own, and this has {len(joint.rates)}")
     e = joint.limits.restitution
     if e is None:
         return

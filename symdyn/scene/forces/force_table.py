@@ -10,7 +10,7 @@ from symdyn.scene.forces.constraints import FORMULA, KNIFE_EDGE, ROLLING, Formul
 from symdyn.scene.forces.flows import FLOW
 from symdyn.scene.forces.force_kind import ForceKind, Rub, Scope
 from symdyn.scene.forces.ropes import DAMPING, ELASTIC, ROPE, SLACK
-from symdyn.scene.forces.unilateral import BALL, DRY_JOINT, GAP, POINT, STOP, WHEEL
+from symdyn.scene.forces.unilateral import BALL, DRY_JOINT, GAP, ONE_WAY, POINT, STOP, WHEEL
 from symdyn.scene.values.entry import Entry, EntryReader, Faults, show
 from symdyn.scene.values.joint import Element, Strut
 from symdyn.scene.values.key import fields_of, keys_of, raw_of
@@ -36,6 +36,7 @@ FORCES: dict[str, ForceKind] = {
     "gap": GAP,
     "joint_stop": STOP,
     "joint_friction": DRY_JOINT,
+    "one_way": ONE_WAY,
 }
 """Every kind of element; scenes hold elements in this order, and joints what stands in their own tables."""
 

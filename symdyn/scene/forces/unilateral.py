@@ -29,7 +29,7 @@ from symdyn.scene.values.entry import Entry, EntryReader, Number, Three, entry, 
 from symdyn.scene.values.key import MOTION, Key, Part, Stand, number, one_of, optional
 from symdyn.scene.values.quantity import FormulaError, Quantity, spell
 from symdyn.scene.values.shape import NUMBER
-from symdyn.scene.values.unilateral import DryJoint, GapContact, PlaneContact, Stop, Unilateral
+from symdyn.scene.values.unilateral import DryJoint, GapContact, OneWay, PlaneContact, Stop, Unilateral
 
 LAWS = ("poisson", "newton")
 
@@ -180,6 +180,16 @@ DRY_JOINT = replace(
     lost="dry friction",
 )
 """What runs make of dry friction that is not smoothed."""
+
+
+ONE_WAY = replace(
+    STOP,
+    noun=OneWay,
+    law_words=lambda one: f"{one.joint} turns or slides one way",
+    words={"en": "freewheel", "sk": "voľnobežka"},
+    lost="a freewheel",
+)
+"""What runs make of a joint whose limits say `one_way`."""
 
 
 @suggesting

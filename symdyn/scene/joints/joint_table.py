@@ -12,7 +12,7 @@ Numbers that joints of all types have, and where they start.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from symdyn.graph import Graph
 from symdyn.scene.joints.blocks import (
@@ -46,7 +46,7 @@ from symdyn.scene.values.body import UNMOVED, Pose
 from symdyn.scene.values.dimension import FORCE_UNITS
 from symdyn.scene.values.entry import EntryReader, as_list, plain, show
 from symdyn.scene.values.joint import Joint, Limits
-from symdyn.scene.values.key import OWN, Key, KeyGroup, keys_of, number, optional, placement, shape_of
+from symdyn.scene.values.key import OWN, Key, KeyGroup, flag, keys_of, number, optional, placement, shape_of
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.shape import NUMBER, choice_of, not_both, several
@@ -250,12 +250,13 @@ BEHIND = KeyGroup(
 )
 """Where the frame of the child is."""
 
-LIMITS: tuple[Key[Quantity | None], ...] = (
+LIMITS: tuple[Key[Quantity | None] | Key[bool], ...] = (
     Key("lower", optional(EntryReader.quantity), None, unit=("rad", "m"), shape=NUMBER),
     Key("upper", optional(EntryReader.quantity), None, unit=("rad", "m"), shape=NUMBER),
     Key("velocity", optional(EntryReader.quantity), None, unit=("rad/s", "m/s"), shape=NUMBER, never_negative=True),
     Key("effort", optional(EntryReader.quantity), None, unit=FORCE_UNITS, shape=NUMBER, never_negative=True),
     Key("restitution", optional(EntryReader.quantity), None, unit="1", shape=NUMBER, never_negative=True),
+    flag("one_way", "whether its rate is never below zero"),
 )
 """What a joint may do, each of them by its own key."""
 
@@ -265,7 +266,8 @@ def _limits(table: EntryReader, key: str, unlimited: Limits) -> Limits:
         return unlimited
     advice = "write limits = { lower = -1, upper = 1, velocity = 2, effort = 50 }"
     inner = table.inner(key, keys_of(LIMITS), advice)
-    return Limits(**{one.name: one.declared(inner) for one in LIMITS if inner.raw.get(one.name) is not None})
+    said: dict[str, Any] = {one.name: one.declared(inner) for one in LIMITS if inner.raw.get(one.name) is not None}
+    return Limits(**said)
 
 
 ARMATURE = number(

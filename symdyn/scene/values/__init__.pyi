@@ -39,6 +39,7 @@ from .tolerance import read_tolerance as read_tolerance
 from .unilateral import (
     DryJoint as DryJoint,
     GapContact as GapContact,
+    OneWay as OneWay,
     PlaneContact as PlaneContact,
     Stop as Stop,
     Unilateral as Unilateral,

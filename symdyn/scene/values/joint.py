@@ -199,9 +199,8 @@ class Limits:
     """What a joint may do; data for controllers, no part of the equations. None: unlimited.
 
     Attributes:
-        lower, upper: position, rad or m.
-        velocity, effort: largest speed, rad/s or m/s, and driving force, N m or N.
-        restitution: of both positions, which the joint strikes in runs.
+        lower, upper, velocity, effort: positions, rad or m, largest speed, rad/s or m/s, and driving force, N m or N.
+        restitution, one_way: of both positions, which it strikes in runs; whether its rate is never below zero.
     """
 
     lower: Quantity | None = None
@@ -209,6 +208,7 @@ class Limits:
     velocity: Quantity | None = None
     effort: Quantity | None = None
     restitution: Quantity | None = None
+    one_way: bool = False
 
 
 @dataclass(frozen=True)

@@ -332,6 +332,8 @@ class Scene(Shown):
             names = listed(one.name for one in self.unilaterals)
             other = 'take them out, or hold them closed by [constraints] of type "rolling"'
             raise error(f"{self.name}: {what} knows no contacts that open and close, and there is {names}; {other}")
+        if free := [one.name for one in self.joints if one.limits.one_way]:
+            raise error(f"{self.name}: {what} knows no joint that moves one way, as {free[0]}; take limits.one_way out")
 
     def derived_words(self, name: str) -> str:
         """Return why a derived parameter takes no value; "" of another name."""

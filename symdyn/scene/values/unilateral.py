@@ -27,6 +27,9 @@ class Unilateral(Element):
     law: str = "poisson"
     active: Quantity | None = None
 
+    at_rates = False
+    """Whether its law is one of rates, 0 ≤ n u ⊥ λ ≥ 0, and there is no gap."""
+
     @property
     def closed(self) -> Row | None:
         """The rows that hold it closed and sticking; None where a formula or a joint tells its gap."""
@@ -110,3 +113,16 @@ class DryJoint(Unilateral):
     dry: Element | None = None
 
     kind = "joint_friction"
+
+
+@dataclass(frozen=True)
+class OneWay(Unilateral):
+    """A joint whose rate is never below zero, a freewheel or a ratchet: 0 ≤ q̇ ⊥ λ ≥ 0.
+
+    Attributes:
+        joint: whose it is, of one coordinate.
+    """
+
+    joint: str = ""
+
+    kind, at_rates = "one_way", True

@@ -263,7 +263,7 @@ class Laws:
 
     def _kept(self, cases: Sequence[Case], found: Array, missed: Array, xi: Array, shift: Array) -> bool:
         small, slow = CLOSE * (1e-300 + np.abs(found).max()), CLOSE * (1e-300 + np.abs(xi).max(initial=0.0))
-        slow = max(slow, CLOSE * np.abs(self.D @ found).max())
+        slow = max(slow, CLOSE * float((np.abs(self.D) @ np.abs(found)).max()))  # rows that hold the same cancel
         if np.abs(missed).max() > 10 * max(small, slow):
             return False
         for k, case in enumerate(cases):

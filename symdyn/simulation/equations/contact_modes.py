@@ -38,10 +38,17 @@ if TYPE_CHECKING:
 STRIKES, LIFTS, BREAKS, STOPS = "strikes", "lifts off", "slips", "sticks"
 
 OF_ROPES = {STRIKES: "becomes taut", LIFTS: "goes slack"}
-"""What ropes are told to do."""
+OF_FREEWHEELS = {STRIKES: "locks", STOPS: "locks", LIFTS: "runs free"}
+"""What ropes, and what joints that move one way, are told to do."""
+
+TOLD = {"slack": OF_ROPES, "one_way": OF_FREEWHEELS}
+"""What kinds are told to do in words of their own."""
 
 SLOW = 1e-9
 """A slip along two directions, m/s, that has come to rest."""
+
+ONE_WAY = "one_way"
+"""The kind of what is always at its plane: its law is one of rates."""
 
 PASSED = (0.0, 0.0, 0.0, 1.0)
 """The mode of what has passed its plane, where it was not active."""
@@ -73,11 +80,12 @@ def contact_kinds(c: ContactEquations) -> list[EventKind]:
         one = graph.one
         guards, largest = [], touch.static
         if normal is not None:
+            gap, what = c.distance(touch), STOPS if touch.law.at_rates else STRIKES
             within = (one - closed) * sticks
-            leaves = graph.constant(Fraction(NEAR)) - touch.gap * touch.gap / Fraction(NEAR)
-            above = touch.gap if touch.active is None else touch.gap * (one - 2 * yields)
+            leaves = graph.constant(Fraction(NEAR)) - gap * gap / Fraction(NEAR)
+            above = gap if touch.active is None else gap * (one - 2 * yields)
             strikes = (one - within) * above + within * leaves + closed
-            guards = [(STRIKES, strikes), (LIFTS, closed * normal + (one - closed))]
+            guards = [(what, strikes), (LIFTS, closed * normal + (one - closed))]
             largest = largest * normal
         if along:
             cone = largest * largest - graph.total(part * part for part in along)
@@ -92,7 +100,7 @@ def contact_kinds(c: ContactEquations) -> list[EventKind]:
 
 def contact_numbers(w: Workspace, c: ContactEquations) -> list[Function]:
     """Return what an event is settled with, as functions."""
-    flat = [*(touch.gap for touch in c.touches), *(x for row in c.rows for x in row.entries)]
+    flat = [*map(c.distance, c.touches), *(x for row in c.rows for x in row.entries)]
     flat += [*(x for column in c.columns for x in column), *c.drift]
     flat += [x for touch in c.touches for x in (touch.friction, touch.static, touch.restitution, _able(touch))]
     forces = function_of(w, "contact_forces", c.forces)
@@ -136,7 +144,7 @@ class Impact:
     def words(self) -> str:
         """It in one line, such as "floor strikes at t = 0.45 s, -4.43 to 3.54 m/s, 3.53 J lost"."""
         found = f"{self.contact} {self.what} at t = {self.t!r} s"
-        if self.what in (STRIKES, OF_ROPES[STRIKES]) and self.impulse[0]:
+        if self.what in (STRIKES, OF_ROPES[STRIKES], OF_FREEWHEELS[STRIKES]) and self.impulse[0]:
             before, after = (0.0 if abs(rate) < 1e-9 * abs(self.before) else rate for rate in (self.before, self.after))
             found += f", {before:.6g} to {after:.6g} {self.unit}/s, {self.lost:.3g} J lost"
         return found if self.rest is None else f"{found}; it rests from t = {self.rest:.9g} s on"
@@ -144,7 +152,7 @@ class Impact:
 
 @dataclass(frozen=True)
 class Numbers:
-    """Contacts of a system at a state; `able` tells which are closed, or active."""
+    """Contacts of a system at a state, of laws of rates these for gaps; `able` tells which are closed, or active."""
 
     gaps: Array
     able: npt.NDArray[np.bool_]
@@ -201,6 +209,15 @@ class Contacts:
         normals, tangents = zip(*self.rows, strict=True)
         return Numbers(gaps, able > 0.0, W, C, drift, Laws(W @ C.T, normals, tangents, friction, static, e))
 
+    @property
+    def always(self) -> set[int]:
+        """Which are at their planes wherever they are: laws of rates."""
+        return {k for k, kind in enumerate(self.kinds) if kind == ONE_WAY}
+
+    def heights(self, n: Numbers, some: Sequence[int]) -> Array:
+        """Return gaps of some contacts, zero of laws of rates."""
+        return np.array([0.0 if k in self.always else n.gaps[k] for k in some])
+
     def name(self, k: int) -> str:
         """Return the name of one."""
         return self.touches[k][0]
@@ -255,7 +272,7 @@ def named_columns(c: ContactEquations | None, events: Sequence[Quantity]) -> dic
     graph, found = c.free[0].graph, dict[str, Expr]()
     for touch, (normal, along) in zip(c.touches, c.parts(c.forces), strict=True):
         name, pushed = touch.law.name, (*(() if normal is None else (normal,)), *along)
-        found |= {} if normal is None else {f"gap_{name}": touch.gap}
+        found |= {} if normal is None or touch.law.at_rates else {f"gap_{name}": touch.gap}
         found |= zip(column_words(name, normal is not None, len(along)), pushed, strict=True)
     asked = {f"{word}_{one.law.name}" for one in c.touches for word in COLUMNS} - {*found}
     for name in (name for one in events for name in one.symbols if name in asked):
@@ -292,7 +309,7 @@ def change_of(before: Sequence[float], then: Sequence[float], strikes: bool, kin
     """Return what a contact is told to do between two modes, "" of nothing; of each closed, sticks and slip."""
     what = STRIKES if strikes else LIFTS if before[0] > then[0] else ""
     what = what or (BREAKS if before[1] and then[2] else STOPS if then[1] > before[1] else "")
-    return OF_ROPES.get(what, what) if kind == "slack" else what
+    return TOLD.get(kind, {}).get(what, what)
 
 
 def columns_of(contacts: Contacts, system: StateEquations, t: Array, x: Array) -> dict[str, Array]:
@@ -306,7 +323,7 @@ def columns_of(contacts: Contacts, system: StateEquations, t: Array, x: Array) -
     for k, (row, tangents) in enumerate(contacts.rows):
         name = contacts.name(k)
         closed, sticks, slip, yields = contacts.mode(x, k).T
-        found |= {} if row is None else {f"gap_{name}": flat[:, k]}
+        found |= {} if row is None or contacts.kinds[k] == ONE_WAY else {f"gap_{name}": flat[:, k]}
         rows = (*(() if row is None else (row,)), *tangents)
         words = column_words(name, row is not None, len(tangents))
         found |= {word: forces[:, one] for word, one in zip(words, rows, strict=True)}

@@ -2,8 +2,7 @@
 
 Positions return to g = 0, an impact changes velocities where a gap closes, what touches at rest is set to rest, and the
 mode is what keeps the laws of all contacts that touch. Where several hold the same, forces are not unique: those of
-least size are taken. Flights of a ball that grow shorter without end are passed in
-their limit: it touches from where the rest of them takes no time.
+least size are taken. Flights of a ball that grow shorter without end are passed in their limit.
 
 Reference: Brogliato, Nonsmooth Mechanics (2016), chapters 1 and 5.
 """
@@ -34,11 +33,11 @@ from symdyn.simulation.equations.contact_modes import (
     BREAKS,
     LIFTS,
     NEAR,
-    OF_ROPES,
     PASSED,
     SLOW,
     STOPS,
     STRIKES,
+    TOLD,
     Contacts,
     Impact,
     Numbers,
@@ -100,7 +99,7 @@ class Settling:
         u = x[velocities]
         rest = RESTS * max(1.0, float(np.abs(u).max(initial=0.0)))
         near = set(np.flatnonzero(self.n.able & (np.abs(self.n.gaps) <= TOUCHES)).tolist())
-        touching = sorted({*self.contacts.closed(x), *struck, *near})
+        touching = sorted({*self.contacts.closed(x), *struck, *near, *self.contacts.always})
         v = self.n.W @ u
         impulses, lost, after = np.zeros(len(v)), 0.0, v
         normal = {k: n for k in touching if (n := laws.normals[k]) is not None}
@@ -116,7 +115,10 @@ class Settling:
         flights = {
             k: then._flights(k, float(after[n]), touching, after, rest)
             for k, n in normal.items()
-            if after[n] > rest and laws.restitution[k] < 1 and (v[n] < -rest or lost > 0)  # a bounce, or kicked by one
+            if after[n] > rest
+            and laws.restitution[k] < 1
+            and (v[n] < -rest or lost > 0)  # a bounce, or kicked by one
+            and k not in self.contacts.always
         }
         resting = [k for k in touching if self._still(k, after, rest) or flights.get(k) is not None]
         x[velocities] = u = self._at_rest(u, resting, rest)
@@ -131,9 +133,8 @@ class Settling:
             n, along = self.contacts.rows[k]
             before, rate = (0.0 if n is None else float(one[n]) for one in (v, after))
             impulse = (0.0 if n is None else float(impulses[n]), *impulses[list(along)].tolist())
-            if impulse[0] > size or (
-                k in struck and self.t > 0.0 and (before < -rest or (before <= rest and words[k] != "open"))
-            ):
+            arrives = before < -rest or (before <= rest and words[k] != "open")
+            if impulse[0] > size or (k in struck and self.t > 0.0 and arrives):
                 what = STRIKES
             elif k in leaving:  # what stops may slip the other way at once
                 what = BREAKS if leaving[k] == STOPS and words[k].startswith("slips") else leaving[k]
@@ -141,22 +142,9 @@ class Settling:
                 what = LIFTS
             else:
                 continue
-            name = self.contacts.name(k)
-            what = OF_ROPES.get(what, what) if self.contacts.kinds[k] == "slack" else what
-            told.append(
-                Impact(
-                    self.t,
-                    name,
-                    what,
-                    before,
-                    rate,
-                    impulse,
-                    max(lost, 0.0),
-                    words,
-                    flights.get(k),
-                    self.contacts.units[k],
-                )
-            )
+            name, unit = self.contacts.name(k), self.contacts.units[k]
+            what = TOLD.get(self.contacts.kinds[k], {}).get(what, what)
+            told.append(Impact(self.t, name, what, before, rate, impulse, max(lost, 0.0), words, flights.get(k), unit))
         return x
 
     def _refuse_gain(self, lost: float, size: float, some: Sequence[int]) -> None:
@@ -215,10 +203,8 @@ class Settling:
             held = () if n is None or not case.held else (n,)
             kept = along if k in off or (case.held and case.slip == STICK) else ()
             rows += (*held, *kept)
-            wanted += (
-                *(0.0 for _ in held),
-                *(4 * SLOW * way for way in (case.way if k in off else (0.0,) * len(kept))),
-            )
+            wanted += [0.0] * len(held)
+            wanted += [4 * SLOW * way for way in (case.way if k in off else (0.0,) * len(kept))]
         missed = np.array(wanted) - self.n.W[rows] @ u
         return np.asarray(u + self.n.C[rows].T @ least(self.n.laws.D[np.ix_(rows, rows)], missed))
 
@@ -234,9 +220,7 @@ class Settling:
                 held = tuple(one for one in held if one.slips)
             elif self._moves(slip, rest) and held[0].slip:
                 held = (Case(True, SLIP, tuple((slip / np.linalg.norm(slip)).tolist()), True),)
-            if (
-                n is not None
-            ):  # what nothing moves at first order, as a pendulum that hangs above its floor, presses nothing
+            if n is not None:  # what nothing moves at first order, as a pendulum that hangs still, presses nothing
                 held = (*held, FREE) if self.n.laws.D[n, n] > 0.0 else (FREE,)
             found.append(held)
         return found
@@ -266,12 +250,13 @@ class Settling:
         found.sort(key=lambda one: -sum(case.held for case in one[0]))
         motions = [self.n.C[rows].T @ forces for _, forces in found]
         size = 1e-7 * (1.0 + float(np.abs(motions[0]).max(initial=0.0)))
-        if any(np.abs(one - motions[0]).max(initial=0.0) > size for one in motions[1:]) and not self._shared(
-            some, found[0][0]
-        ):
+        differ = any(np.abs(one - motions[0]).max(initial=0.0) > size for one in motions[1:])
+        if differ and not self._shared(some, found):
             raise ArithmeticError(
                 f"contact {names}: {len(found)} motions keep the laws of contact and friction (Painlevé)"
             )
+        if differ:  # of several motions that of least forces
+            found.sort(key=lambda one: (-sum(case.held for case in one[0]), float(one[1] @ one[1])))
         if broke:  # at the edge of its cone what follows may stick or slip: it slips
             found.sort(key=lambda one: -sum(case.slips for case in one[0]))
         cases, forces = found[0]
@@ -286,9 +271,13 @@ class Settling:
         return kept
 
     @staticmethod
-    def _shared(some: Laws, cases: Sequence[Case]) -> bool:
-        """Tell whether contacts hold the same: how they share it tells friction, and the least size is taken."""
-        rows = [n for n, case in zip(some.normals, cases, strict=True) if n is not None and case.held]
+    def _shared(some: Laws, found: Sequence[Solution]) -> bool:
+        """Tell whether contacts hold the same, of all that some motion holds: their forces are not unique then.
+
+        How they share them tells friction, and the least size is taken.
+        """
+        held = [any(cases[k].held for cases, _ in found) for k in range(len(some.normals))]
+        rows = [n for n, one in zip(some.normals, held, strict=True) if n is not None and one]
         values = np.linalg.eigvalsh(some.D[np.ix_(rows, rows)]) if rows else np.ones(1)
         return bool(values[0] < CLOSE * values[-1])
 
@@ -314,7 +303,7 @@ def settled(system: StateEquations, t: float, x: Array, events: Sequence[tuple[i
         return contacts.numbers(system.evaluate("contacts", t, x), nv)
 
     found, x, passes = numbers(x), x.copy(), set[int]()
-    for k in (k for k, what in events if what == STRIKES):
+    for k in (k for k, what in events if what == STRIKES or (what == STOPS and k in contacts.always)):
         mode = contacts.mode(x, k)
         if tuple(mode) == PASSED or found.gaps[k] > NEAR / 2:
             mode[:] = FREE.numbers
@@ -326,7 +315,7 @@ def settled(system: StateEquations, t: float, x: Array, events: Sequence[tuple[i
     if len(passes) == len(events):
         return x
     struck = {k for k, what in events if what == STRIKES} - passes
-    leaving = {k: what for k, what in events if what != STRIKES}
+    leaving = {k: what for k, what in events if what != STRIKES and k not in passes}
     forces = system.evaluate("contact_forces", t, x) if leaving else np.zeros(0)
     broke = {
         k: -forces[along] / np.linalg.norm(forces[along])
@@ -337,7 +326,7 @@ def settled(system: StateEquations, t: float, x: Array, events: Sequence[tuple[i
     normals = {k: n for k in held if (n := contacts.rows[k][0]) is not None}
     rows = list(normals.values())
     D = found.laws.D[np.ix_(rows, rows)]
-    step = -found.C[rows].T @ least(D, found.gaps[list(normals)])
+    step = -found.C[rows].T @ least(D, contacts.heights(found, list(normals)))
     x[:nq] += system.calls["moved"](x[:nq], np.append(step, x[nq + nv : nq + system.nu]))
     flat = FLAT_OF_LOOPS if system.closed else FLAT
     behind = Settling(contacts, numbers(x), numbers, t, nq, nv, flat).behind(x, struck, leaving, broke)
@@ -356,7 +345,7 @@ def impact_beside(
     """
     contacts, nq, nv = system.contacts, system.nq, system.nv
     assert contacts is not None, "something strikes"
-    touching = [k for k in sorted({*contacts.closed(x), *struck}) if contacts.rows[k][0] is not None]
+    touching = [k for k in sorted({*contacts.closed(x), *struck, *contacts.always}) if contacts.rows[k][0] is not None]
     by_poisson, cases = [contacts.laws[k] == "poisson" for k in touching], list[tuple[Case, ...]]()
 
     def behind(there: StateEquations, y: Array, keep: bool = True) -> Array:
@@ -379,7 +368,7 @@ def held(system: StateEquations, t: float, x: Array, struck: Sequence[int] = ())
     resting += [row for k in closed if contacts.mode(x, k)[1] for row in contacts.rows[k][1]]
     for _ in range(STEPS):
         found, rows = contacts.numbers(system.evaluate("contacts", t, x), nv), list(touching.values())
-        step = -found.C[rows].T @ least(found.laws.D[np.ix_(rows, rows)], found.gaps[list(touching)])
+        step = -found.C[rows].T @ least(found.laws.D[np.ix_(rows, rows)], contacts.heights(found, list(touching)))
         x[:nq] += system.calls["moved"](x[:nq], np.append(step, np.zeros(nu - nv)))
     found = contacts.numbers(system.evaluate("contacts", t, x), nv)
     u = x[nq : nq + nv]
@@ -415,6 +404,8 @@ def begun(system: StateEquations, x: Array) -> Array:
         told = f"contact {name} begins {-gaps[inside[0]]:.3g} {unit} inside its plane; start where it touches, or above"
         if contacts.kinds[inside[0]] == "joint_stop":
             told = f"stop {name} is passed by {-gaps[inside[0]]:.3g} {unit}; start the joint within its limits"
+        if inside[0] in contacts.always:
+            told = f"{name} moves the other way, {gaps[inside[0]]:.3g} {unit}/s; start it at 0 or above"
         raise SimulateError(f"{system.scene.name}: start: {told}")
     touching = [(k, STRIKES) for k in np.flatnonzero(found.able & (gaps <= NEAR)).tolist()]
     try:
