@@ -10,6 +10,7 @@ import symdyn
 from symdyn.errors import SceneError, SimulateError, SymdynError
 from symdyn.scene import read_text
 from symdyn.simulation import contact_checks
+from symdyn.teach import rendered, walkthrough
 
 pytestmark = pytest.mark.runs("cc")
 
@@ -119,3 +120,12 @@ def test_it_is_read_printed_and_written() -> None:
 def test_what_is_wrong_is_told(ask, words: str) -> None:
     with pytest.raises((SceneError, SimulateError, SymdynError), match=words):
         ask()
+
+
+def test_its_lesson_speaks_of_a_rate_and_of_no_gap() -> None:
+    text = str(rendered(walkthrough(read_text(DRUM)), "md")["drum.md"])
+
+    assert r"b\_one\_way: the rate that is never negative." in text
+    assert r"| locked | $\dot{\delta}$ = 0 | $\lambda_n$ ≥ 0 |" in text
+    assert r"\delta = 0" not in text
+    assert " gap" not in text

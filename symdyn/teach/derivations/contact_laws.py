@@ -38,7 +38,9 @@ def law_steps(lesson: Lesson, struck: Sequence[Struck]) -> Iterator[Step]:
     """Yield the laws by mode, once of all contacts that have the same."""
     alike = dict[tuple[object, ...], list[Struck]]()
     for one in struck:
-        alike.setdefault((one.touch.normal is None, one.mu, one.static, len(one.touch.tangents)), []).append(one)
+        touch = one.touch
+        law = (touch.normal is None, touch.law.at_rates, one.mu, one.static, len(touch.tangents))
+        alike.setdefault(law, []).append(one)
     g, rate = (lesson.called(f"gap{dots}:any", Letter("g", dots=dots)) for dots in (0, 1))
     s = lesson.called("slip:any", Letter("s"))
     n, t = (lesson.called(f"lambda{way}:", Letter("lambda", (way,))) for way in "nt")
@@ -47,14 +49,16 @@ def law_steps(lesson: Lesson, struck: Sequence[Struck]) -> Iterator[Step]:
         rubs, holds = (x if dry else Form.product((x, n)) for x in (one.mu, one.static))
         places: dict[str, Form] = {"g": g, "rate": rate, "s": s, "n": n, "t": t, "rubs": rubs, "holds": holds}
         places["against"] = rubs.negative
-        modes = [] if dry else ["open"] if ways else ["open", "closed"]
+        at_rates = one.touch.law.at_rates
+        modes = [] if dry else ["free", "locked"] if at_rates else ["open"] if ways else ["open", "closed"]
         modes += ["sticks", "any"] if ways > 1 else ["sticks", "ahead", "back"] if ways else []
         rows = [
             [lesson.say(f"contacts.{x}"), *(lesson.say(f"contacts.{x}.{y}", **places) for y in ("law", "while"))]
             for x in modes
         ]
         table = lesson.table(("contacts.mode", "contacts.law", "contacts.while"), rows)
-        names, key = ", ".join(x.name for x in (one, *others)), "dry" if dry else "rough" if ways else "smooth"
+        names = ", ".join(x.name for x in (one, *others))
+        key = "dry" if dry else "one_way" if at_rates else "rough" if ways else "smooth"
         claim = lesson.say(f"contacts.laws.{key}", names=names, **places)
         reason = lesson.once(f"contacts.laws.{key}.reason", **places)
         shown: tuple[Block, ...] = (table,)

@@ -90,11 +90,12 @@ class Struck:
     def rates(self) -> Step:
         """Return its gap and what it changes by."""
         lesson, blocks = self.lesson, list[Block]()
-        if self.touch.normal is not None:
+        if self.touch.normal is not None and not self.touch.law.at_rates:
             gap = self.node(self.touch.gap)
             blocks.append(_written(lesson, self.letter("gap", "g", "", gap), gap))
         blocks += [_written(lesson, symbol, x) for symbol, x in zip(self.v, self.speeds, strict=True)]
-        key = "contacts.dry" if self.touch.normal is None else "contacts.slips" if self.has_friction else "contacts.gap"
+        key = "dry" if self.touch.normal is None else "slips" if self.has_friction else "gap"
+        key = "contacts.one_way" if self.touch.law.at_rates else f"contacts.{key}"
         said = lesson.once("contacts.before.dry" if self.touch.normal is None else "contacts.before")
         return Step(f"contacts:rates:{self.name}", lesson.say(key, contact=self.name), tuple(blocks), said)
 
@@ -151,7 +152,7 @@ class Struck:
         W = "W" if self.has_friction else "n"
         row, turned = (lesson.called(f"rows{above}:", Letter(W, above=above)) for above in ("", "T"))
         product = Form.product((row, lesson.called("inverse:", Letter("M", above="-1")), turned))
-        claim = lesson.say(key, contact=self.name, D=self.D[0][0], product=product, rows=row)
+        claim = lesson.say(key, contact=self.name, D=self.D[0][0], product=product, rows=row, rate=self.v[0])
         turns = ".turns" if self.touch.unit == "rad" else ""
         said = lesson.say(f"contacts.delassus.reason{turns}", feels=self.D[0][0].power(-1))
         yield Step(f"contacts:delassus:{self.name}", claim, tuple(shown), said)
@@ -227,7 +228,7 @@ class Struck:
         left = Number(1 - self.e.value**2) if isinstance(self.e, Number) else lost
         blocks.append(Formula(K.name, Form.product((Number(Fraction(-1, 2)), left, v.power(2), D.power(-1)))))
         key = "contacts.smooth" if self.e.terms else "contacts.smooth.plastic"
-        claim = lesson.say(key, force=force, K=K, e=self.e)
+        claim = lesson.say(key, force=force, K=K, e=self.e, rate=v)
         reason = lesson.once(f"{key}.reason", square=self.e.power(2))
         return Step(f"impact:{self.name}", claim, tuple(blocks), reason)
 
