@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 Complexes = npt.NDArray[np.complex128]
 
 
-class array(Complexes):  # noqa: N801  by this name it is printed, as any other
+class array(np.ndarray[Any, np.dtype[np.complex128]]):  # noqa: N801  by this name it is printed, as any other
     """Complex numbers that an attribute has, poles and zeros: a call, as of other tools' methods, returns them too."""
 
     def __call__(self) -> Complexes:
