@@ -341,7 +341,8 @@ def check_arguments(
     lines, given = [], {**arguments, **fields}
     for name, kind in _read(function).items():
         if name in given and not kind.takes(value := given[name]):
-            lines.append(f"{name} = {quoted(value)}: give {kind.words[0]}")
+            unit = ", in SI" if isinstance(value, str) and value[:1].isdigit() and "number" in kind.words[0] else ""
+            lines.append(f"{name} = {quoted(value)}: give {kind.words[0]}{unit}")
     if lines:
         raise error(lines if hasattr(error(""), "faults") else "\n".join(lines))
     return given

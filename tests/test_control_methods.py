@@ -481,3 +481,16 @@ def test_a_response_that_returns_to_zero_has_no_share_of_its_final_value() -> No
     assert told["final"] == 0
     assert all(np.isnan(told[name]) for name in ("rise_time", "settling_time", "overshoot", "undershoot"))
     assert told["peak"] > 0.2
+
+
+def test_an_unstable_response_has_no_final_value_and_one_that_rounding_keeps_from_zero_no_overshoot() -> None:
+    """It settled at 161 after 0.5 s, and overshot by 3e16 %; python-control has nan of the first."""
+    lin = symdyn.linearize(symdyn.example("furuta"))
+    figures = ("rise_time", "settling_time", "overshoot", "undershoot")
+    angle = lin.outputs.names[1]
+    grows = lin.step(angle).info()
+    held = lin.lqr({lin.outputs.names[0]: 1, angle: 10}, 100).closed_loop.step(angle).info()
+
+    assert all(np.isnan(grows[name]) for name in (*figures, "final"))
+    assert all(np.isnan(held[name]) for name in figures)
+    assert held["final"] == 0 < held["peak"]

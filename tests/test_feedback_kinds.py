@@ -411,6 +411,7 @@ REFUSED = [
     (np.eye(3), "feedback: K: is 3 x 3; 1 inputs and 4 states need 1 x 4"),
     (np.zeros((60, 60)), "feedback: K: is 60 x 60"),
     (np.array([["a"]]), "feedback: K: is no matrix of numbers"),
+    ((np.ones((1, 4)), np.eye(4), np.ones(4)), "feedback: K: a tuple of several matrices, as K, S, E of a design"),
     (object, "is no controller; give a function of (t, q, u), a matrix K, gains"),
     (Feedback(3.0), "feedback: 3.0 is no controller"),
     (

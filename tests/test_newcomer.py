@@ -957,3 +957,37 @@ def test_a_small_grid_is_shown_row_by_row(capsys: pytest.CaptureFixture[str], tm
     assert main(asked) == 0
     rows = capsys.readouterr().out.splitlines()
     assert [row.split()[0] for row in rows if row.split()[-1:] == ["end"]] == ["5", "8"]
+
+
+ROLLS = """
+gravity = [0, 0, -9.81]
+[bodies.disc]
+mass = 3
+inertia = [0.02, 0.03, 0.02]
+[joints.plane]
+type = "planar"
+parent = "ground"
+child = "disc"
+axis = [0, -1, 0]
+coordinates = ["x", "z", "th"]
+[constraints.track]
+type = "rolling"
+body = "disc"
+axis = [0, 1, 0]
+radius = 0.15
+"""
+
+
+def test_a_time_in_text_is_answered_with_the_units_of_numbers() -> None:
+    with pytest.raises(SimulateError, match="until = '5 s': give a number, in SI"):
+        symdyn.simulate(CART, until="5 s")  # type: ignore[arg-type]
+
+
+def test_a_wheel_that_falls_through_its_plane_is_told_and_one_that_is_held_is_not() -> None:
+    free = symdyn.simulate(read_text(ROLLS), until=1)
+    held = symdyn.simulate(read_text(ROLLS + 'components = ["along", "normal"]'), until=1, start={"z": 0.15})
+
+    assert free["z"][-1] == pytest.approx(-9.81 / 2)
+    assert 'contact track: disc falls by 4.91 m across its plane in this run; "normal" among' in " ".join(free.notes)
+    assert held["z"][-1] == pytest.approx(0.15)
+    assert "across its plane" not in " ".join(held.notes)

@@ -167,3 +167,16 @@ def test_inputs_go_by_name_and_are_what_the_scene_says_where_nobody_gives_them()
 
     assert call([0], [0], [0]) == pytest.approx([-6])
     assert call([0], [0], [0], u=5) == call([0], [0], [0], [5]) == pytest.approx([-15])
+
+
+@pytest.mark.parametrize("backend", ["load", "numpy"])
+def test_a_drive_that_is_called_as_the_argument_is_goes_by_name_alone(backend):
+    text = Path(ROOT / "examples" / "cart_pole.toml").read_text().replace('"F"', '"tau"')
+    scene = read_text(text)
+    function = (
+        symdyn.load(scene).forward_dynamics
+        if backend == "load"
+        else symdyn.lambdify(scene, "forward_dynamics", backend)
+    )
+
+    assert np.array_equal(function([0, 0.1], [0, 0], tau=2.0), function([0, 0.1], [0, 0], tau=[2.0, 0]))

@@ -138,7 +138,8 @@ def test_indices_of_a_scene_find_that_only_length_and_gravity_move_a_small_pendu
     over = {"m": "uniform(1,2)", "q1": "uniform(0.1,0.3)"}
     made = symdyn.sweep(symdyn.example("pendulum"), over, "max(abs(q1))", until=1, design="saltelli", count=32)
 
-    found = made.indices("max(abs(q1))")
+    found = made.indices()  # of the one measure
+    assert found.measure == "max(abs(q1))"
     assert found.total[made.names.index("q1")] > 0.7
     assert found.total[made.names.index("m")] < 0.05
 

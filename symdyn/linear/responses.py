@@ -198,7 +198,7 @@ SETTLED, GROWN, ROUNDS = 7.0, 100.0, 10.0
 ROUNDED = 1e-12
 """Part of its terms that rounding leaves of a final value that is zero."""
 
-RISES, SETTLES = (0.1, 0.9), 0.02
+RISES, SETTLES, ROUNDING = (0.1, 0.9), 0.02, 1e-10
 """Parts of the final value between which a response rises, and within which of it it has settled."""
 
 
@@ -245,9 +245,9 @@ class TimeResponse(Plotted):
     def info(self, output: str | None = None, input: str | None = None) -> dict[str, float]:
         """Return the figures of a step response: times in s, overshoot and undershoot in % of the final value.
 
-        It rises from 10 to 90 % of the final value, and has settled when it stays within 2 % of it; of an output that
-        does not come to rest the last value stands for the final one. What never happens is nan, and so is all that is
-        a part of a final value of zero.
+        It rises from 10 to 90 % of the final value, and has settled when it stays within 2 % of it. What never happens
+        is nan: of an output that does not come to rest the final value, and all that is a part of it, as of a final
+        value of zero. The peak is that of the times shown.
 
         Raises:
             LinearizeError: it is none of a step; a name that is not known, or none given where there are several.
@@ -256,8 +256,10 @@ class TimeResponse(Plotted):
             raise LinearizeError("info: is of a step response, and this is one of an impulse")
         one = self[output, input]
         y = one.values[:, 0, 0]
-        final = float(y[-1] if math.isnan(one.final[0, 0]) else one.final[0, 0])
-        part = y / final if final else np.full(len(y), math.nan)
+        final = float(one.final[0, 0])
+        if abs(final) <= ROUNDING * float(np.abs(y).max()):
+            final = 0.0
+        part = y / (final or math.nan)
         begun, risen = (self._first(part, level) for level in RISES)
         away = np.flatnonzero(~(np.abs(part - 1) < SETTLES))
         last = int(away[-1]) if len(away) else -1
@@ -267,8 +269,8 @@ class TimeResponse(Plotted):
         return {
             "rise_time": risen - begun,
             "settling_time": settled,
-            "overshoot": 100 * max(0.0, float(part.max()) - 1) if final else math.nan,
-            "undershoot": 100 * max(0.0, -float(part.min())) if final else math.nan,
+            "overshoot": 100 * float(np.maximum(part.max() - 1, 0)),
+            "undershoot": 100 * float(np.maximum(-part.min(), 0)),
             "peak": float(abs(y[top])),
             "peak_time": float(self.t[top]),
             "final": final,

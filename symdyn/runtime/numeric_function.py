@@ -135,7 +135,7 @@ class NumericFunction(Shown):
         known = {one.name: value for one, value in zip(self.operands, given, strict=False)}
         faults = []
         for one in self.operands[len(given) :]:
-            if one.name in named:
+            if one.name in named and not (one.name in one.entries and isinstance(named[one.name], int | float)):
                 known[one.name] = named.pop(one.name)
                 continue
             taken = {name: named.pop(name) for name in one.entries if name in named}

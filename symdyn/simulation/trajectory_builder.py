@@ -157,8 +157,8 @@ def _largest(values: Array) -> float:
     return float(np.max(np.abs(values), initial=0.0))
 
 
-NOTHING = 1e-9
-"""Forces over the largest that are rounding."""
+NOTHING, OFF_PLANE = 1e-9, 1e-4
+"""Forces over the largest that are rounding; what a wheel goes across its plane in a run without a note, m."""
 
 
 @dataclass(frozen=True)
@@ -180,13 +180,13 @@ def needed(system: StateEquations, motion: Trajectory) -> tuple[list[Needed], li
     """Return what contacts that hold a height need over a motion, and what is to be said of it."""
     contacts = [row for row in system.scene.contacts if FORCES[row.kind].holonomic(row)]
     if not contacts:
-        return [], []
+        return [], _left(motion)
     labels, decisions = opened(system.scene).numbers().constraints.labels, system.decisions
     owners = {k: (label.owner, label.number) for k, label in enumerate(labels) if not label.loop}
     places = {owners[k]: place for place, k in enumerate(decisions.independent_rows) if k in owners}
     shared = {owners[k] for k in decisions.indeterminate if k in owners}
     sizes = multipliers(motion, decisions)
-    found, notes = [], []
+    found, notes = [], _left(motion)
     for row in contacts:
         mine = {row.components[number]: k for (name, number), k in places.items() if name == row.name}
         if "normal" not in mine or any((row.name, number) in shared for number in range(len(row.components))):
@@ -202,6 +202,21 @@ def needed(system: StateEquations, motion: Trajectory) -> tuple[list[Needed], li
         found.append(one)
         notes += _told(one, motion.t, size)
     return found, notes
+
+
+def _left(motion: Trajectory) -> list[str]:
+    """Return which wheels have gone off the plane that nothing holds them to."""
+    if not any(row.kind == "rolling" and "normal" not in row.components for row in motion.scene.contacts):
+        return []
+    numbers = opened(motion.scene).numbers()
+    gaps = [one for one in numbers.contact_gaps if "normal" not in one.row.components]
+    begun, ended = (np.array(numbers.at([one.height for one in gaps], q)) for q in motion.q[[0, -1]])
+    return [
+        f"contact {one.row.name}: {one.row.place.body} {'rises' if h > 0 else 'falls'} by {abs(h):.3g} m across its "
+        'plane in this run; "normal" among its components holds it there'
+        for one, h in zip(gaps, (ended - begun).tolist(), strict=True)
+        if abs(h) > OFF_PLANE
+    ]
 
 
 def _told(one: Needed, t: Array, size: float) -> list[str]:

@@ -28,7 +28,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.arguments import argument, native
 from symdyn.bounds import BOUNDS
-from symdyn.errors import SimulateError, UnknownNameError, choice, suggestion
+from symdyn.errors import SimulateError, UnknownNameError, choice, listed, suggestion
 from symdyn.frozen import dataclass
 from symdyn.scene.values import Faults
 from symdyn.shown import Shown
@@ -285,7 +285,7 @@ class Indices(Shown):
         return f"<Indices of {self.measure}, first order (total): {each}>"
 
 
-def indices(runs: Runs, measure: str, level: float, resamples: int, seed: int) -> Indices:
+def indices(runs: Runs, measure: str | None, level: float, resamples: int, seed: int) -> Indices:
     """Return Sobol's indices of a measure, with intervals; arguments and errors as of `Runs.indices`."""
     (level,), (resamples, seed) = native(float, level), native(int, resamples, seed)
     if not runs.has_indices:
@@ -293,6 +293,10 @@ def indices(runs: Runs, measure: str, level: float, resamples: int, seed: int) -
             f"{runs.scene}: Sobol's indices need runs of the design {SALTELLI}, and these are of "
             f"{runs.about.get('design')}; sweep again with {argument('design', SALTELLI)}"
         )
+    if measure is None and len(runs.measures) == 1:
+        (measure,) = runs.measures
+    if measure is None:
+        raise SimulateError(f"{runs.scene}: measure: name one of {listed(runs.measures)}")
     if measure not in runs.measures:
         raise UnknownNameError(f"{runs.scene}: there is no measure {measure}; {choice(measure, runs.measures)}")
     d = len(runs.names)

@@ -261,7 +261,7 @@ class Runs(Shown):
             write_file(file, text)
         return text
 
-    def indices(self, measure: str, level: float = 0.95, resamples: int = 400, seed: int = 0) -> Indices:
+    def indices(self, measure: str | None = None, level: float = 0.95, resamples: int = 400, seed: int = 0) -> Indices:
         """Return Sobol's indices of a measure, with intervals.
 
         >>> import symdyn
@@ -271,7 +271,7 @@ class Runs(Shown):
         ('m', 'q1')
 
         Args:
-            measure: a column of runs of the design "saltelli".
+            measure: a column of runs of the design "saltelli"; of one measure it need not be said.
             level: with which chance the intervals hold the indices.
             resamples: how often groups are drawn again for the intervals.
             seed: of these draws.

@@ -215,6 +215,10 @@ def _read(scene: Scene, what: object) -> Feedback:
             f"feedback: these are {len(law)} controllers, and a run has one; join them: a function of (t, q, u) for "
             "all inputs, or one system by interconnect of python-control"
         )
+    if isinstance(law, tuple) and len(law) > 1 and all(np.ndim(one) for one in law) and len({*map(np.shape, law)}) > 1:
+        raise SimulateError(
+            "feedback: K: a tuple of several matrices, as K, S, E of a design; give K, its first, alone"
+        )
     if hasattr(law, "__array__") or isinstance(law, (list, tuple)):
         inputs = asked.inputs or driven(scene)
         K = np.atleast_2d(np.asarray(law, dtype=object))
