@@ -174,7 +174,8 @@ export function editor(root, label, changed) {
       const from = field.value.split("\n").slice(0, line - 1).reduce((sum, one) => sum + one.length + 1, 0) + column - 1;
       field.focus({ preventScroll: true });
       field.setSelectionRange(from, from + length);
-      shown.children[line - 1]?.scrollIntoView({ block: "center" });
+      const row = shown.children[line - 1];
+      (row?.querySelector(".wrong") ?? row)?.scrollIntoView({ block: "center", inline: "nearest" });
     },
   };
 }

@@ -8,16 +8,18 @@ import { WORDS } from "./words.js";
 const find = id => document.getElementById(id);
 const REST = 150; // ms without typing after which the text is looked at
 const PATIENCE = 1000; // ms after which an answer that nobody waits for any longer is stopped
+const LATE = 400; // ms after which the page says that it works
 const SLICE = 8; // ms that the page may be busy in one go
 const LONGEST_LINK = 20000, LONGEST_TEXT = 200000, LARGEST_FILE = 1000000; // characters, bytes
 const FIRST = "two_link";
 
 let language = remembered("language") ?? (navigator.language?.startsWith("sk") ? "sk" : "en");
 let version = 0, since = 0, timer = 0, scene = null, targets = {}, files = {}, shownFile = "", pulled = {}, pulling = false;
-let followed = null, written = "";
+let followed = null, written = "", fileName = "";
 
 const say = () => WORDS[language];
 const open = id => find(id).open;
+const saved = () => fileName || `${scene?.name ?? "scene"}.toml`; // what a file of the text is called
 
 function remembered(key, value) {
   try {
@@ -94,6 +96,7 @@ const SHOWS = {
     listed(find("faults"), []);
     listed(find("notes"), answer.notes);
     document.title = `${answer.name} · symdyn`;
+    find("name").textContent = saved();
   },
   equations: (answer, mine) => fill(find("equations"), answer.html, mine),
   coefficients: (answer, mine) => fill(find("coefficients"), answer.html, mine),
@@ -155,7 +158,8 @@ function refused(what, lines) {
   else Object.assign(find(what), { shown: null }).replaceChildren(list);
 }
 
-function faulty(faults) {
+function faulty(told) {
+  const faults = [...told].sort((a, b) => a.line - b.line || a.column - b.column);
   const lines = writing.text.split("\n");
   const places = faults.map(one => inUnits(one, lines[one.line - 1] ?? ""));
   document.body.classList.toggle("stale", scene !== null);
@@ -201,7 +205,10 @@ function tell(text, reload = false) {
 async function refresh() {
   const mine = ++version, begun = performance.now();
   if (since && performance.now() - since > PATIENCE) stop();
-  if (!(await shows("scene", mine))) return;
+  const late = setTimeout(() => state(document.documentElement.dataset.python === "" ? say().python : say().working), LATE);
+  const isScene = await shows("scene", mine);
+  clearTimeout(late);
+  if (!isScene) return;
   const counts = say().counts(scene);
   state(`${counts} · ${say().working}`);
   for (const what of ["equations", "picture", ...["coefficients", "code", "motion", "lesson"].filter(one => open(`d-${one}`))]) {
@@ -219,8 +226,9 @@ function changed() {
 
 const writing = editor(find("editor"), say().editor, () => { pulled = {}; changed(); });
 
-/** Put a text into the editor, as a file, an example or a link says it. */
-function put(text, name) {
+/** Put a text into the editor, as a link, an example or a file says it, by whose name it is saved. */
+function put(text, name, isFile = false) {
+  fileName = isFile ? name : "";
   writing.text = text;
   find("editor").scrollTop = 0;
   pulled = {};
@@ -326,7 +334,7 @@ function downloaded(name, text) {
 }
 
 async function kept() {
-  if (!followed?.own || followed.text === undefined) return downloaded(`${scene?.name ?? "scene"}.toml`, writing.text);
+  if (!followed?.own || followed.text === undefined) return downloaded(saved(), writing.text);
   const text = writing.text, answer = await save(text, written);
   if (answer.ended) return ended();
   if (answer.refused) return tell(answer.refused.join("\n"));
@@ -346,7 +354,7 @@ find("file").addEventListener("change", async () => {
   if (file.size > LARGEST_FILE) return tell(say().large);
   tell(null);
   followed = null;
-  put(await file.text(), file.name);
+  put(await file.text(), file.name, true);
 });
 find("examples").addEventListener("change", async () => {
   const name = find("examples").value, answer = await ask("example", "", { name });
@@ -357,7 +365,7 @@ find("examples").addEventListener("change", async () => {
   history.replaceState(null, "", location.pathname);
   put(answer.text, `${name}.toml`);
 });
-find("reload").addEventListener("click", () => { tell(null); written = followed.text; put(followed.text, followed.name); });
+find("reload").addEventListener("click", () => { tell(null); written = followed.text; put(followed.text, followed.name, followed.own); });
 
 /** Take what the file says that is followed: into the editor, unless a hand has changed that. */
 function took(file) {
@@ -370,7 +378,7 @@ function took(file) {
   if (before?.text !== undefined && writing.text !== written) return tell(say().changed(file.name), true);
   written = file.text;
   tell(null);
-  put(file.text, file.name);
+  put(file.text, file.name, file.own);
 }
 
 // Code
