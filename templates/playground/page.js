@@ -1,15 +1,15 @@
 // The page: a text, and all that is shown of it. Whoever answers is the carrier's matter; of two questions about one
-// thing the later counts. Nothing of a text becomes markup but what symdyn wrote, and of that only what is known here.
+// thing the later counts. Nothing of a text becomes markup but what symdyn wrote, see markup.js.
 
 import { ask, follow, save, stop } from "./carrier.js";
 import { editor } from "./editor.js";
+import { fill, later } from "./markup.js";
 import { WORDS } from "./words.js";
 
 const find = id => document.getElementById(id);
 const REST = 150; // ms without typing after which the text is looked at
 const PATIENCE = 1000; // ms after which an answer that nobody waits for any longer is stopped
 const LATE = 400; // ms after which the page says that it works
-const SLICE = 8; // ms that the page may be busy in one go
 const LONGEST_LINK = 20000, LONGEST_TEXT = 200000, LARGEST_FILE = 1000000; // characters, bytes
 const FIRST = "two_link";
 
@@ -30,44 +30,6 @@ function remembered(key, value) {
 }
 
 // What is shown
-
-const TAGS = new Set(`math mrow mi mn mo ms mtext mspace msup msub msubsup mover munder munderover mfrac msqrt mroot mtable
-  mtr mtd mstyle mpadded mphantom menclose div span p wbr br table thead tbody tr th td caption b i em strong code sub sup
-  details summary ul ol li`.split(/\s+/));
-const ATTRIBUTES = new Set(`class stretchy fence accent minsize maxsize width height depth lspace rspace mathvariant
-  displaystyle scriptlevel linethickness columnalign rowalign open alttext colspan rowspan`.split(/\s+/));
-
-/** Take from markup what is not known here; return what is left. */
-function cleaned(node) {
-  const root = node.ownerDocument.createDocumentFragment(); // still where nothing runs and nothing is loaded
-  root.append(node);
-  for (const element of root.querySelectorAll("*")) {
-    if (!TAGS.has(element.localName)) { element.replaceWith(element.textContent); continue; }
-    for (const { name } of [...element.attributes]) if (!ATTRIBUTES.has(name)) element.removeAttribute(name);
-  }
-  return document.importNode(root, true);
-}
-
-const later = () => new Promise(done => setTimeout(done));
-
-/** Show markup a block after another, so that a hand that types is never kept waiting. */
-async function fill(place, html, mine) {
-  if (place.shown === html) return;
-  place.shown = null;
-  const { body } = new DOMParser().parseFromString(html, "text/html"); // where nothing runs and nothing is loaded
-  const long = body.querySelector(":scope > .long"), blocks = [...(long ?? body).childNodes];
-  const fresh = document.createElement("div");
-  fresh.className = "symdyn-shown";
-  place.replaceChildren(fresh);
-  for (let begun = performance.now(); blocks.length;) {
-    fresh.append(cleaned(blocks.shift()));
-    if (performance.now() - begun < SLICE) continue;
-    await later();
-    if (mine !== version) return;
-    begun = performance.now();
-  }
-  place.shown = html;
-}
 
 function listed(place, lines) {
   place.replaceChildren(...lines.map(line => Object.assign(document.createElement("li"), { textContent: line })));
@@ -98,8 +60,8 @@ const SHOWS = {
     document.title = `${answer.name} · symdyn`;
     find("name").textContent = saved();
   },
-  equations: (answer, mine) => fill(find("equations"), answer.html, mine),
-  coefficients: (answer, mine) => fill(find("coefficients"), answer.html, mine),
+  equations: (answer, mine) => fill(find("equations"), answer.html, () => mine === version),
+  coefficients: (answer, mine) => fill(find("coefficients"), answer.html, () => mine === version),
   picture(answer) {
     const image = new Image();
     image.alt = say().picture_of(scene?.name ?? "");
