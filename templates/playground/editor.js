@@ -120,9 +120,12 @@ export function editor(root, label, changed) {
     list.style.setProperty("top", `${(line + 1) * size + 8}px`);
     list.style.setProperty("left", `${(found.from - before.lastIndexOf("\n") - 1) * wide}px`);
     list.hidden = false;
-    list.scrollIntoView({ block: "nearest", inline: "nearest" });
+    reveal();
     mark();
   }
+
+  const reveal = () => list.scrollIntoView({ block: "nearest", inline: "nearest" });
+  new ResizeObserver(() => { if (!list.hidden) reveal(); }).observe(root); // mistakes that are listed below take room
 
   function mark() {
     [...list.children].forEach((item, k) => item.setAttribute("aria-selected", String(k === chosen)));
