@@ -160,8 +160,8 @@ def _reworded(message: str, text: str) -> str:
     if "Cannot overwrite" in what:
         key = re.match(r"\s*([\w.-]+)\s*=", row)
         return f"{where}{shorten(key[1]) if key else 'a key'} is given twice in one table; remove one of them"
-    if "Expected '='" in what and (comma := re.search(r"(\d+),(\d+)$", row[: column - 1])):
-        return f"{where}decimals have a point; write {shorten(comma[0].replace(',', '.'))}"
+    if "Expected '='" in what and (comma := re.search(r"(\d+),(\d+) *$", row[: column - 1])):
+        return f"{where}decimals have a point; write {shorten('.'.join(comma.groups()))}"
     value = what.startswith(("Invalid value", "Unclosed", "Expected newline"))
     if value and (told := _unquoted(row, column)):
         return f"{where}{told}"

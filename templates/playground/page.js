@@ -120,8 +120,7 @@ function refused(what, lines) {
   else Object.assign(find(what), { shown: null }).replaceChildren(list);
 }
 
-function faulty(told) {
-  const faults = [...told].sort((a, b) => a.line - b.line || a.column - b.column);
+function faulty(faults) {
   const lines = writing.text.split("\n");
   const places = faults.map(one => inUnits(one, lines[one.line - 1] ?? ""));
   document.body.classList.toggle("stale", scene !== null);
