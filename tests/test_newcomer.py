@@ -454,6 +454,8 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
     'quotes are missing around l/2; write "l/2"': (SceneError, lambda: _with(body="mass = 1\ncom = [l/2, 0, 0]")),
     'quotes are missing around 3*k; write "3*k"': (SceneError, lambda: _with("parameters = { m = 3*k, n = 1 }")),
     'quotes are missing around 90 deg; write "90 deg"': (SceneError, lambda: _with(joint="start = 90 deg")),
+    '“m1” stands in curly quotes; write "m1"': (SceneError, lambda: _with(body="mass = “m1”")),
+    "decimals have a point; write 0.5": (SceneError, lambda: _with("parameters = { m = { value = 0,5 } }")),
     "write false in small letters": (SceneError, lambda: _with(joint="drive = False")),
     ".5 lacks a digit beside its point; write 0.5": (SceneError, lambda: _with(body="mass = .5")),
     "0 1: a comma stands between numbers": (SceneError, lambda: _with(joint="axis = [0, 0 1]")),

@@ -220,7 +220,7 @@ def test_only_who_has_the_address_is_answered(arm: tuple[Played, Path]) -> None:
     assert "unsafe" not in policy
     assert b"<script>" not in page
     assert asked(found, "frame.html")[1]["content-security-policy"] == "frame-ancestors 'self'"
-    for name in ("page.js", "editor.js", "carrier.js", "words.js", "page.css"):
+    for name in ("page.js", "editor.js", "markup.js", "carrier.js", "words.js", "page.css"):
         assert asked(found, name)[0] == 200
     for path in ("/", "/events", f"/{token[:-1]}/", f"/{token}x/", "/%c3%a9/", "*", "http://evil.example/"):
         assert asked(found, path)[0] == 403, path

@@ -229,7 +229,7 @@ EDITS = [
     ("[points.tool]", "[bodies.link1]\n[points.tool]",
      "column 14: bodies.link1 is declared twice; give each table a name of its own"),
     ("mass = 1\n", "mass = 1\nmass = 2\n",
-     "column 9: a key is given twice in one table; remove one of them"),
+     "column 9: mass is given twice in one table; remove one of them"),
     ("mass = 1\n", "mass = \n", "column 8: is not valid TOML: Invalid value"),
 ]  # fmt: skip
 

@@ -95,3 +95,37 @@ def test_a_folder_without_mathlive_and_a_page_that_asks_nothing_are_told(
         Handout(read(scene), exercises=True, math_editor=str(tmp_path)).files(["html"], lambda _: None)
     assert main(["walkthrough", scene, "--math-editor", str(tmp_path), "-o", str(tmp_path / "a.html")]) == 1
     assert "--math-editor is for a page that asks" in capsys.readouterr().err
+
+
+LINES = {
+    "sqrt(h1/g)": r"\sqrt{(\frac{h_1}{g})}",
+    "(m1-m2*sin(q1)*q1'^2)/(2*g)": r"\frac{(m_1-m_2\cdot\sin(q_1)\cdot\dot{q}_1^2)}{(2\cdot g)}",
+    "cos(q1-(q2))/2": r"\frac{\cos(q_1-(q_2))}{2}",
+    "m1/(m1+m2)": r"\frac{m_1}{(m_1+m_2)}",
+}
+"""What is typed as in a line of text, and the formula that it is."""
+
+
+@pytest.mark.playground
+def test_brackets_are_typed_as_in_a_line_of_text(tmp_path: Path, browser: Any) -> None:
+    """A closing one ended in the denominator, and the numerator began at the first bracket within brackets."""
+    lesson = Handout(read(EXAMPLES / "two_link.toml"), exercises=True, math_editor=str(packages() / "mathlive"))
+    (text,) = lesson.files(["html"], lambda _: None).values()
+    path = tmp_path / "page.html"
+    path.write_text(str(text), encoding="utf-8")
+    page = window(browser)
+    page.goto(path.as_uri())
+    page.wait_for_selector("math-field", state="attached")
+    page.evaluate("document.querySelectorAll('details.more').forEach(one => { one.open = true; })")
+    page.locator(FIRST).first.click()
+    page.keyboard.type("x")
+    pictured(page, 3)
+    found = {}
+    for line in LINES:
+        page.evaluate(f"document.querySelector('{FIRST}').value = ''")
+        page.keyboard.type(line, delay=KEEN)
+        pictured(page, 3)
+        found[line] = page.evaluate(VALUE)
+    page.context.close()
+
+    assert found == LINES

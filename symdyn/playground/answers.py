@@ -238,13 +238,13 @@ def answer(what: str, text: str, how: How, settings: Settings = Settings()) -> d
 
 
 def faults(error: SceneError, source: str) -> list[dict[str, Any]]:
-    """Return faults, without their source, and where they are; those that have no place are about line 1."""
+    """Return faults in the order of their places, without their source; those that have no place are about line 1."""
     found = []
     for k, fault in enumerate(error.faults):
         place = error.places[k]._asdict() if error.places else {"line": 1, "column": 1, "length": 1}
         front = f"{source}:{place['line']}: " if error.places else f"{source}: "
         found.append({**place, "text": fault.removeprefix(front)})
-    return found
+    return sorted(found, key=lambda one: (one["line"], one["column"]))
 
 
 # What can be written where: for an editor that completes

@@ -36,6 +36,7 @@ FILES: Mapping[str, str] = {
     "page.css": "text/css; charset=utf-8",
     "page.js": "text/javascript; charset=utf-8",
     "editor.js": "text/javascript; charset=utf-8",
+    "markup.js": "text/javascript; charset=utf-8",
     "carrier.js": "text/javascript; charset=utf-8",
     "words.js": "text/javascript; charset=utf-8",
 }

@@ -155,10 +155,15 @@ def _reworded(message: str, text: str) -> str:
     if twice and "twice" in what:
         name = ".".join(re.findall(r"'([^']*)'", twice[1]))
         return f"{where}{name} is declared twice; give each table a name of its own"
+    line, column = (*map(int, re.findall(r"\d+", where)), 0, 0)[:2]
+    row = text.split("\n")[line - 1] if line else ""
     if "Cannot overwrite" in what:
-        return f"{where}a key is given twice in one table; remove one of them"
+        key = re.match(r"\s*([\w.-]+)\s*=", row)
+        return f"{where}{shorten(key[1]) if key else 'a key'} is given twice in one table; remove one of them"
+    if "Expected '='" in what and (comma := re.search(r"(\d+),(\d+) *$", row[: column - 1])):
+        return f"{where}decimals have a point; write {shorten('.'.join(comma.groups()))}"
     value = what.startswith(("Invalid value", "Unclosed", "Expected newline"))
-    if value and (told := _unquoted(*map(int, re.findall(r"\d+", where)), text=text)):
+    if value and (told := _unquoted(row, column)):
         return f"{where}{told}"
     if "after a statement" in what:
         what += '; a value with a unit stands in quotes, "170 deg", and decimals have a point'
@@ -171,9 +176,8 @@ _BARE = re.compile(r"""(?P<value>(?:[^,\]}#="'()\[{]|\((?:[^()]|\([^()]*\))*\))*
 """A value that begins with no quote or bracket, and what stands behind it."""
 
 
-def _unquoted(line: int = 0, column: int = 0, *, text: str) -> str:
+def _unquoted(row: str, column: int) -> str:
     """Return what is wrong with the value at a place where TOML reads none, "" where it is none of a scene either."""
-    row = text.split("\n")[line - 1] if line else ""
     found = _BARE.match(row, max(row.rfind(mark, 0, column - 1) for mark in "=,[{") + 1)
     value = found["value"].strip() if found and found["end"] not in ("=", '"', "'") and found.start() else ""
     if value in ("True", "False"):
@@ -182,6 +186,8 @@ def _unquoted(line: int = 0, column: int = 0, *, text: str) -> str:
         return f"{value} lacks a digit beside its point; write {float(value)}"
     if re.fullmatch(r"[-+\d.e]+( +[-+\d.e]+)+", value):
         return f"{shorten(value)}: a comma stands between numbers"
+    if (straight := value.strip("“”„‘’")) != value:
+        return f'{shorten(value)} stands in curly quotes; write "{shorten(straight)}"'
     if value and not re.fullmatch(r"[-+\d._]+|true|false", value):
         return f'quotes are missing around {shorten(value)}; write "{shorten(value)}"'
     return ""

@@ -120,9 +120,12 @@ export function editor(root, label, changed) {
     list.style.setProperty("top", `${(line + 1) * size + 8}px`);
     list.style.setProperty("left", `${(found.from - before.lastIndexOf("\n") - 1) * wide}px`);
     list.hidden = false;
-    list.scrollIntoView({ block: "nearest", inline: "nearest" });
+    reveal();
     mark();
   }
+
+  const reveal = () => list.scrollIntoView({ block: "nearest", inline: "nearest" });
+  new ResizeObserver(() => { if (!list.hidden) reveal(); }).observe(root); // mistakes that are listed below take room
 
   function mark() {
     [...list.children].forEach((item, k) => item.setAttribute("aria-selected", String(k === chosen)));
@@ -174,7 +177,8 @@ export function editor(root, label, changed) {
       const from = field.value.split("\n").slice(0, line - 1).reduce((sum, one) => sum + one.length + 1, 0) + column - 1;
       field.focus({ preventScroll: true });
       field.setSelectionRange(from, from + length);
-      shown.children[line - 1]?.scrollIntoView({ block: "center" });
+      const row = shown.children[line - 1];
+      (row?.querySelector(".wrong") ?? row)?.scrollIntoView({ block: "center", inline: "nearest" });
     },
   };
 }

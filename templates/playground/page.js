@@ -1,23 +1,25 @@
 // The page: a text, and all that is shown of it. Whoever answers is the carrier's matter; of two questions about one
-// thing the later counts. Nothing of a text becomes markup but what symdyn wrote, and of that only what is known here.
+// thing the later counts. Nothing of a text becomes markup but what symdyn wrote, see markup.js.
 
 import { ask, follow, save, stop } from "./carrier.js";
 import { editor } from "./editor.js";
+import { fill, later } from "./markup.js";
 import { WORDS } from "./words.js";
 
 const find = id => document.getElementById(id);
 const REST = 150; // ms without typing after which the text is looked at
 const PATIENCE = 1000; // ms after which an answer that nobody waits for any longer is stopped
-const SLICE = 8; // ms that the page may be busy in one go
+const LATE = 400; // ms after which the page says that it works
 const LONGEST_LINK = 20000, LONGEST_TEXT = 200000, LARGEST_FILE = 1000000; // characters, bytes
 const FIRST = "two_link";
 
 let language = remembered("language") ?? (navigator.language?.startsWith("sk") ? "sk" : "en");
 let version = 0, since = 0, timer = 0, scene = null, targets = {}, files = {}, shownFile = "", pulled = {}, pulling = false;
-let followed = null, written = "";
+let followed = null, written = "", fileName = "";
 
 const say = () => WORDS[language];
 const open = id => find(id).open;
+const saved = () => fileName || `${scene?.name ?? "scene"}.toml`; // what a file of the text is called
 
 function remembered(key, value) {
   try {
@@ -28,44 +30,6 @@ function remembered(key, value) {
 }
 
 // What is shown
-
-const TAGS = new Set(`math mrow mi mn mo ms mtext mspace msup msub msubsup mover munder munderover mfrac msqrt mroot mtable
-  mtr mtd mstyle mpadded mphantom menclose div span p wbr br table thead tbody tr th td caption b i em strong code sub sup
-  details summary ul ol li`.split(/\s+/));
-const ATTRIBUTES = new Set(`class stretchy fence accent minsize maxsize width height depth lspace rspace mathvariant
-  displaystyle scriptlevel linethickness columnalign rowalign open alttext colspan rowspan`.split(/\s+/));
-
-/** Take from markup what is not known here; return what is left. */
-function cleaned(node) {
-  const root = node.ownerDocument.createDocumentFragment(); // still where nothing runs and nothing is loaded
-  root.append(node);
-  for (const element of root.querySelectorAll("*")) {
-    if (!TAGS.has(element.localName)) { element.replaceWith(element.textContent); continue; }
-    for (const { name } of [...element.attributes]) if (!ATTRIBUTES.has(name)) element.removeAttribute(name);
-  }
-  return document.importNode(root, true);
-}
-
-const later = () => new Promise(done => setTimeout(done));
-
-/** Show markup a block after another, so that a hand that types is never kept waiting. */
-async function fill(place, html, mine) {
-  if (place.shown === html) return;
-  place.shown = null;
-  const { body } = new DOMParser().parseFromString(html, "text/html"); // where nothing runs and nothing is loaded
-  const long = body.querySelector(":scope > .long"), blocks = [...(long ?? body).childNodes];
-  const fresh = document.createElement("div");
-  fresh.className = "symdyn-shown";
-  place.replaceChildren(fresh);
-  for (let begun = performance.now(); blocks.length;) {
-    fresh.append(cleaned(blocks.shift()));
-    if (performance.now() - begun < SLICE) continue;
-    await later();
-    if (mine !== version) return;
-    begun = performance.now();
-  }
-  place.shown = html;
-}
 
 function listed(place, lines) {
   place.replaceChildren(...lines.map(line => Object.assign(document.createElement("li"), { textContent: line })));
@@ -94,9 +58,10 @@ const SHOWS = {
     listed(find("faults"), []);
     listed(find("notes"), answer.notes);
     document.title = `${answer.name} · symdyn`;
+    find("name").textContent = saved();
   },
-  equations: (answer, mine) => fill(find("equations"), answer.html, mine),
-  coefficients: (answer, mine) => fill(find("coefficients"), answer.html, mine),
+  equations: (answer, mine) => fill(find("equations"), answer.html, () => mine === version),
+  coefficients: (answer, mine) => fill(find("coefficients"), answer.html, () => mine === version),
   picture(answer) {
     const image = new Image();
     image.alt = say().picture_of(scene?.name ?? "");
@@ -201,7 +166,10 @@ function tell(text, reload = false) {
 async function refresh() {
   const mine = ++version, begun = performance.now();
   if (since && performance.now() - since > PATIENCE) stop();
-  if (!(await shows("scene", mine))) return;
+  const late = setTimeout(() => state(document.documentElement.dataset.python === "" ? say().python : say().working), LATE);
+  const isScene = await shows("scene", mine);
+  clearTimeout(late);
+  if (!isScene) return;
   const counts = say().counts(scene);
   state(`${counts} · ${say().working}`);
   for (const what of ["equations", "picture", ...["coefficients", "code", "motion", "lesson"].filter(one => open(`d-${one}`))]) {
@@ -219,8 +187,9 @@ function changed() {
 
 const writing = editor(find("editor"), say().editor, () => { pulled = {}; changed(); });
 
-/** Put a text into the editor, as a file, an example or a link says it. */
-function put(text, name) {
+/** Put a text into the editor, as a link, an example or a file says it, by whose name it is saved. */
+function put(text, name, isFile = false) {
+  fileName = isFile ? name : "";
   writing.text = text;
   find("editor").scrollTop = 0;
   pulled = {};
@@ -326,7 +295,7 @@ function downloaded(name, text) {
 }
 
 async function kept() {
-  if (!followed?.own || followed.text === undefined) return downloaded(`${scene?.name ?? "scene"}.toml`, writing.text);
+  if (!followed?.own || followed.text === undefined) return downloaded(saved(), writing.text);
   const text = writing.text, answer = await save(text, written);
   if (answer.ended) return ended();
   if (answer.refused) return tell(answer.refused.join("\n"));
@@ -346,7 +315,7 @@ find("file").addEventListener("change", async () => {
   if (file.size > LARGEST_FILE) return tell(say().large);
   tell(null);
   followed = null;
-  put(await file.text(), file.name);
+  put(await file.text(), file.name, true);
 });
 find("examples").addEventListener("change", async () => {
   const name = find("examples").value, answer = await ask("example", "", { name });
@@ -357,7 +326,7 @@ find("examples").addEventListener("change", async () => {
   history.replaceState(null, "", location.pathname);
   put(answer.text, `${name}.toml`);
 });
-find("reload").addEventListener("click", () => { tell(null); written = followed.text; put(followed.text, followed.name); });
+find("reload").addEventListener("click", () => { tell(null); written = followed.text; put(followed.text, followed.name, followed.own); });
 
 /** Take what the file says that is followed: into the editor, unless a hand has changed that. */
 function took(file) {
@@ -370,7 +339,7 @@ function took(file) {
   if (before?.text !== undefined && writing.text !== written) return tell(say().changed(file.name), true);
   written = file.text;
   tell(null);
-  put(file.text, file.name);
+  put(file.text, file.name, file.own);
 }
 
 // Code

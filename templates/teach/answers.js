@@ -168,7 +168,7 @@ const Answers = (() => {
     if (rule) return rule;
     if (near(-1)) return whole("answer.turned");
     const size = Math.max(...values[key].slice(0, drawn).map(Math.abs)), k = values[key].findIndex(x => Math.abs(x) > 0.1 * size);
-    const factor = mine[k] / values[key][k];
+    const factor = rounded.includes(key) ? 0 : mine[k] / values[key][k]; // of a number it would give away the result
     if (Math.abs(factor) > 1e-6 && near(factor)) return whole("answer.factor", String(Number(factor.toPrecision(6))).replace("-", "\u2212").replace(".", words.decimal));
     return united(key, mine) ? said(false, "answer.wrong") : forgot(["dimension", "", ""]);
   }

@@ -24,6 +24,29 @@
     ...greek(), ...letters, sqrt: "\\sqrt{#?}", "*": "\\cdot",
   });
 
+  const open = latex => latex.split("(").length - latex.split(")").length;
+
+  // What stands before the caret in its fraction, root or exponent: where that begins, and its LaTeX
+  function before(field) {
+    const at = field.position;
+    field.executeCommand("extendToGroupStart");
+    const [from] = field.selection.ranges[0], latex = field.getValue(from, at, "latex");
+    field.position = at;
+    return [from, latex];
+  }
+
+  // Brackets as in a line of text: one that closes leaves what has none open, and all of a bracket goes over a "/"
+  function bracketed(field, key) {
+    if (key !== ")" && key !== "/") return; // a caret that is moved ends what is typed of a name
+    if (key === ")") for (let k = 0; k < 9 && open(before(field)[1]) <= 0; k++) field.executeCommand("moveAfterParent");
+    const [first, latex] = before(field), at = field.position;
+    if (key === ")" || !latex.endsWith(")")) return;
+    let from = at - 1;
+    while (from > first && open(field.getValue(from, at, "latex"))) from--;
+    if (from > first && /^\\(?!cdot)[a-z]+ *$/.test(field.getValue(from - 1, from, "latex"))) from--;
+    field.selection = {ranges: [[from, at]]};
+  }
+
   function begin() {
     Object.assign(MathfieldElement, {fontsDirectory: null, soundsDirectory: null, locale: document.documentElement.lang});
     for (const box of document.querySelectorAll('form.blank input[type="text"]')) edited(box);
@@ -43,11 +66,12 @@
     };
     field.setAttribute("aria-label", box.labels[0].textContent);
     field.addEventListener("input", () => {
-      box.value = field.value;
+      box.value = field.value.replaceAll("\\placeholder", ""); // what is left empty is missing
       box.dispatchEvent(new Event("input"));
     });
     field.addEventListener("keydown", event => {
       if (event.key === "Enter") box.form.requestSubmit();
+      if (field.selectionIsCollapsed) bracketed(field, event.key);
     }, {capture: true});
     box.addEventListener("focus", () => { if (!field.hidden) field.focus(); });
     change.addEventListener("click", () => {

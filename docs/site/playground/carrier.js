@@ -3,8 +3,8 @@
 
 const LONGEST = 60000; // ms that an answer may take
 const NUMERICAL = {
-  en: "A lesson takes NumPy and SciPy, which this page does not load; `symdyn play` shows it, and `symdyn walkthrough` writes it. The lesson of the example two_link is here.",
-  sk: "Lekcia potrebuje NumPy a SciPy, ktoré táto stránka nenačítava; ukáže ju `symdyn play` a napíše `symdyn walkthrough`. Lekcia príkladu two_link tu je.",
+  en: "A lesson takes NumPy and SciPy, which this page does not load; symdyn play shows it, and symdyn walkthrough writes it. The lesson of the example two_link is here.",
+  sk: "Lekcia potrebuje NumPy a SciPy, ktoré táto stránka nenačítava; ukáže ju symdyn play a napíše symdyn walkthrough. Lekcia príkladu two_link tu je.",
 };
 
 const manifest = fetch("manifest.json").then(found => found.json());
@@ -17,6 +17,7 @@ let worker = null, number = 0;
 const waiting = new Map();
 
 function started() {
+  document.documentElement.dataset.python = "";
   worker = new Worker("worker.js", { type: "module" });
   worker.onmessage = ({ data }) => {
     if (data.ready) document.documentElement.dataset.python = "ready";
