@@ -14,14 +14,8 @@ from symdyn.teach.derivations.quaternion_steps import Turning
 from symdyn.teach.derivations.turning_body import along_ground, kept
 from symdyn.teach.document import Document, Option, Section, Step, Words
 from symdyn.teach.lesson import AXES, is_tied, named
-from symdyn.teach.practice.physics import (
-    MOST,
-    PHYSICS,
-    Asked,
-    OpenQuestions,
-    PhysicsQuestions,
-    TiedQuestions,
-)
+from symdyn.teach.practice.physics import MOST, PHYSICS, Asked, OpenQuestions, PhysicsQuestions
+from symdyn.teach.practice.tied_questions import TiedQuestions
 from symdyn.unlocked import cached_property
 
 
