@@ -23,7 +23,6 @@ from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph, Op, evaluate, substitute
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.forces import FORCES, in_plane
-from symdyn.scene.forces.ropes import Rope
 from symdyn.scene.joints import JOINTS, joint_motion, unit
 from symdyn.scene.values import OUTLINES, Body, Contact, Element, Joint, Load, PlaneContact
 from symdyn.spatial import Mat, Transform, Vec, cross, dot, scale, sub, zero_vector
@@ -275,10 +274,11 @@ def strings(scene: Scene, values: Mapping[str, float] = {}) -> tuple[Element, ..
     return (*scene.struts, *scene.lasting_ropes, *slack, *belts(scene, values))
 
 
-def belts(scene: Scene, values: Mapping[str, float]) -> Iterator[Rope]:
+def belts(scene: Scene, values: Mapping[str, float]) -> Iterator[Element]:
     """Yield the belts of joints that follow others by radii: around both wheels, where neither is inside the other."""
     joints = {joint.child: joint for joint in scene.joints}
-    values = {x.name: float(x.value.at({})) for x in scene.parameters if x.value is not None} | dict(values)
+    fixed = ((x.name, x.value.at({})) for x in scene.parameters if x.value is not None)
+    values = {name: float(x) for name, x in fixed if x is not None} | dict(values)
     for joint in scene.joints:
         if joint.coupling is None or not joint.coupling.wheels:
             continue
@@ -289,7 +289,7 @@ def belts(scene: Scene, values: Mapping[str, float]) -> Iterator[Rope]:
         known = _numbers([graph.sqrt(dot(apart, apart)), *radii], values)
         if known is None or known[0] <= known[1] + known[2]:
             continue
-        belt = Rope(f"{first.body}_{second.body}", (first, second, first))
+        belt = FORCES["rope"].noun(f"{first.body}_{second.body}", ends=(first, second, first))
         try:
             Taut(scene, graph).tangents(belt.ends, body_placements(scene, graph))
         except DerivationError:  # they do not lie in one plane
