@@ -10,6 +10,8 @@ from numpy.testing import assert_allclose
 from placeless import placeless
 
 import symdyn
+from symdyn.draw.outlines import strings
+from symdyn.draw.places import places
 from symdyn.errors import SceneError
 from symdyn.scene import body, prismatic, revolute, scene
 from symdyn.scene.toml import read_text, write_text
@@ -194,3 +196,44 @@ def test_a_worm_below_one_half_is_not_turned_by_its_load() -> None:
     )
     assert held == pytest.approx(-0.5 * atanh(0.45 / 0.55), rel=1e-6)
     assert runs < -1000
+
+
+BELT = """
+name = "fan"
+gravity = [0, 0, 0]
+[parameters]
+d = { value = 0.5, unit = "m", positive = true }
+[bodies.motor]
+mass = 1
+inertia = [1, 1, 1]
+inertia_about = "com"
+[bodies.fan]
+mass = 1
+inertia = [1, 1, 1]
+inertia_about = "com"
+[joints.shaft]
+type = "revolute"
+parent = "ground"
+child = "motor"
+axis = [0, 0, 1]
+[joints.hub]
+type = "revolute"
+parent = "ground"
+child = "fan"
+axis = [0, 0, 1]
+origin = ["d", 0, 0]
+mimic = { joint = "shaft", radii = [0.1, 0.2], mesh = "internal" }
+"""
+
+
+def test_a_belt_touches_both_wheels_and_a_ring_gear_has_none() -> None:
+    drive = read_text(BELT, "fan.toml")
+    (route,) = places(drive, np.array([[0.0], [1.3]]), {"d": 0.5}).routes.values()
+    lean = -0.1 / 0.5  # of what stands across a straight part: (r1 - r2) / d
+    across = [np.array([lean, side * np.sqrt(1 - lean**2), 0]) for side in (-1, 1)]
+    for out, (near, far) in zip(across, (route[0][-2:], route[1][-2:][::-1]), strict=True):
+        assert_allclose(near, np.tile(0.1 * out, (2, 1)), atol=1e-12)
+        assert_allclose(far, np.tile(0.2 * out + [0.5, 0, 0], (2, 1)), atol=1e-12)
+    assert 'class="rope"' in str(symdyn.picture(drive))
+    for other in ('radii = [0.1, 0.6], mesh = "internal"', "radii = [0.1, 0.2]"):
+        assert not strings(read_text(BELT.replace('radii = [0.1, 0.2], mesh = "internal"', other), "fan.toml"))

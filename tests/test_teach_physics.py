@@ -190,6 +190,15 @@ def test_a_spring_holds_a_weight_and_a_loop_says_where_it_grows() -> None:
     assert [text for text, right in chosen("cart_with_wheel", "unit").items() if right] == ["N"]
 
 
+def test_a_loop_is_asked_what_stays_and_which_way_its_drive_holds_it() -> None:
+    right = {kind: [x for x, yes in chosen("slider_crank", kind).items() if yes] for kind in ("conserved", "sense")}
+    assert right == {"conserved": ["none of these"], "sense": ["positive"]}  # the load takes energy
+    reason = next(one.reason for one in question("slider_crank", "sense").options if not one.right)
+    value = 0.6 * 9.81 * 0.05 * 0.5 / 2  # the middle of the rod is at r sin(phi) / 2, with phi = pi/3
+    assert float(reason.parts[-1].split()[1]) == pytest.approx(value, rel=1e-3)
+    assert [x for x, yes in chosen("four_bar", "conserved").items() if yes] == ["the energy K: + P:"]
+
+
 @pytest.mark.parametrize("language", languages())
 def test_letters_are_judged_with_reasons(language: str) -> None:
     document, words = asked("pendulum", language), language_of(language).lesson

@@ -117,7 +117,8 @@ def links(scene: Scene, places: Places, view: View) -> tuple[tuple[Item, ...], t
         items.append(
             Item(f"{one.kind}-{one.name}", Title("{type} {name}", type=one.kind, name=one.name), 1, depth, shapes)
         )
-        labels.append(Label(f"label-{one.name}", Text.of_name(one.name), at, view.size * 1.2, None, "link-text"))
+        if one in scene.elements:  # a belt has no name
+            labels.append(Label(f"label-{one.name}", Text.of_name(one.name), at, view.size * 1.2, None, "link-text"))
     return tuple(items), tuple(labels)
 
 

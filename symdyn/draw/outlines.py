@@ -10,7 +10,7 @@ What is drawn of a scene, places of bodies, joints, forces, masses and points, a
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -18,14 +18,14 @@ import numpy as np
 
 from symdyn.algebra import Array, Floats
 from symdyn.dynamics.mechanism import Taut, body_placements, vector
-from symdyn.errors import SymdynError
+from symdyn.errors import DerivationError, SymdynError
 from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph, Op, evaluate, substitute
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.forces import FORCES, in_plane
 from symdyn.scene.joints import JOINTS, joint_motion, unit
 from symdyn.scene.values import OUTLINES, Body, Contact, Element, Joint, Load, PlaneContact
-from symdyn.spatial import Mat, Transform, Vec, cross, dot, scale, zero_vector
+from symdyn.spatial import Mat, Transform, Vec, cross, dot, scale, sub, zero_vector
 
 BEYOND = 1e150  # what is drawn, m or N, whose squares still are doubles
 
@@ -247,7 +247,7 @@ def _constant(graph: Graph, way: Array) -> Vec:
 Key = tuple[Any, ...]  # what, then whose: names, numbers, elements
 
 
-def drawn(scene: Scene, graph: Graph) -> dict[Key, tuple[Expr, ...]]:
+def drawn(scene: Scene, graph: Graph, values: Mapping[str, float] = {}) -> dict[Key, tuple[Expr, ...]]:
     """Return what is to be evaluated, by a key that says what it is."""
     placed = body_placements(scene, graph)
     wanted: dict[Key, tuple[Expr, ...]] = {("frame", name): _flat(T) for name, T in placed.items()}
@@ -258,7 +258,7 @@ def drawn(scene: Scene, graph: Graph) -> dict[Key, tuple[Expr, ...]]:
         wanted |= _joint(joint, joint in scene.loops, placed, graph)
     for point in scene.points:
         wanted["point", point.name] = _flat(placed[point.body] @ point.at.transform(graph))
-    for one in (*scene.elements, *touching(scene)):
+    for one in (*scene.elements, *touching(scene), *belts(scene, values)):
         wanted |= _element(one, scene, placed, graph)
     return wanted
 
@@ -268,10 +268,33 @@ def touching(scene: Scene) -> tuple[Contact, ...]:
     return (*scene.contacts, *(one.closed for one in scene.unilaterals if isinstance(one, PlaneContact)))
 
 
-def strings(scene: Scene) -> tuple[Element, ...]:
+def strings(scene: Scene, values: Mapping[str, float] = {}) -> tuple[Element, ...]:
     """Return what runs along a line: springs, dampers, and ropes, which may be slack."""
     slack = (one for one in scene.unilaterals if one.is_taut)
-    return (*scene.struts, *scene.lasting_ropes, *slack)
+    return (*scene.struts, *scene.lasting_ropes, *slack, *belts(scene, values))
+
+
+def belts(scene: Scene, values: Mapping[str, float]) -> Iterator[Element]:
+    """Yield the belts of joints that follow others by radii: around both wheels, where neither is inside the other."""
+    joints = {joint.child: joint for joint in scene.joints}
+    fixed = ((x.name, x.value.at({})) for x in scene.parameters if x.value is not None)
+    values = {name: float(x) for name, x in fixed if x is not None} | dict(values)
+    for joint in scene.joints:
+        if joint.coupling is None or not joint.coupling.wheels:
+            continue
+        first, second = joint.coupling.wheels
+        graph = Graph()
+        near, far = (joints[end.body].origin.transform(graph).p for end in (first, second))
+        apart, radii = sub(far, near), [end.radius.express(graph) for end in (first, second)]
+        known = _numbers([graph.sqrt(dot(apart, apart)), *radii], values)
+        if known is None or known[0] <= known[1] + known[2]:
+            continue
+        belt = FORCES["rope"].noun(f"{first.body}_{second.body}", ends=(first, second, first))
+        try:
+            Taut(scene, graph).tangents(belt.ends, body_placements(scene, graph))
+        except DerivationError:  # they do not lie in one plane
+            continue
+        yield belt
 
 
 def _element(one: Element, scene: Scene, placed: Mapping[str, Transform], graph: Graph) -> dict[Key, tuple[Expr, ...]]:

@@ -77,7 +77,7 @@ class Sheet:
         self.rows: list[Vec] = []
         self.points: list[int] = []
         self.marks: list[Mark] = []
-        self.found = drawn(scene, graph)
+        self.found = drawn(scene, graph, values)
         self._hinges: dict[str, tuple[tuple[int, ...], bool, str]] = {}
         self._number = {body.name: k for k, body in enumerate(scene.bodies)} | {Scene.GROUND: -1}
         self.gravity = self._direction(self.found["gravity",])
@@ -85,6 +85,7 @@ class Sheet:
         tips: dict[str, list[int]] = {name: [] for name in (Scene.GROUND, *(body.name for body in scene.bodies))}
         self.marks += [*self._planes(scene), *self._outlines(scene, graph, values, outlined)]
         joints = list(self._joints(scene, starts, tips))
+        self._strings = strings(scene, values)
         masses = [*self._wheels(scene), *self._masses(scene, starts, tips)]
         acting = list(self._acting(scene, tips))
         for body in scene.bodies:
@@ -202,7 +203,7 @@ class Sheet:
             yield self._made("point", (at, starts.get(point.body, at)), point.body, point.name)
 
     def _acting(self, scene: Scene, tips: dict[str, list[int]]) -> Iterator[Mark]:
-        acting: tuple[Element, ...] = (*strings(scene), *scene.loads)
+        acting: tuple[Element, ...] = (*self._strings, *scene.loads)
         for one in acting:
             if ("tangent", one, 0) in self.found:
                 yield from self._rope(one, tips)

@@ -34,8 +34,7 @@ AXES = "xyz"
 
 def called(scene: Scene) -> str:
     """Return what a scene is called: its description, else its name without what puts identifiers together."""
-    text = scene.text or scene.name.replace("_", " ")
-    return text[:1].upper() + text[1:] if scene.text else text  # it begins titles and sentences
+    return scene.text[:1].upper() + scene.text[1:] or scene.name.replace("_", " ")  # it begins titles and sentences
 
 
 def described(scene: Scene) -> dict[str, dict[str, str]]:
@@ -43,7 +42,8 @@ def described(scene: Scene) -> dict[str, dict[str, str]]:
     bodies = {one.name: one.text for one in scene.bodies if one.text}
     joints = {one.name: one.text for one in (*scene.joints, *scene.loops) if one.text}
     places = dict.fromkeys(("body", "bodies", "parent", "child", "on", "carries"), bodies)
-    return {**places, **dict.fromkeys(("joint", "joints", "leader", "owner"), joints)}
+    places |= dict.fromkeys(("joint", "joints", "leader", "owner"), joints)
+    return places | {"scene": {scene.name: called(scene)}}
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ from symdyn.scene.values.dimensional_analysis import fits, fits_place, with_unit
 from symdyn.scene.values.entry import Entry, EntryReader, Faults, show, shown
 from symdyn.scene.values.folding import map_quantities, substituted
 from symdyn.scene.values.formula import quantity
-from symdyn.scene.values.joint import Coupling, Joint, Strut, acceleration_name, velocity_name
+from symdyn.scene.values.joint import Coupling, Joint, Place, Strut, acceleration_name, velocity_name
 from symdyn.scene.values.key import Key, KeyGroup, coefficients, keys_of, number, one_of, raw_of, word
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import FormulaError, Quantity
@@ -92,13 +92,13 @@ class Mimic:
         offset: position = Σ ratio · (that of a leader) + offset.
         key: what the names were declared under: "joint", of a joint with one coordinate or none of its own;
             "coordinate", of a coordinate of a joint that has several; "ratios", of either.
-        meshes: whether both are wheels, and the ratio is that of their radii.
+        radii: of both wheels, that of the leader first, if both are wheels.
     """
 
     ratios: tuple[tuple[str, Quantity], ...]
     offset: Quantity = Quantity.ZERO
     key: str = "joint"
-    meshes: bool = False
+    radii: tuple[Quantity, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -137,13 +137,13 @@ def read_mimic(table: EntryReader) -> Mimic | None:
         inner.fault("radii and ratio both say how far it turns; write one of them")
     if MESH.name in inner and not meshes:
         inner.fault(f"mesh is that of two wheels; {WHEELS}")
-    ratio = _of_wheels(inner) if meshes else RATIO.declared(inner)
-    return Mimic(((coordinate or leader, ratio),), OFFSET.declared(inner), key, meshes)
+    radii = RADII.declared(inner) if meshes else ()
+    ratio = _of_wheels(inner, *radii) if meshes else RATIO.declared(inner)
+    return Mimic(((coordinate or leader, ratio),), OFFSET.declared(inner), key, radii)
 
 
-def _of_wheels(table: EntryReader) -> Quantity:
+def _of_wheels(table: EntryReader, led: Quantity, own: Quantity) -> Quantity:
     """Return the ratio of two wheels that mesh."""
-    led, own = RADII.declared(table)
     for radius in (led, own):
         fits_place(table, RADII.name, radius, ("m", "1"))
     ratio = folding.div(led, own)
@@ -189,9 +189,10 @@ def couple(joints: Sequence[Joint], mimics: Sequence[Mimic | None], tables: Sequ
                 mimic = mimics[path.pop()]
                 assert mimic is not None, "a joint with a coordinate of its own is settled"
                 _check_units(mimic, leaders[k], joints[k], joints, tables[k])
-                if mimic.meshes:
-                    _check_wheels(mimic.ratios[0][0], leaders[k][0], joints[k], joints, tables[k])
                 settled[k] = _chain(mimic, leaders[k], settled, tables[k])
+                if mimic.radii:
+                    _check_wheels(mimic.ratios[0][0], leaders[k][0], joints[k], joints, tables[k])
+                    settled[k] = replace(settled[k], wheels=_wheels(mimic, leaders[k][0], joints[k], joints))
     return tuple(
         joint if mimic is None else replace(joint, coupling=settled[k])
         for k, (joint, mimic) in enumerate(zip(joints, mimics, strict=True))
@@ -294,6 +295,14 @@ def _check_wheels(name: str, one: _Leader, joint: Joint, joints: Sequence[Joint]
             f"mimic.radii: {name} turns on {leader.parent} and {joint.name} on {joint.parent}, so that a third angle "
             'counts; write ratios, as of a planet on a carrier ratios = { sun = "-rs/rp", carrier = "rs/rp" }'
         )
+
+
+def _wheels(mimic: Mimic, one: _Leader, joint: Joint, joints: Sequence[Joint]) -> tuple[Place, ...]:
+    """Return the wheels that turn in one direction about origins of their bodies; none that turn in both."""
+    leader, (led, own) = _followed(one, joints), mimic.radii
+    if leader is None or leader.tip.steps or joint.tip.steps or mimic.ratios[0][1] != folding.div(led, own):
+        return ()
+    return tuple(Place(x.child, radius=r, axis=x.axis, turn=1) for x, r in ((leader, led), (joint, own)))
 
 
 def _chain(mimic: Mimic, leaders: Sequence[_Leader], settled: Mapping[int, Coupling], table: EntryReader) -> Coupling:

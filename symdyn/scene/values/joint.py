@@ -7,8 +7,7 @@ the way in which it acts; what it is beyond that, its kind tells, a row of `FORC
     load    is a wrench on a body
     row     forbids velocities, and exerts whatever that takes
 
-Libraries sort the branches of a robot each by a rule of its own: here joints stand as in the file, parents first;
-Pinocchio goes through branches by name. Numbers that are handed over in the wrong order look plausible. So an order is
+Here joints stand as in the file, parents first; Pinocchio goes through branches by name. An order of another tool is
 asked for by names, and gives places: entry k of the other is entry `q[k]`, or `v[k]`, of ours.
 """
 
@@ -181,12 +180,13 @@ class Coupling:
     """A joint that follows coordinates of others: its position is Σ ratio · coordinate + offset.
 
     Attributes:
-        ratios: the coordinates that it follows, each once, and its position per unit of each, free of coordinates.
-        offset: its position where they are zero; rad or m.
+        ratios, offset: coordinates, each once, and its position per unit of each and at zero, free of coordinates.
+        wheels: that of what it follows and its own, in a belt or a ring gear; for pictures.
     """
 
     ratios: tuple[tuple[str, Quantity], ...]
     offset: Quantity = Quantity.ZERO
+    wheels: tuple[Place, ...] = field(default=(), compare=False)
 
     @property
     def coordinates(self) -> tuple[str, ...]:

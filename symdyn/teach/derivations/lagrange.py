@@ -241,7 +241,8 @@ def task_step(lesson: Lesson, *more: Block, tied: Collection[int] = ()) -> Step:
             blocks.append(lesson.say(key, drives=drives, coordinates=together([named(ways[k]) for k in some])))
     if passive:
         free, faster = (together([named(some[k]) for k in passive]) for some in (ways, lesson.state.qdd))
-        blocks.append(lesson.say("task.passive", coordinates=free, accelerations=faster))
+        key = "task.passive" if len(passive) > 1 else "task.passive.one"
+        blocks.append(lesson.say(key, coordinates=free, accelerations=faster))
     if tied:
         blocks.append(lesson.say("task.tied", coordinates=together([named(ways[k]) for k in tied])))
     return Step("task", lesson.say("task"), (*blocks, *more), lesson.say("task.reason") if driven else Words(()))

@@ -420,7 +420,7 @@ def _ratio(lesson: Constrained, dependent: Sequence[int], j: int, k: int) -> tup
     shared = above.gcd(below)
     above, below = ring.normal(-above / shared), ring.normal(below / shared)  # of quotients, squares of sines are left
     shapes = [(write.short(sign * above), write.short(sign * below)) for sign in (1, -1)]
-    over, under = min(shapes, key=lambda pair: sum(len(text_of(x)) for x in pair))
+    over, under = min(shapes, key=lambda x: (sum(map(len, map(text_of, x))), text_of(x[1]).startswith("-")))
     if isinstance(under, Number):
         return node, Form.product((Number(1 / under.value), over))
     return node, Form.product((over, under.power(-1)))

@@ -1,27 +1,29 @@
-"""Which questions of physics a document gets, and those about bodies that turn by quaternions."""
+"""Which questions of physics a document gets, and those about quaternions, and about loops and rolling."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 
+import numpy as np
+from scipy.linalg import null_space
+
 from symdyn.algebra import Form, Symbol
 from symdyn.dynamics.mechanism import TIME
-from symdyn.graph import reachable, substitute
+from symdyn.graph import reachable, substitute, tangents
 from symdyn.linear import rests
+from symdyn.scene import SceneUnits, without_hidden_zeros
+from symdyn.scene.values import force_unit
 from symdyn.table import Table
+from symdyn.teach.derivations.constrained import Constrained
+from symdyn.teach.derivations.multipliers import choose_tied_motion
 from symdyn.teach.derivations.quaternion_steps import Turning
+from symdyn.teach.derivations.reduced import zero
 from symdyn.teach.derivations.turning_body import along_ground, kept
-from symdyn.teach.document import Document, Option, Section, Step, Words
+from symdyn.teach.document import Braced, Document, Option, Section, Step, Words
 from symdyn.teach.lesson import AXES, is_tied, named
-from symdyn.teach.practice.physics import (
-    MOST,
-    PHYSICS,
-    Asked,
-    OpenQuestions,
-    PhysicsQuestions,
-    TiedQuestions,
-)
+from symdyn.teach.practice.physics import MOST, PHYSICS, SLIGHT, Asked, OpenQuestions, PhysicsQuestions
+from symdyn.teach.shown_state import Chosen
 from symdyn.unlocked import cached_property
 
 
@@ -120,3 +122,89 @@ class TurningQuestions(PhysicsQuestions):
         """Which unit a coefficient of inertia has, by what its product with an acceleration is."""
         i = self.lesson.first(self.lesson.balls[0]) + len(self.lesson.balls[0].rates) - 3
         yield from self.unit_of(i, i, named(self.lesson.state.qdd[i]))
+
+
+class TiedQuestions(PhysicsQuestions):
+    """Of a mechanism with loops or rolling."""
+
+    def kinds(self) -> Iterable[Callable[[], Asked]]:
+        """Return what yields questions, in their order."""
+        if not {"equilibria", "kane"} & self.steps:
+            return []
+        more = [self.conserved, self.sense] if "system" in self.steps else []
+        return [self.stable, *more, self.unit]
+
+    @cached_property
+    def lesson(self) -> Constrained:
+        """The mechanism on a graph of its own."""
+        return Constrained(without_hidden_zeros(self.scene), self.document.language)
+
+    @cached_property
+    def chosen(self) -> Chosen:
+        """The state of the lesson."""
+        return choose_tied_motion(self.lesson)
+
+    def stable(self) -> Asked:
+        """Which places of rest are stable, in numbers."""
+        found, options = rests(self.scene), list[Option]()
+        shown = [k for k, name in enumerate(self.scene.coordinates) if name not in found.idle]
+        for place, system in zip(found.places, found.systems, strict=False):
+            grows = max((mode.value.real for mode in system.modes), default=0.0)
+            calm = system.stability.verdict in ("stable", "oscillating")
+            why = Words(()) if calm else self.say("stable.grows", rate=self.prose.written(grows))
+            options.append(Option(self.placed(self.value(k, float(place.q[k])) for k in shown), calm, why))
+        yield from self.choice("stable", self.say("stable.of", several=self.say("several")), options[:MOST])
+
+    def unit(self) -> Asked:
+        """Which unit the first term with a multiplier has in the equation of a coordinate."""
+        rows = [b for _, b in self.document.blocks() if isinstance(b, Braced) and b.value.startswith("tau:")]
+        tied = [(int(b.value[4:]) - 1, term) for b in rows for term in b.left.terms]
+        terms = [(k, term) for k, term in tied if "lambda:1" in term.symbols]
+        if terms and self.scene.shown_unit("kg") == "kg":
+            k, term = terms[0]
+            q, right = Symbol(self.scene.velocities[k]), force_unit(SceneUnits(self.scene).velocities[k])
+            why = self.say("unit.power", rate=q)
+            units = [(unit, unit == right) for unit in ("N", "N m", "N s", "kg m²")]
+            options = [Option(Words((unit,)), same, Words(()) if same else why) for unit, same in units]
+            ask = self.say("unit.term", term=term.split_sign()[1], i=str(k + 1))
+            yield from self.choice("unit", ask, options)
+
+    def conserved(self) -> Asked:
+        """What stays while no drive acts: what the lesson tells, and momenta that the conditions or energies change."""
+        lesson, options = self.lesson, list[Option]()
+        steps = {step.key: step for section in self.document.sections for step in section.steps}
+        momenta = [step for key, step in steps.items() if key.startswith("conserved:")]
+        options += [Option(Words(step.claim.parts[-2:-1]), True, Words(())) for step in momenta]
+        rates = self.chosen.of(*tangents(lesson.momenta, lesson.state.acceleration))
+        for k, q in enumerate(map(named, lesson.state.q[:3])):
+            if abs(rates[k]) > SLIGHT and not lesson.scene.prescribed_velocities:
+                level = zero(lesson, lesson.slopes[k])
+                why = self.say("conserved.tied" if level else "conserved.slope", q=q)
+                if not level or any(not zero(lesson, tie.slopes[k]) for tie in lesson.ties):
+                    options.append(Option(self.say("conserved.momentum", q=q), False, why))
+        total, calm = Form.sum((Symbol("K:"), Symbol("P:"))), "energy" in steps
+        why = Words(()) if calm else self.say("conserved.outside")
+        options.append(Option(self.say("conserved.energy", total=total), calm, why))
+        nothing = not momenta and not calm
+        why = Words(()) if nothing else self.say("conserved.some")
+        options.append(Option(self.say("conserved.none"), nothing, why))
+        yield from self.choice("conserved", self.say("conserved", several=self.say("several")), options)
+
+    def sense(self) -> Asked:
+        """Which sign the one drive has that holds the mechanism at rest where the lesson shows it."""
+        lesson, chosen, n = self.lesson, self.chosen, self.lesson.state.n
+        driven = [k for k, drive in enumerate(self.scene.drives) if drive]
+        ways = null_space(np.array(chosen.of(*(x for tie in lesson.ties for x in tie.slopes))).reshape(-1, n))
+        if len(driven) != 1 or ways.shape[1] != 1 or abs(ways[driven[0], 0]) < SLIGHT or self.scene.free_parameters:
+            return
+        (k,), still = driven, dict.fromkeys((*lesson.state.qd, *lesson.state.qdd), lesson.graph.zero)
+        own = {lesson.graph.symbol(str(self.scene.drives[k])): lesson.graph.zero}
+        forces = np.array(chosen.of(*substitute(lesson.drives, still | own)))
+        value = float(forces @ ways[:, 0] / ways[k, 0])
+        if abs(value) <= SLIGHT * np.abs(forces).max(initial=0.0):
+            return
+        drive, sign = Symbol(str(self.scene.drives[k])), 1 if value > 0 else -1
+        places = {"value": self.scene.in_shown_unit(self.prose.equals(value), force_unit(self.units[k]))}
+        why = self.say("sense.tied", drive=drive, sign=self.say(f"sense.{'+' if sign > 0 else '-'}"), **places)
+        q = named(lesson.state.q[k])
+        yield from self.of_sign("sense.drive", sign, why, drive, q, [(k, chosen.q[k])])

@@ -17,7 +17,7 @@ from symdyn.algebra import Form, Function, Number, Pi, Ratios, Symbol
 from symdyn.dynamics.mechanism import TIME, generalized_forces, vector
 from symdyn.errors import NoValueError
 from symdyn.graph import Expr, Op, gradient, reachable, substitute, tangents
-from symdyn.linear import Equilibrium, rests
+from symdyn.linear import Equilibrium
 from symdyn.scene import SceneUnits
 from symdyn.scene.values import force_unit
 from symdyn.teach.derivations.equation_steps import coefficient_unit
@@ -29,7 +29,6 @@ from symdyn.teach.derivations.velocities import length
 from symdyn.teach.document import (
     Blank,
     Block,
-    Braced,
     Choice,
     Document,
     Formula,
@@ -128,6 +127,17 @@ class PhysicsQuestions:
     def value(self, k: int, x: float) -> tuple[Symbol, str]:
         """Return a coordinate and its value with its unit, as `placed` takes them."""
         return Symbol(self.scene.coordinates[k]), self.scene.in_shown_unit(self.prose.written(x), self.units[k])
+
+    def of_sign(
+        self, key: str, sign: int, why: Words, drive: Symbol, q: Symbol, at: Iterable[tuple[int, float]]
+    ) -> Asked:
+        """Yield which sign a drive or a force has at a position, by coordinates and their values."""
+        options = [
+            Option(self.say(f"sense.{one}"), way == sign, Words(()) if way == sign else why)
+            for one, way in (("+", 1), ("-", -1), ("0", 0))
+        ]
+        ask = self.say(key, drive=drive, q=q, place=self.placed(self.value(*x) for x in at))
+        yield from self.choice("sense", ask, options)
 
     def frequency(self, squares: Sequence[float], formulas: Sequence[Form], damped: bool, place: str) -> Asked:
         """Yield what the frequency is: a formula if it is the only one and has one, else the lowest, if in numbers."""
@@ -358,14 +368,7 @@ class OpenQuestions(PhysicsQuestions):
             key = "sense.drive" if drive else "sense.passive"
             sign = sign if drive else -sign
             why = self.say("sense.reason", force=told, sign=self.say(f"sense.{'+' if sign > 0 else '-'}"))
-            options = [
-                Option(self.say(f"sense.{one}"), way == sign, Words(()) if way == sign else why)
-                for one, way in (("+", 1), ("-", -1), ("0", 0))
-            ]
-            ask = self.say(
-                key, drive=Symbol(drive or str(q.value)), q=named(q), place=self.placed(self.value(*x) for x in at)
-            )
-            yield from self.choice("sense", ask, options)
+            yield from self.of_sign(key, sign, why, Symbol(drive or str(q.value)), named(q), at)
             return
 
     def _sign(self, node: Expr, seed: int) -> int:
@@ -406,39 +409,6 @@ class OpenQuestions(PhysicsQuestions):
             joint, turn = self.scene.moving[0].name, Symbol(self.scene.velocities[0])
             why = self.say("reaction.reason")
             yield from self.blank("reaction", "R", form, "reaction", why, joint=joint, rate=turn)
-
-
-class TiedQuestions(PhysicsQuestions):
-    """Of a mechanism with loops or rolling."""
-
-    def kinds(self) -> Iterable[Callable[[], Asked]]:
-        """Return what yields questions, in their order."""
-        return [self.stable, self.unit] if "equilibria" in self.steps or "kane" in self.steps else []
-
-    def stable(self) -> Asked:
-        """Which places of rest are stable, in numbers."""
-        found, options = rests(self.scene), list[Option]()
-        shown = [k for k, name in enumerate(self.scene.coordinates) if name not in found.idle]
-        for place, system in zip(found.places, found.systems, strict=False):
-            grows = max((mode.value.real for mode in system.modes), default=0.0)
-            calm = system.stability.verdict in ("stable", "oscillating")
-            why = Words(()) if calm else self.say("stable.grows", rate=self.prose.written(grows))
-            options.append(Option(self.placed(self.value(k, float(place.q[k])) for k in shown), calm, why))
-        yield from self.choice("stable", self.say("stable.of", several=self.say("several")), options[:MOST])
-
-    def unit(self) -> Asked:
-        """Which unit the first term with a multiplier has in the equation of a coordinate."""
-        rows = [b for _, b in self.document.blocks() if isinstance(b, Braced) and b.value.startswith("tau:")]
-        tied = [(int(b.value[4:]) - 1, term) for b in rows for term in b.left.terms]
-        terms = [(k, term) for k, term in tied if "lambda:1" in term.symbols]
-        if terms and self.scene.shown_unit("kg") == "kg":
-            k, term = terms[0]
-            q, right = Symbol(self.scene.velocities[k]), force_unit(SceneUnits(self.scene).velocities[k])
-            why = self.say("unit.power", rate=q)
-            units = [(unit, unit == right) for unit in ("N", "N m", "N s", "kg m²")]
-            options = [Option(Words((unit,)), same, Words(()) if same else why) for unit, same in units]
-            ask = self.say("unit.term", term=term.split_sign()[1], i=str(k + 1))
-            yield from self.choice("unit", ask, options)
 
 
 def _quarter(k: int) -> Form:
