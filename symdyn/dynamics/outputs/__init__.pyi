@@ -3,7 +3,6 @@
 from .arm_outputs import (
     BRANCHES as BRANCHES,
     KINDS as KINDS,
-    REST as REST,
     ArmAngles as ArmAngles,
     Turn as Turn,
     arm_angles as arm_angles,

@@ -45,8 +45,7 @@ SPENT, SHORT, STRAIGHT = Fraction(3, 10**15), Fraction(1, 10**30), Fraction(1, 1
 """Share of a square below which what is left of it is rounding; lengths below which nothing points anywhere, in a wrist
 the sine of its bend."""
 
-BRANCHES, REST = 8, 6
-"""How many; the number of the angle that is left of q2 + q3 + q4, beside those of the axes."""
+BRANCHES = 8
 
 
 class Turn(NamedTuple):
@@ -97,12 +96,8 @@ class ArmAngles:
         return x, -x
 
     def named(self, turn: Turn, k: int, over: Expr | None = None) -> Turn:
-        """Return a turn about axis k, over a length; a page says what its angle is, and goes on with that."""
+        """Return a turn about axis k, 6 for what is left of a sum, over a length; a page goes on with its angle."""
         return Turn(turn.s / over, turn.c / over) if over is not None else turn
-
-    def flipped(self, turn: Turn, rho: Expr, k: int) -> tuple[Turn, Expr]:
-        """Return a wrist's first turn and the sine of its bend; a page gives both one sign."""
-        return turn, rho
 
     def noted(self, name: str, x: Expr) -> Expr:
         """Return a number; a page goes on with its name."""
@@ -110,8 +105,7 @@ class ArmAngles:
 
     def lettered(self, letter: str, v: Vec) -> Vec:
         """Return a vector whose components are noted."""
-        x, y, z = (self.noted(f"{letter}_{axis}", one) for axis, one in zip("xyz", v, strict=True))
-        return x, y, z
+        return self.noted(f"{letter}_x", v[0]), self.noted(f"{letter}_y", v[1]), self.noted(f"{letter}_z", v[2])
 
     def turns(self, x: Expr, y: Expr, far: Expr, k: int) -> Iterator[Turn]:
         """Yield turns about axis k with x cos + y sin = far, none where x and y are always zero."""
@@ -122,8 +116,10 @@ class ArmAngles:
         for s in self.both(root, k) if not vanishes(whole) else ():
             yield self.named(Turn(y * far + x * s, x * far - y * s), k, whole)
 
-    def direction(self, x: Expr, y: Expr, known: Expr | None = None, other: Turn | None = None) -> tuple[Turn, Expr]:
-        """Return the turn from (1, 0) to (x, y), if short another, and the length, if known by another formula."""
+    def direction(
+        self, x: Expr, y: Expr, known: Expr | None = None, other: Turn | None = None, k: int = 0
+    ) -> tuple[Turn, Expr]:
+        """Return the turn from (1, 0) to (x, y), if short another, and the length, if known otherwise; k: a wrist's."""
         graph, found = x.graph, x.graph.sqrt(x * x + y * y)
         if known is not None:
             self.lengths[found] = known
@@ -158,7 +154,7 @@ class ArmAngles:
         middle, last = self.h[k], self.h[k + 1]
         graph, f = middle[0].graph, cross(middle, h)
         u, t = self.lettered("u", M(last)), self.lettered("t", M(middle))
-        first, rho = self.flipped(*self.direction(dot(u, f), dot(u, middle), other=other), k - 1)
+        first, rho = self.direction(dot(u, f), dot(u, middle), other=other, k=k)
         along, off = dot(h, last), dot(f, last)
         rise = dot(u, h)
         bend = self.named(Turn(along * rho - off * rise, along * rise + off * rho), k).angle
@@ -210,7 +206,7 @@ def _three_parallel(arm: ArmAngles, T: Sequence[Expr], B: Vec) -> Iterator[list[
         along, _ = arm.direction(beside, dot(n, cross(off, way)))  # of a straight wrist: as near, or far, as can be
         for lean, _, *rest in arm.wrist(n, 4, _before(arm, first, unturned, G), along):
             for second, third in arm.links(n, sub(c[2], c[1]), sub(c[3], c[2]), sub(way, lean.about(n, off))):
-                fourth = arm.named(lean.then(second.then(third).back), REST).angle
+                fourth = arm.named(lean.then(second.then(third).back), 6).angle
                 yield [first.angle, second.angle, sense(arm, 2) * third.angle, sense(arm, 3) * fourth, *rest]
 
 
