@@ -115,6 +115,15 @@ def test_every_branch_has_the_pose_in_numbers_and_one_is_the_start(scene: Scene)
     assert reached.mean() > 0.85
 
 
+@pytest.mark.parametrize("R", [2 * np.eye(3), -np.eye(3), np.zeros((3, 3))], ids=["long", "mirrored", "zero"])
+def test_a_matrix_that_is_no_rotation_is_no_pose(R: Array) -> None:
+    solve = symdyn.lambdify(PUMA, REQUEST)
+    with pytest.raises(ArgumentError, match="pose turns by no rotation; give"):
+        solve(np.column_stack([R, [0.3, 0.2, 0.4]]))
+    with pytest.raises(ArgumentError, match="R p"):
+        solve(np.eye(4)[:, :3])
+
+
 @each
 @pytest.mark.runs("cc")
 def test_singular_postures_have_branches_to_the_last_digits(scene: Scene) -> None:
@@ -157,7 +166,7 @@ def test_what_is_out_of_reach_is_nan_and_poses_come_as_matrices() -> None:
     assert rows.shape == (3, 8, 6)
     for given in (T, square, T.tolist()):
         assert np.array_equal(solve.inverse_kinematics_tool(given), rows)
-    with pytest.raises(ArgumentError, match="pose has 3 in its last dimension; give 12 numbers"):
+    with pytest.raises(ArgumentError, match=r"pose has 3 in its last dimension; give \[R p\]"):
         solve.inverse_kinematics_tool(T[:, :, :3])
 
 

@@ -79,6 +79,20 @@ def test_a_delay_of_forces_is_estimated_and_told_where_it_is_one(seconds: float)
     assert [("after" in note, "before" in note) for note in told] == [(seconds > 0, seconds < 0)] * (seconds != 0)
 
 
+def test_each_of_several_logs_has_its_own_delay_and_one_at_rest_none() -> None:
+    scene, t = symdyn.example("pendulum"), np.linspace(0, 8, 401)
+    motion = "q1=sin(t)+0.4*sin(2.7*t)"
+    here, later = (symdyn.inverse(scene, motion, times=one) for one in (t, t - 0.05))
+    logs = [{"t": t, "q1": here["q1"], "tau1": tau} for tau in (here["tau1"], later["tau1"])]
+    found = symdyn.identify(scene, logs)
+    rest = symdyn.identify(scene, {"t": t, "q1": 0.3 + 0 * t, "tau1": 1.2 + 0 * t})
+
+    (told,) = (note for note in found.notes if "driving forces come" in note)
+    assert "come 50 ms after" in told
+    assert rest.delay[0] == 0
+    assert np.isnan(rest.delay[1])
+
+
 def test_friction_that_a_scene_lacks_is_told_beside_its_inertias() -> None:
     true = heavier(scara())
     found = symdyn.identify(scara(), noisy(log(true), 3, 0.02), friction=("viscous", "coulomb", "armature"))

@@ -829,7 +829,7 @@ def test_a_function_of_a_run_is_a_measure(tmp_path: Path) -> None:
     each = symdyn.ensemble(block, values={"c": [5, 8]}, measures=late, **asked)  # type: ignore[arg-type]
     assert (each["late"] == found["late"]).all()
 
-    failed = symdyn.sweep(block, "c=[5,8]", wrong := {"wrong": lambda run: "x"}, until=1)  # type: ignore[arg-type]
+    failed = symdyn.sweep(block, "c=[5,8]", wrong := {"wrong": lambda run: "1.5"}, until=1)  # type: ignore[arg-type]
     assert "a function takes a run and returns a number" in failed.reasons[1]
     told = {
         r'measure=\{"peak": f\}': lambda: symdyn.sweep(block, "c=[5,8]", wrong["wrong"]),  # type: ignore[arg-type]

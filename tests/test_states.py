@@ -176,6 +176,12 @@ def test_rates_stand_below_the_equations(motor: Scene) -> None:
     np.testing.assert_allclose(found.lambdify({"u": 2})(0, point), np.array(by_hand(0, point, 2)))
 
 
+def test_a_reset_that_never_comes_is_a_fault() -> None:
+    text = 'name = "clock"\n[states.s]\nrate = 1\nreset = { when = 1, to = 0 }\n'
+    with pytest.raises(SceneError, match=r"states\.s: reset: when = 1 never passes zero; write a formula that does"):
+        read_text(text)
+
+
 @pytest.mark.runs("cc")
 @pytest.mark.parametrize("target", ["numpy", "c"])
 def test_functions_take_states_behind_inputs(motor: Scene, target: str) -> None:

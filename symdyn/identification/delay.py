@@ -25,23 +25,32 @@ from symdyn.identification.regression import Rows, solve, solved
 STEPS, SETTLED = 8, 1e-4
 """Of the search with the weights of the fit; part of a period of the band that the last one changes the delay by."""
 
-SURE, TOLD = 4.0, 0.02
-"""Standard errors, and parts of a step of the log, beyond both of which a delay is told."""
+SURE, TOLD, STILL = 4.0, 0.02, 1e-9
+"""Standard errors, and parts of a step of the log, beyond both of which a delay is told; changes of forces in a period
+of the band, over the forces, that are rounding."""
 
 
-def delay(model: LinearModel, held: Evidence, found: Fitted, band: float) -> tuple[float, float]:
-    """Return the delay of the forces of a fit, s, and its standard error, NaN where they do not tell it."""
+def delay(
+    model: LinearModel, held: Evidence, found: Fitted, band: float, only: Sequence[int] = ()
+) -> tuple[float, float]:
+    """Return the delay of the forces of a fit, or of some of its motions, s, and its standard error; NaN: not told."""
     parts = [replace(part, motion=motion) for part, motion in zip(held.parts, found.motions, strict=True)]
-    p = parts[0].Y.shape[2] - 1
-    beta, d, weights = found.regression.estimate[:p], 0.0, found.regression.weights
-    for _ in range(STEPS):
-        rows = _rows(model, parts, found.used, beta, d)
+    used, p, d = list(found.used), parts[0].Y.shape[2] - 1, 0.0
+    beta, weights = found.regression.estimate[:p], found.regression.weights
+    if only:
+        counts = [len(_rows(model, [one], [mask], beta, d).tau) for one, mask in zip(parts, used, strict=True)]
+        weights = np.concatenate([np.split(weights, np.cumsum(counts))[k] for k in only])
+        parts, used = [parts[k] for k in only], [used[k] for k in only]
+    for _ in range(STEPS if len(weights) else 0):
+        rows = _rows(model, parts, used, beta, d)
         beta, *_ = solved(rows.Y, rows.tau, weights, np.zeros(p + 1), np.zeros((0, 0)))
         beta, step = beta[:p], float(beta[p])
         d += float(np.clip(step, -0.5 / band, 0.5 / band))
         if abs(step) < SETTLED / band:
             break
-    names, rows = (*found.regression.names[:p], "delay"), _rows(model, parts, found.used, beta, d)
+    names, rows = (*found.regression.names[:p], "delay"), _rows(model, parts, used, beta, d)
+    if np.abs(rows.Y[:, -1]).max(initial=0.0) <= STILL * band * np.abs(rows.force).max(initial=0.0):
+        return 0.0, np.nan
     told = solve(names, rows, np.append(beta, 0.0), band, len(model.scene.velocities))
     return d + float(told.estimate[-1]), float(told.errors[-1])
 
@@ -63,11 +72,11 @@ def _rows(model: LinearModel, parts: Sequence[DataPart], used: Sequence[Flags], 
     return replace(rows, Y=rows.Y[:, :-1], tau=rows.tau - rows.Y[:, -1], buried=buried, force=rows.tau)
 
 
-def words(found: tuple[float, float], step: float, sources: Sequence[str]) -> list[str]:
+def words(found: tuple[float, float], step: float, source: str) -> list[str]:
     """Return a note on a delay that is not zero."""
     d, error = found
     if not (np.isfinite(error) and abs(d) > max(SURE * error, TOLD * step)):
         return []
     late = f"driving forces come {1e3 * abs(d):.3g} ms {'after' if d > 0 else 'before'} the motion"
     more = f"with a standard error of {1e3 * error:.2g} ms, which pulls what is identified; move their columns by that"
-    return [f"{', '.join(sources)}: {late}, {more}"]
+    return [f"{source}: {late}, {more}"]

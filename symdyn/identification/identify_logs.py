@@ -122,7 +122,10 @@ def identify(
     notes += [one.words for one in gains if one.words]
     notes += doubted
     late = delay(model, held, found, band)
-    notes += delay_words(late, float(np.median(np.diff(logs[0].t))), [log.source for log in logs])
+    for k, log in enumerate(logs):
+        own = [i for i, (place, _) in enumerate(moved) if place == k]
+        of_log = late if len(logs) == 1 else delay(model, held, found, band, own) if own else (0.0, np.nan)
+        notes += delay_words(of_log, float(np.median(np.diff(log.t))), log.source)
     if say is not None:
         for note in notes:
             say(note)

@@ -39,6 +39,9 @@ WORDS = frozenset({"out", "axes", "casting", "dtype", "order", "signature", "sub
 REAL = "biuf"
 """Kinds of NumPy's types that are real numbers."""
 
+TURNS, A_POSE = 1e-6, "[R p], shape (3, 4), or (4, 4) with [0, 0, 0, 1] below, or the 12 numbers of its three rows"
+"""By how much entries of R Rᵀ may miss the identity, at most; what a pose is."""
+
 FLAGS = ("mask",)
 """Arguments whose entries are 0 or 1."""
 
@@ -181,7 +184,11 @@ class NumericFunction(Shown):
         for k, one in enumerate(self.operands[: len(found)]):
             shape = self._shape(found[k]) if one.name == POSE else None
             if shape and shape[-2:] in ((3, 4), (4, 4)):
-                found[k] = np.asarray(found[k])[..., :3, :].reshape(*shape[:-2], 12)
+                T, R = np.asarray(found[k]), np.asarray(found[k])[..., :3, :3]
+                off = (np.abs(R @ np.swapaxes(R, -1, -2) - np.eye(3)) > TURNS).any() or (np.linalg.det(R) < 0).any()
+                if off or (T[..., 3:, :] != [0, 0, 0, 1]).any():
+                    raise ArgumentError(f"{self.name}: {one.name} turns by no rotation; give {A_POSE}, R a rotation")
+                found[k] = T[..., :3, :].reshape(*shape[:-2], 12)
         return found if any(a is not b for a, b in zip(found, given, strict=True)) else given
 
     def _faults(self, given: Sequence[Any]) -> list[str]:
@@ -191,7 +198,8 @@ class NumericFunction(Shown):
         faults, leading = [], {}
         for one, value in zip(self.operands, given, strict=False):
             shape = self._shape(value)
-            wanted = "one number" if one.scalar else f"{len(one.entries)} numbers, {listed(one.entries)}"
+            several = A_POSE if one.name == POSE else f"{len(one.entries)} numbers, {listed(one.entries)}"
+            wanted = "one number" if one.scalar else several
             if passive := [name for name in one.entries if name.startswith("tau[")]:
                 wanted += f" ({', '.join(passive)}: of what no drive moves, 0)"
             if shape is None:

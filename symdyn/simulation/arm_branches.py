@@ -101,6 +101,7 @@ class Branches(Shown):
         except (TypeError, ValueError, OverflowError):  # no numbers
             T = near = np.zeros(0)
         turns = T.shape in ((3, 4), (4, 4)) and np.abs(T[:3, :3] @ T[:3, :3].T - np.eye(3)).max() < SAME
+        turns = bool(turns and np.linalg.det(T[:3, :3]) > 0)  # not a mirror image
         if not (turns and near.shape == self._start.shape and np.isfinite([*T.flat, *near]).all()):
             raise SimulateError(
                 f"pose, start: arrays of shapes {T.shape}, {near.shape} are none; give [R p], R a rotation, shape "

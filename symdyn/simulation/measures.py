@@ -135,7 +135,7 @@ class Measure:
         if self.function is None:
             return {}
         try:
-            return {f"measure {self.text}": np.asarray(float(self.function(run)))}
+            return {f"measure {self.text}": np.asarray(float(0 + self.function(run)))}  # text is no number
         except Exception as fault:
             why = f"{type(fault).__name__}: {fault}"
             raise SimulateError(f"measure {self.text}: {why}; a function takes a run and returns a number") from fault

@@ -4,7 +4,7 @@ from .angles import angles_of as angles_of
 from .cost import cost as cost
 from .kane import Kane as Kane
 from .kinematics import joints_below as joints_below
-from .linear_solve import RowSolve as RowSolve, solve as solve
+from .linear_solve import RowSolve as RowSolve, solve as solve, vanishes as vanishes
 from .ropes import Taut as Taut
 from .state import (
     TIME as TIME,

@@ -1,6 +1,14 @@
 """Names that `symdyn.dynamics.outputs` offers; each is imported when it is first used."""
 
-from .arm_outputs import BRANCHES as BRANCHES, arm_angles as arm_angles, away_from_guards as away_from_guards
+from .arm_outputs import (
+    BRANCHES as BRANCHES,
+    KINDS as KINDS,
+    ArmAngles as ArmAngles,
+    Turn as Turn,
+    arm_angles as arm_angles,
+    away_from_guards as away_from_guards,
+    sense as sense,
+)
 from .base_columns import BaseColumns as BaseColumns, Linear as Linear
 from .constrained_outputs import unique as unique
 from .contact_equations import (
@@ -23,6 +31,7 @@ from .named_functions import (
     POSE as POSE,
     Counts as Counts,
     arguments as arguments,
+    direction as direction,
 )
 from .recursive_derivatives import inverse_derivatives as inverse_derivatives
 from .signal_outputs import Moving as Moving, reaction_names as reaction_names

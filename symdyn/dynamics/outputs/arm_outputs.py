@@ -91,17 +91,35 @@ class ArmAngles:
     lengths: dict[Expr, Expr] = field(default_factory=dict)
     rows: list[list[Expr]] = field(default_factory=list)
 
-    def turns(self, x: Expr, y: Expr, far: Expr) -> Iterator[Turn]:
-        """Yield turns with x cos + y sin = far, none where x and y are always zero."""
-        graph, whole = x.graph, x * x + y * y
+    def both(self, x: Expr, k: int) -> Sequence[Expr]:
+        """Return a number with either sign, by which branches of angle k differ; a page has a letter for it."""
+        return x, -x
+
+    def named(self, turn: Turn, k: int, over: Expr | None = None) -> Turn:
+        """Return a turn about axis k, 6 for what is left of a sum, over a length; a page goes on with its angle."""
+        return Turn(turn.s / over, turn.c / over) if over is not None else turn
+
+    def noted(self, name: str, x: Expr) -> Expr:
+        """Return a number; a page goes on with its name."""
+        return x
+
+    def lettered(self, letter: str, v: Vec) -> Vec:
+        """Return a vector whose components are noted."""
+        return self.noted(f"{letter}_x", v[0]), self.noted(f"{letter}_y", v[1]), self.noted(f"{letter}_z", v[2])
+
+    def turns(self, x: Expr, y: Expr, far: Expr, k: int) -> Iterator[Turn]:
+        """Yield turns about axis k with x cos + y sin = far, none where x and y are always zero."""
+        graph, whole, far = x.graph, x * x + y * y, self.noted(f"d{k + 1}", far)
         left = whole - far * far
         spent = SPENT * whole - graph.function(Op.ABS, left)
         root = graph.sqrt(where(spent, graph.zero, left))
-        for s in (root, -root) if not vanishes(whole) else ():
-            yield Turn((y * far + x * s) / whole, (x * far - y * s) / whole)
+        for s in self.both(root, k) if not vanishes(whole) else ():
+            yield self.named(Turn(y * far + x * s, x * far - y * s), k, whole)
 
-    def direction(self, x: Expr, y: Expr, known: Expr | None = None, other: Turn | None = None) -> tuple[Turn, Expr]:
-        """Return the turn from (1, 0) to (x, y), if short another, and the length, if known by another formula."""
+    def direction(
+        self, x: Expr, y: Expr, known: Expr | None = None, other: Turn | None = None, k: int = 0
+    ) -> tuple[Turn, Expr]:
+        """Return the turn from (1, 0) to (x, y), if short another, and the length, if known otherwise; k: a wrist's."""
         graph, found = x.graph, x.graph.sqrt(x * x + y * y)
         if known is not None:
             self.lengths[found] = known
@@ -117,31 +135,33 @@ class ArmAngles:
         far = d - slant * dot(h, u)
         if vanishes(far):
             to, _ = self.direction(x, y)
-            yield from (Turn(to.c, -to.s), Turn(-to.c, to.s))
+            for sine, cosine in zip(self.both(to.c, 0), self.both(-to.s, 0), strict=True):
+                yield self.named(Turn(sine, cosine), 0)
             return
-        yield from self.turns(x, y, far)
+        yield from self.turns(x, y, far, 0)
 
     def links(self, n: Vec, b: Vec, a: Vec, w: Vec, square: Expr | None = None) -> Iterator[tuple[Turn, Turn]]:
         """Yield turns of two links across n, E[2] (b + E[3] a) = w, of the length of whose square is known."""
         a, b, w = (sub(x, scale(dot(n, x), n)) for x in (a, b, w))
+        w = self.lettered("w", w)
         square = dot(w, w) if square is None else square
-        for third in self.turns(dot(a, b), dot(b, cross(n, a)), (square - dot(a, a) - dot(b, b)) / 2):
+        for third in self.turns(dot(a, b), dot(b, cross(n, a)), (square - dot(a, a) - dot(b, b)) / 2, 2):
             e = add(b, third.about(n, a))
-            yield self.direction(dot(e, w), dot(n, cross(e, w)), square)[0], third
+            yield self.named(self.direction(dot(e, w), dot(n, cross(e, w)), square)[0], 1), third
 
     def wrist(self, h: Vec, k: int, M: Callable[[Vec], Vec], other: Turn) -> Iterator[tuple[Turn, Expr, Expr, Expr]]:
         """Yield a turn about h, if any will do another, and angles of E(h) E[k] E[k + 1] = M."""
         middle, last = self.h[k], self.h[k + 1]
         graph, f = middle[0].graph, cross(middle, h)
-        u, t = M(last), M(middle)
-        first, rho = self.direction(dot(u, f), dot(u, middle), other=other)
+        u, t = self.lettered("u", M(last)), self.lettered("t", M(middle))
+        first, rho = self.direction(dot(u, f), dot(u, middle), other=other, k=k)
         along, off = dot(h, last), dot(f, last)
         rise = dot(u, h)
-        bend = Turn(along * rho - off * rise, along * rise + off * rho).angle
+        bend = self.named(Turn(along * rho - off * rise, along * rise + off * rho), k).angle
         unbent = -bend if vanishes(off) else Turn(-along * rho - off * rise, along * rise - off * rho).angle
         across = sub(scale(first.c, middle), scale(first.s, f))  # h[k] turned about h
         down = add(scale(first.c, f), scale(first.s, middle))
-        spin = Turn(dot(t, sub(scale(rho, h), scale(rise, down))), dot(t, across)).angle
+        spin = self.named(Turn(dot(t, sub(scale(rho, h), scale(rise, down))), dot(t, across)), k + 1).angle
         half: Callable[[Expr], Expr] = lambda x: where(x, x - graph.pi, x + graph.pi)  # noqa: E731
         yield first, first.angle, bend, spin
         yield Turn(-first.s, -first.c), half(first.angle), unbent, half(spin)
@@ -167,27 +187,27 @@ def _spherical_wrist(arm: ArmAngles, T: Sequence[Expr], B: Vec) -> Iterator[list
     crossing = arm.meeting((0, 1)) if arm.across(0, 1) else None
     c[0], c[1] = (c[0], c[1]) if crossing is None else (crossing, crossing)
     G, at = _asked(arm, T, B)
-    u, d, unturned = sub(at, c[0]), dot(n, sub(B, c[0])), Turn(n[0].graph.zero, n[0].graph.one)
+    u, d, unturned = arm.lettered("b", sub(at, c[0])), dot(n, sub(B, c[0])), Turn(n[0].graph.zero, n[0].graph.one)
     square = None if crossing is None else dot(u, u) - d * d
     for first in arm.into_plane(u, n, d):
         w = sub(add(first.back.about(arm.h[0], u), c[0]), c[1])
         for second, third in arm.links(n, sub(c[2], c[1]), sub(B, c[2]), w, square):
             for _, *rest in arm.wrist(arm.h[3], 4, _before(arm, first, second.then(third), G), unturned):
-                yield [first.angle, second.angle, _sense(arm, 2) * third.angle, *rest]
+                yield [first.angle, second.angle, sense(arm, 2) * third.angle, *rest]
 
 
 def _three_parallel(arm: ArmAngles, T: Sequence[Expr], B: Vec) -> Iterator[list[Expr]]:
     n, c = arm.h[1], arm.c
     G, at = _asked(arm, T, B)
-    u, off, unturned = sub(at, c[0]), sub(B, c[3]), Turn(n[0].graph.zero, n[0].graph.one)
+    u, off, unturned = arm.lettered("b", sub(at, c[0])), sub(B, c[3]), Turn(n[0].graph.zero, n[0].graph.one)
     for first in arm.into_plane(u, n, dot(n, sub(B, c[0]))):
         way = sub(add(first.back.about(arm.h[0], u), c[0]), c[1])
         beside = dot(off, way) - dot(n, off) * dot(n, way)
         along, _ = arm.direction(beside, dot(n, cross(off, way)))  # of a straight wrist: as near, or far, as can be
         for lean, _, *rest in arm.wrist(n, 4, _before(arm, first, unturned, G), along):
             for second, third in arm.links(n, sub(c[2], c[1]), sub(c[3], c[2]), sub(way, lean.about(n, off))):
-                fourth = lean.then(second.then(third).back).angle
-                yield [first.angle, second.angle, _sense(arm, 2) * third.angle, _sense(arm, 3) * fourth, *rest]
+                fourth = arm.named(lean.then(second.then(third).back), 6).angle
+                yield [first.angle, second.angle, sense(arm, 2) * third.angle, sense(arm, 3) * fourth, *rest]
 
 
 def _before(arm: ArmAngles, first: Turn, lean: Turn, G: Mat) -> Callable[[Vec], Vec]:
@@ -201,7 +221,7 @@ def _asked(arm: ArmAngles, T: Sequence[Expr], B: Vec) -> tuple[Mat, Vec]:
     return R @ arm.R.T, add(p, R @ (arm.R.T @ sub(B, arm.p)))
 
 
-def _sense(arm: ArmAngles, k: int) -> int:
+def sense(arm: ArmAngles, k: int) -> int:
     """Return whether a parallel axis points as n does, 1, or against it, -1."""
     return 1 if vanishes(dot(arm.h[k], arm.h[1]) - 1) else -1
 
@@ -213,7 +233,7 @@ KINDS = (
 """Classes: axes that are parallel, of which each is at right angles to the next, that meet; what yields branches."""
 
 
-def arm_angles(w: Workspace, name: str) -> ArmAngles:
+def arm_angles(w: Workspace, name: str, kind: Callable[..., ArmAngles] = ArmAngles) -> ArmAngles:
     """Return the angles that bring a frame to the pose [R p] of the argument `pose`; DerivationError for other arms."""
     joints, still = joints_below(w.scene, name), dict.fromkeys(w.state.q, w.graph.zero)
     lacks = f"{w.scene.name}: inverse_kinematics:{name}:"
@@ -231,7 +251,7 @@ def arm_angles(w: Workspace, name: str) -> ArmAngles:
     c = [sub(p, cross(a, b)) for a, b in zip(v, h, strict=True)]
     plain = all(vanishes(dot(b, b) - 1) and vanishes(dot(a, b)) for a, b in zip(v, h, strict=True))  # they turn
     for parallel, across, meet, branches in KINDS if plain else ():
-        arm = ArmAngles(h, c, R, p)
+        arm = kind(h, c, R, p)
         fits = not arm.parallel(0, 1) and all(arm.parallel(1, k) for k in parallel)
         B = arm.meeting(meet) if fits and all(arm.across(*two) for two in pairwise(across)) else None
         if B is not None:

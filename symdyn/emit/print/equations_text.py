@@ -59,6 +59,9 @@ FORMATS = {
 }
 GROUPS = tuple(ENTRYWISE)
 
+IN_PLACE = ("base-parameters", "inverse-kinematics")
+"""What can be printed in place of equations."""
+
 _CHOICES = {"format": tuple(FORMATS), "group": GROUPS, "angles": ("long", "short")}
 
 
@@ -139,26 +142,28 @@ def printed_text(
 ) -> str:
     """Return the equations of motion as `equations_text` does, or what can be printed in place of them.
 
-    `what` is a group of equations, or "base-parameters"; `formulation` "lagrange", or "dalembert" for (5.18).
+    `what` is a group of equations, "base-parameters", or "inverse-kinematics" of an arm; `formulation` "lagrange", or
+    "dalembert" for (5.18).
 
     Raises:
         EmitError, DerivationError: as `equations_text`, or as those that print the others.
     """
-    if formulation == "lagrange" and what != "base-parameters":
+    if formulation == "lagrange" and what not in IN_PLACE:
         return equations_text(scene, format, what, angles, document)
     if angles != "long":
         raise EmitError(f"{angles} angles are those of equations in closed form; leave {argument('angles')} out")
     plain = scene.scene if isinstance(scene, ClosedForm) else scene
-    if formulation == "lagrange":
+    if formulation == "lagrange" and what == "base-parameters":
         return _base_parameters(plain, format, document)
-    if what != "equations":
+    if formulation != "lagrange" and what != "equations":
         others = f"{argument('what')} out, or {argument('formulation', 'dalembert')}"
         raise EmitError(f"the formulation {formulation} is no {what}; leave {others}")
     if formulation == "dalembert":
         return _dalembert(plain, format, document)
     from symdyn.emit.print.formulations_page import formulation_text
 
-    return formulation_text(plain, formulation, format, document)
+    _check("format", format)
+    return formulation_text(plain, what if what in IN_PLACE else formulation, format, document)
 
 
 def _base_parameters(scene: Scene, format: str, document: bool) -> str:
@@ -186,7 +191,7 @@ FORMULATIONS = (
     "contact",
 )
 
-CHOICES = {**_CHOICES, "what": (*GROUPS, "base-parameters"), "formulation": FORMULATIONS}
+CHOICES = {**_CHOICES, "what": (*GROUPS, *IN_PLACE), "formulation": FORMULATIONS}
 """What can be printed, by argument of `printed_text`."""
 
 

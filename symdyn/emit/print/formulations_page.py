@@ -6,6 +6,7 @@ r"""Other formulations in print: a page each, in LaTeX and as text.
     gibbs-appell    S = Σ ½ a·m a + ½ α·I α + α·(ω × I ω), ∂S/∂u̇_r = Q_r
     udwadia-kalaba  M u̇ = Q + Aᵀ (A M⁻¹ Aᵀ)⁺ (b - A M⁻¹ Q) where rows say A u̇ = b
     contact         0 ≤ g ⊥ λ ≥ 0 by mode, W M⁻¹ Wᵀ, impacts: of contacts that open and close
+    inverse-kinematics  the angles of an arm at a pose, in the order in which they are found
     port-hamiltonian  ẋ = (J - R) ∇H + B τ + F, y = Bᵀ ∇H, x = (q, p)
 
 References: Goldstein, Classical Mechanics (1980), 8.1 and 8.3; Kane and Levinson, Dynamics (1985), section 4.11; Gibbs,
@@ -21,6 +22,7 @@ from symdyn.algebra import Form, Number, Ratios
 from symdyn.dynamics import Function, Workspace
 from symdyn.dynamics.mechanism import solve
 from symdyn.dynamics.outputs import Counts
+from symdyn.emit.print.arm_page import inverse_kinematics
 from symdyn.emit.print.breaking import DIGITS, definitions, refuse_too_long
 from symdyn.emit.print.canonical_pages import hamilton, port_hamiltonian, routh
 from symdyn.emit.print.contact_page import contact
@@ -212,8 +214,9 @@ PAGES: dict[str, Callable[[Scene], Iterator[EquationGroup]]] = {
     "udwadia-kalaba": udwadia_kalaba,
     "port-hamiltonian": port_hamiltonian,
     "contact": contact,
+    "inverse-kinematics": inverse_kinematics,
 }
-"""Formulations beside Lagrange's and D'Alembert's, each by what writes its page."""
+"""Formulations beside Lagrange's and D'Alembert's, and what is printed in place of them, by what writes its page."""
 
 
 @dataclass(frozen=True)

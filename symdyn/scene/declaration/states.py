@@ -33,6 +33,8 @@ def _reset(table: EntryReader, key: str, usual: Reset | None) -> Reset | None:
         return usual
     inner = table.inner(key, keys_of(_RESET), 'write reset = { when = "s - 1", to = 0, way = "up" }')
     when, to, way = (one.declared(inner) for one in _RESET)
+    if "when" in inner and isinstance(when, Quantity) and not when.symbols:
+        inner.fault(f'when = {shown(when)} never passes zero; write a formula that does, such as when = "s - 1"')
     return Reset(when, to, way)  # type: ignore[arg-type]
 
 
