@@ -44,6 +44,7 @@ from symdyn.emit.render import in_comment, render
 from symdyn.emit.targets.c import double_double
 from symdyn.emit.targets.c.cuts import FEW, CutText, batches, cuts
 from symdyn.emit.targets.c.loops import loop_text
+from symdyn.emit.targets.c.stack import stack_of
 from symdyn.emit.targets.c.writer import CHAINS, LANES, LINE, sincos_values
 from symdyn.graph import Op
 from symdyn.program import Program
@@ -93,6 +94,7 @@ def _write_c(draft: Draft) -> dict[str, str]:
     if real.parts == 2:
         return double_double.write(draft, batch, draft.option == HEADER_ONLY)
     operations = {op for function in page.functions for op in function.operations}
+    width = 4 if real.suffix else 8
     values: dict[str, Any] = {
         "page": page,
         "about": draft.about,
@@ -105,7 +107,7 @@ def _write_c(draft: Draft) -> dict[str, str]:
         "flat": printer.literal(Fraction(FLAT[real.name])),
         "suffix": real.suffix,
         "lanes": LANES,
-        "side": LINE // (4 if real.suffix else 8),
+        "side": LINE // width,
         "common": Program.PREPARED if program.is_prepared else Program.PARAMS,
         "batch": batch,
         "ways": ("batch", "rows") if draft.option == BATCH else ("rows",),
@@ -114,11 +116,10 @@ def _write_c(draft: Draft) -> dict[str, str]:
     wide = real.name == "double" and draft.sines is None
     codes = batches(program, page, printer, real, wide) if batch else cuts(program, page, printer, solving=True)
     values["codes"] = [
-        loop_text(text.loop, [one.name for one in text.arguments], program.scene, printer, 4 if real.suffix else 8)
-        if text.loop
-        else code
+        loop_text(text.loop, [one.name for one in text.arguments], program.scene, printer, width) if text.loop else code
         for text, code in zip(page.functions, codes, strict=True)
     ]
+    values["stacks"] = [stack_of(code, width, batch) for code in values["codes"]]
     values["loops"] = any(function.loop for function in page.functions)
     values["cut"] = values["loops"] or any(many and many.parts for many in values["codes"])
     values["columns"] = batch and not all(function.loop for function in page.functions)
