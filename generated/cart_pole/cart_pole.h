@@ -99,6 +99,7 @@ extern "C" {
  *   qd[2]
  *   qdd[2]
  *   out[2]  tau
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q[1], qd or qdd makes what depends on it NaN, and raises nothing.
  */
 void cart_pole_inverse_dynamics(const double *q, const double *qd, const double *qdd, double *out);
@@ -109,6 +110,7 @@ void cart_pole_inverse_dynamics(const double *q, const double *qd, const double 
  *   qd[2]
  *   tau[2]
  *   out[2]  qdd
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q[1], qd or tau makes what depends on it NaN, and raises nothing.
  */
 void cart_pole_forward_dynamics(const double *q, const double *qd, const double *tau, double *out);
@@ -117,6 +119,7 @@ void cart_pole_forward_dynamics(const double *q, const double *qd, const double 
  * mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2 [kg m^2, kg m or kg]
  *   q[2]
  *   out[4]  M, shape (2, 2)
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q[1] makes what depends on it NaN, and raises nothing.
  */
 void cart_pole_mass_matrix(const double *q, double *out);
@@ -126,6 +129,7 @@ void cart_pole_mass_matrix(const double *q, double *out);
  *   q[2]
  *   qd[2]
  *   out[2]  c
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q[1] or qd[1] makes what depends on it NaN, and raises nothing.
  */
 void cart_pole_velocity_forces(const double *q, const double *qd, double *out);
@@ -134,6 +138,7 @@ void cart_pole_velocity_forces(const double *q, const double *qd, double *out);
  * gravity forces g(q) = dP/dq [N m (revolute) or N (prismatic)]
  *   q[2]
  *   out[2]  g
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q[1] makes what depends on it NaN, and raises nothing.
  */
 void cart_pole_gravity_forces(const double *q, double *out);
@@ -143,6 +148,7 @@ void cart_pole_gravity_forces(const double *q, double *out);
  *   q[2]
  *   qd[2]
  *   out[4]  C, shape (2, 2)
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q[1] or qd[1] makes what depends on it NaN, and raises nothing.
  */
 void cart_pole_coriolis_matrix(const double *q, const double *qd, double *out);
@@ -152,6 +158,7 @@ void cart_pole_coriolis_matrix(const double *q, const double *qd, double *out);
  *   q[2]
  *   qd[2]
  *   out[2]  p
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q[1] or qd makes what depends on it NaN, and raises nothing.
  */
 void cart_pole_momentum(const double *q, const double *qd, double *out);
@@ -161,6 +168,7 @@ void cart_pole_momentum(const double *q, const double *qd, double *out);
  *   q[2]
  *   qd[2]
  *   out[1]  K
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q[1] or qd makes what depends on it NaN, and raises nothing.
  */
 void cart_pole_kinetic_energy(const double *q, const double *qd, double *out);
@@ -169,6 +177,7 @@ void cart_pole_kinetic_energy(const double *q, const double *qd, double *out);
  * potential energy P(q) = -sum m g.r, zero at the origin of the ground frame [J]
  *   q[2]
  *   out[1]  P
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q[1] makes what depends on it NaN, and raises nothing.
  */
 void cart_pole_potential_energy(const double *q, double *out);
@@ -177,6 +186,7 @@ void cart_pole_potential_energy(const double *q, double *out);
  * inertia coefficients k_z of qdd_j, which is M(q) [kg m^2, kg m or kg]
  *   q[2]
  *   out[4]  k_z, shape (2, 2)
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q[1] makes what depends on it NaN, and raises nothing.
  */
 void cart_pole_k_z(const double *q, double *out);
@@ -185,6 +195,7 @@ void cart_pole_k_z(const double *q, double *out);
  * Coriolis coefficients k_C of qd_j qd_k, columns are the pairs j < k in lexicographic order [N m or N per unit of velocity squared]
  *   q[2]  not used
  *   out[2]  k_C, shape (2, 1)
+ *   stack: 0 bytes of arrays, and what the compiler spills
  */
 void cart_pole_k_C(const double *q, double *out);
 
@@ -192,6 +203,7 @@ void cart_pole_k_C(const double *q, double *out);
  * centrifugal coefficients k_D of qd_j^2 [N m or N per unit of velocity squared]
  *   q[2]
  *   out[4]  k_D, shape (2, 2)
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q[1] makes what depends on it NaN, and raises nothing.
  */
 void cart_pole_k_D(const double *q, double *out);
@@ -200,6 +212,7 @@ void cart_pole_k_D(const double *q, double *out);
  * gravity coefficients k_G, which is g(q) [N m (revolute) or N (prismatic)]
  *   q[2]
  *   out[2]  k_G
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q[1] makes what depends on it NaN, and raises nothing.
  */
 void cart_pole_k_G(const double *q, double *out);
@@ -208,6 +221,7 @@ void cart_pole_k_G(const double *q, double *out);
  * placement [R | p] of tip in the ground frame [1 and m]
  *   q[2]
  *   out[12]  T, shape (3, 4)
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q makes what depends on it NaN, and raises nothing.
  */
 void cart_pole_pose_tip(const double *q, double *out);
@@ -216,6 +230,7 @@ void cart_pole_pose_tip(const double *q, double *out);
  * Jacobian J of tip: [velocity of its origin; angular velocity] = J qd, ground frame [m or 1, and 1]
  *   q[2]
  *   out[12]  J, shape (6, 2)
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q makes what depends on it NaN, and raises nothing.
  */
 void cart_pole_jacobian_tip(const double *q, double *out);
@@ -225,6 +240,7 @@ void cart_pole_jacobian_tip(const double *q, double *out);
  *   q[2]
  *   qd[2]
  *   out[6]  a
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q[1] or qd[1] makes what depends on it NaN, and raises nothing.
  */
 void cart_pole_jdot_qdot_tip(const double *q, const double *qd, double *out);

@@ -42,6 +42,7 @@ extern "C" {
  *   qd[2]
  *   qdd[2]
  *   out[12]  R, shape (2, 6)
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q[1], qd[1] or qdd makes what depends on it NaN, and raises nothing.
  */
 void cart_pole_reactions(const double *q, const double *qd, const double *qdd, double *out);
@@ -52,6 +53,7 @@ void cart_pole_reactions(const double *q, const double *qd, const double *qdd, d
  *   qd[2]
  *   tau[2]
  *   out[12]  R, shape (2, 6)
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q[1], qd or tau makes what depends on it NaN, and raises nothing.
  */
 void cart_pole_forward_reactions_ground(const double *q, const double *qd, const double *tau, double *out);

@@ -42,6 +42,7 @@ extern "C" {
  *   qd[3]
  *   qdd[3]
  *   out[24]  R, shape (4, 6)
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q, qd or qdd makes what depends on it NaN, and raises nothing.
  */
 void four_bar_reactions(const double *q, const double *qd, const double *qdd, double *out);
@@ -52,6 +53,7 @@ void four_bar_reactions(const double *q, const double *qd, const double *qdd, do
  *   qd[3]
  *   tau[3]
  *   out[24]  R, shape (4, 6)
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q, qd or tau makes what depends on it NaN, and raises nothing.
  */
 void four_bar_forward_reactions_ground(const double *q, const double *qd, const double *tau, double *out);

@@ -107,6 +107,7 @@ extern "C" {
  *   qd[1]
  *   qdd[1]
  *   out[1]  tau
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q, qd or qdd makes what depends on it NaN, and raises nothing.
  */
 void pendulum_inverse_dynamics(const double *q, const double *qd, const double *qdd, double *out);
@@ -117,6 +118,7 @@ void pendulum_inverse_dynamics(const double *q, const double *qd, const double *
  *   qd[1]
  *   tau[1]
  *   out[1]  qdd
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q, qd or tau makes what depends on it NaN, and raises nothing.
  */
 void pendulum_forward_dynamics(const double *q, const double *qd, const double *tau, double *out);
@@ -125,6 +127,7 @@ void pendulum_forward_dynamics(const double *q, const double *qd, const double *
  * mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2 [kg m^2, kg m or kg]
  *   q[1]  not used
  *   out[1]  M, shape (1, 1)
+ *   stack: 0 bytes of arrays, and what the compiler spills
  */
 void pendulum_mass_matrix(const double *q, double *out);
 
@@ -133,6 +136,7 @@ void pendulum_mass_matrix(const double *q, double *out);
  *   q[1]  not used
  *   qd[1]  not used
  *   out[1]  c
+ *   stack: 0 bytes of arrays, and what the compiler spills
  */
 void pendulum_velocity_forces(const double *q, const double *qd, double *out);
 
@@ -140,6 +144,7 @@ void pendulum_velocity_forces(const double *q, const double *qd, double *out);
  * gravity forces g(q) = dP/dq [N m (revolute) or N (prismatic)]
  *   q[1]
  *   out[1]  g
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q makes what depends on it NaN, and raises nothing.
  */
 void pendulum_gravity_forces(const double *q, double *out);
@@ -149,6 +154,7 @@ void pendulum_gravity_forces(const double *q, double *out);
  *   q[1]  not used
  *   qd[1]  not used
  *   out[1]  C, shape (1, 1)
+ *   stack: 0 bytes of arrays, and what the compiler spills
  */
 void pendulum_coriolis_matrix(const double *q, const double *qd, double *out);
 
@@ -157,6 +163,7 @@ void pendulum_coriolis_matrix(const double *q, const double *qd, double *out);
  *   q[1]  not used
  *   qd[1]
  *   out[1]  p
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in qd makes what depends on it NaN, and raises nothing.
  */
 void pendulum_momentum(const double *q, const double *qd, double *out);
@@ -166,6 +173,7 @@ void pendulum_momentum(const double *q, const double *qd, double *out);
  *   q[1]  not used
  *   qd[1]
  *   out[1]  K
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in qd makes what depends on it NaN, and raises nothing.
  */
 void pendulum_kinetic_energy(const double *q, const double *qd, double *out);
@@ -174,6 +182,7 @@ void pendulum_kinetic_energy(const double *q, const double *qd, double *out);
  * potential energy P(q) = -sum m g.r, zero at the origin of the ground frame [J]
  *   q[1]
  *   out[1]  P
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q makes what depends on it NaN, and raises nothing.
  */
 void pendulum_potential_energy(const double *q, double *out);
@@ -182,6 +191,7 @@ void pendulum_potential_energy(const double *q, double *out);
  * inertia coefficients k_z of qdd_j, which is M(q) [kg m^2, kg m or kg]
  *   q[1]  not used
  *   out[1]  k_z, shape (1, 1)
+ *   stack: 0 bytes of arrays, and what the compiler spills
  */
 void pendulum_k_z(const double *q, double *out);
 
@@ -189,6 +199,7 @@ void pendulum_k_z(const double *q, double *out);
  * Coriolis coefficients k_C of qd_j qd_k, columns are the pairs j < k in lexicographic order [N m or N per unit of velocity squared]
  *   q[1]  not used
  *   out[0]  k_C, shape (1, 0)  nothing is written
+ *   stack: 0 bytes of arrays, and what the compiler spills
  */
 void pendulum_k_C(const double *q, double *out);
 
@@ -196,6 +207,7 @@ void pendulum_k_C(const double *q, double *out);
  * centrifugal coefficients k_D of qd_j^2 [N m or N per unit of velocity squared]
  *   q[1]  not used
  *   out[1]  k_D, shape (1, 1)
+ *   stack: 0 bytes of arrays, and what the compiler spills
  */
 void pendulum_k_D(const double *q, double *out);
 
@@ -203,6 +215,7 @@ void pendulum_k_D(const double *q, double *out);
  * gravity coefficients k_G, which is g(q) [N m (revolute) or N (prismatic)]
  *   q[1]
  *   out[1]  k_G
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q makes what depends on it NaN, and raises nothing.
  */
 void pendulum_k_G(const double *q, double *out);
@@ -211,6 +224,7 @@ void pendulum_k_G(const double *q, double *out);
  * placement [R | p] of tip in the ground frame [1 and m]
  *   q[1]
  *   out[12]  T, shape (3, 4)
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q makes what depends on it NaN, and raises nothing.
  */
 void pendulum_pose_tip(const double *q, double *out);
@@ -219,6 +233,7 @@ void pendulum_pose_tip(const double *q, double *out);
  * Jacobian J of tip: [velocity of its origin; angular velocity] = J qd, ground frame [m or 1, and 1]
  *   q[1]
  *   out[6]  J, shape (6, 1)
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q makes what depends on it NaN, and raises nothing.
  */
 void pendulum_jacobian_tip(const double *q, double *out);
@@ -228,6 +243,7 @@ void pendulum_jacobian_tip(const double *q, double *out);
  *   q[1]
  *   qd[1]
  *   out[6]  a
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q or qd makes what depends on it NaN, and raises nothing.
  */
 void pendulum_jdot_qdot_tip(const double *q, const double *qd, double *out);

@@ -40,7 +40,7 @@
 
 #include "pendulum.h"
 
-#define SYMDYN_TOKEN "e49da1beeefb47f9bf493ccbcfadf2c6"
+#define SYMDYN_TOKEN "a8869e444bb5c80dfdbe0e7a0fc8be06"
 
 enum {
     NQ = 1, NU = 1, NX = NQ + NU, /* coordinates, velocities: the states */

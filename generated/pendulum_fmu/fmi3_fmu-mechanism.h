@@ -40,7 +40,7 @@
 
 #include "pendulum.h"
 
-#define SYMDYN_TOKEN "e39adbcdc232a6982ffa3c52b3401429"
+#define SYMDYN_TOKEN "28550338013a7c94d6e686c87da0a5ab"
 
 enum {
     NQ = 1, NU = 1, NX = NQ + NU, /* coordinates, velocities: the states */

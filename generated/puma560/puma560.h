@@ -98,6 +98,7 @@ extern "C" {
  *   qd[6]
  *   qdd[6]
  *   out[6]  tau
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q[1:5], qd or qdd makes what depends on it NaN, and raises nothing.
  */
 void puma560_inverse_dynamics(const double *q, const double *qd, const double *qdd, double *out);
@@ -108,6 +109,7 @@ void puma560_inverse_dynamics(const double *q, const double *qd, const double *q
  *   qd[6]
  *   tau[6]
  *   out[6]  qdd
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q[1:5], qd or tau makes what depends on it NaN, and raises nothing.
  */
 void puma560_forward_dynamics(const double *q, const double *qd, const double *tau, double *out);
@@ -116,6 +118,7 @@ void puma560_forward_dynamics(const double *q, const double *qd, const double *t
  * mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2 [kg m^2, kg m or kg]
  *   q[6]
  *   out[36]  M, shape (6, 6)
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q[1:5] makes what depends on it NaN, and raises nothing.
  */
 void puma560_mass_matrix(const double *q, double *out);
@@ -125,6 +128,7 @@ void puma560_mass_matrix(const double *q, double *out);
  *   q[6]
  *   qd[6]
  *   out[6]  c
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q[1:5] or qd makes what depends on it NaN, and raises nothing.
  */
 void puma560_velocity_forces(const double *q, const double *qd, double *out);
@@ -133,6 +137,7 @@ void puma560_velocity_forces(const double *q, const double *qd, double *out);
  * gravity forces g(q) = dP/dq [N m (revolute) or N (prismatic)]
  *   q[6]
  *   out[6]  g
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q[1:5] makes what depends on it NaN, and raises nothing.
  */
 void puma560_gravity_forces(const double *q, double *out);
@@ -142,6 +147,7 @@ void puma560_gravity_forces(const double *q, double *out);
  *   q[6]
  *   qd[6]
  *   out[36]  C, shape (6, 6)
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q[1:5] or qd makes what depends on it NaN, and raises nothing.
  */
 void puma560_coriolis_matrix(const double *q, const double *qd, double *out);
@@ -151,6 +157,7 @@ void puma560_coriolis_matrix(const double *q, const double *qd, double *out);
  *   q[6]
  *   qd[6]
  *   out[6]  p
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q[1:5] or qd makes what depends on it NaN, and raises nothing.
  */
 void puma560_momentum(const double *q, const double *qd, double *out);
@@ -160,6 +167,7 @@ void puma560_momentum(const double *q, const double *qd, double *out);
  *   q[6]
  *   qd[6]
  *   out[1]  K
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q[1:5] or qd makes what depends on it NaN, and raises nothing.
  */
 void puma560_kinetic_energy(const double *q, const double *qd, double *out);
@@ -168,6 +176,7 @@ void puma560_kinetic_energy(const double *q, const double *qd, double *out);
  * potential energy P(q) = -sum m g.r, zero at the origin of the ground frame [J]
  *   q[6]
  *   out[1]  P
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q[1:5] makes what depends on it NaN, and raises nothing.
  */
 void puma560_potential_energy(const double *q, double *out);
@@ -176,6 +185,7 @@ void puma560_potential_energy(const double *q, double *out);
  * inertia coefficients k_z of qdd_j, which is M(q) [kg m^2, kg m or kg]
  *   q[6]
  *   out[36]  k_z, shape (6, 6)
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q[1:5] makes what depends on it NaN, and raises nothing.
  */
 void puma560_k_z(const double *q, double *out);
@@ -184,6 +194,7 @@ void puma560_k_z(const double *q, double *out);
  * Coriolis coefficients k_C of qd_j qd_k, columns are the pairs j < k in lexicographic order [N m or N per unit of velocity squared]
  *   q[6]
  *   out[90]  k_C, shape (6, 15)
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q[1:5] makes what depends on it NaN, and raises nothing.
  */
 void puma560_k_C(const double *q, double *out);
@@ -192,6 +203,7 @@ void puma560_k_C(const double *q, double *out);
  * centrifugal coefficients k_D of qd_j^2 [N m or N per unit of velocity squared]
  *   q[6]
  *   out[36]  k_D, shape (6, 6)
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q[1:5] makes what depends on it NaN, and raises nothing.
  */
 void puma560_k_D(const double *q, double *out);
@@ -200,6 +212,7 @@ void puma560_k_D(const double *q, double *out);
  * gravity coefficients k_G, which is g(q) [N m (revolute) or N (prismatic)]
  *   q[6]
  *   out[6]  k_G
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q[1:5] makes what depends on it NaN, and raises nothing.
  */
 void puma560_k_G(const double *q, double *out);
@@ -208,6 +221,7 @@ void puma560_k_G(const double *q, double *out);
  * placement [R | p] of tool in the ground frame [1 and m]
  *   q[6]
  *   out[12]  T, shape (3, 4)
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q makes what depends on it NaN, and raises nothing.
  */
 void puma560_pose_tool(const double *q, double *out);
@@ -216,6 +230,7 @@ void puma560_pose_tool(const double *q, double *out);
  * Jacobian J of tool: [velocity of its origin; angular velocity] = J qd, ground frame [m or 1, and 1]
  *   q[6]
  *   out[36]  J, shape (6, 6)
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q[0:5] makes what depends on it NaN, and raises nothing.
  */
 void puma560_jacobian_tool(const double *q, double *out);
@@ -225,6 +240,7 @@ void puma560_jacobian_tool(const double *q, double *out);
  *   q[6]
  *   qd[6]
  *   out[6]  a
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q or qd makes what depends on it NaN, and raises nothing.
  */
 void puma560_jdot_qdot_tool(const double *q, const double *qd, double *out);

@@ -57,6 +57,7 @@
  *   qdd[2]
  *   params[5]
  *   out[2]  tau
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q, qd, qdd or params makes what depends on it NaN, and raises nothing.
  */
 static inline void two_link_inverse_dynamics(const double *q, const double *qd, const double *qdd, const double *params, double *out)
@@ -92,6 +93,7 @@ static inline void two_link_inverse_dynamics(const double *q, const double *qd, 
  *   qdd[2]
  *   params[5]
  *   out[12]  dtau, shape (2, 6)
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q, qd, qdd or params makes what depends on it NaN, and raises nothing.
  */
 static inline void two_link_inverse_dynamics_derivatives(const double *q, const double *qd, const double *qdd, const double *params, double *out)
@@ -148,6 +150,7 @@ static inline void two_link_inverse_dynamics_derivatives(const double *q, const 
  *   qdd[2]
  *   params[5]
  *   out[10]  dtau, shape (2, 5)
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q, qd, qdd or params makes what depends on it NaN, and raises nothing.
  */
 static inline void two_link_inverse_dynamics_by_parameters(const double *q, const double *qd, const double *qdd, const double *params, double *out)
@@ -199,6 +202,7 @@ static inline void two_link_inverse_dynamics_by_parameters(const double *q, cons
  *   q[2]
  *   params[5]
  *   out[4]  M, shape (2, 2)
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q[1] or params[0:4] makes what depends on it NaN, and raises nothing.
  */
 static inline void two_link_mass_matrix(const double *q, const double *params, double *out)

@@ -113,6 +113,7 @@ extern "C" {
  *   qdd[4]
  *   params[10]
  *   out[4]  tau
+ *   stack: 216 bytes of arrays, and what the compiler spills
  */
 void two_link_inverse_dynamics(const double *q, const double *qd, const double *qdd, const double *params, double *out);
 
@@ -123,6 +124,7 @@ void two_link_inverse_dynamics(const double *q, const double *qd, const double *
  *   tau[4]
  *   params[10]
  *   out[4]  qdd
+ *   stack: 216 bytes of arrays, and what the compiler spills
  */
 void two_link_forward_dynamics(const double *q, const double *qd, const double *tau, const double *params, double *out);
 
@@ -131,6 +133,7 @@ void two_link_forward_dynamics(const double *q, const double *qd, const double *
  *   q[4]
  *   params[10]
  *   out[8]  M, shape (2, 2)
+ *   stack: 152 bytes of arrays, and what the compiler spills
  */
 void two_link_mass_matrix(const double *q, const double *params, double *out);
 
@@ -140,6 +143,7 @@ void two_link_mass_matrix(const double *q, const double *params, double *out);
  *   qd[4]
  *   params[10]
  *   out[4]  c
+ *   stack: 152 bytes of arrays, and what the compiler spills
  */
 void two_link_velocity_forces(const double *q, const double *qd, const double *params, double *out);
 
@@ -148,6 +152,7 @@ void two_link_velocity_forces(const double *q, const double *qd, const double *p
  *   q[4]
  *   params[10]
  *   out[4]  g
+ *   stack: 152 bytes of arrays, and what the compiler spills
  */
 void two_link_gravity_forces(const double *q, const double *params, double *out);
 
@@ -157,6 +162,7 @@ void two_link_gravity_forces(const double *q, const double *params, double *out)
  *   qd[4]
  *   params[10]
  *   out[8]  C, shape (2, 2)
+ *   stack: 184 bytes of arrays, and what the compiler spills
  */
 void two_link_coriolis_matrix(const double *q, const double *qd, const double *params, double *out);
 
@@ -166,6 +172,7 @@ void two_link_coriolis_matrix(const double *q, const double *qd, const double *p
  *   qd[4]
  *   params[10]
  *   out[4]  p
+ *   stack: 152 bytes of arrays, and what the compiler spills
  */
 void two_link_momentum(const double *q, const double *qd, const double *params, double *out);
 
@@ -175,6 +182,7 @@ void two_link_momentum(const double *q, const double *qd, const double *params, 
  *   qd[4]
  *   params[10]
  *   out[2]  K
+ *   stack: 136 bytes of arrays, and what the compiler spills
  */
 void two_link_kinetic_energy(const double *q, const double *qd, const double *params, double *out);
 
@@ -183,6 +191,7 @@ void two_link_kinetic_energy(const double *q, const double *qd, const double *pa
  *   q[4]
  *   params[10]
  *   out[2]  P
+ *   stack: 136 bytes of arrays, and what the compiler spills
  */
 void two_link_potential_energy(const double *q, const double *params, double *out);
 
@@ -191,6 +200,7 @@ void two_link_potential_energy(const double *q, const double *params, double *ou
  *   q[4]
  *   params[10]
  *   out[8]  k_z, shape (2, 2)
+ *   stack: 152 bytes of arrays, and what the compiler spills
  */
 void two_link_k_z(const double *q, const double *params, double *out);
 
@@ -199,6 +209,7 @@ void two_link_k_z(const double *q, const double *params, double *out);
  *   q[4]
  *   params[10]
  *   out[4]  k_C, shape (2, 1)
+ *   stack: 120 bytes of arrays, and what the compiler spills
  */
 void two_link_k_C(const double *q, const double *params, double *out);
 
@@ -207,6 +218,7 @@ void two_link_k_C(const double *q, const double *params, double *out);
  *   q[4]
  *   params[10]
  *   out[8]  k_D, shape (2, 2)
+ *   stack: 152 bytes of arrays, and what the compiler spills
  */
 void two_link_k_D(const double *q, const double *params, double *out);
 
@@ -215,6 +227,7 @@ void two_link_k_D(const double *q, const double *params, double *out);
  *   q[4]
  *   params[10]
  *   out[4]  k_G
+ *   stack: 152 bytes of arrays, and what the compiler spills
  */
 void two_link_k_G(const double *q, const double *params, double *out);
 
@@ -223,6 +236,7 @@ void two_link_k_G(const double *q, const double *params, double *out);
  *   q[4]
  *   params[10]
  *   out[24]  T, shape (3, 4)
+ *   stack: 312 bytes of arrays, and what the compiler spills
  */
 void two_link_pose_tool(const double *q, const double *params, double *out);
 
@@ -231,6 +245,7 @@ void two_link_pose_tool(const double *q, const double *params, double *out);
  *   q[4]
  *   params[10]
  *   out[24]  J, shape (6, 2)
+ *   stack: 312 bytes of arrays, and what the compiler spills
  */
 void two_link_jacobian_tool(const double *q, const double *params, double *out);
 
@@ -240,6 +255,7 @@ void two_link_jacobian_tool(const double *q, const double *params, double *out);
  *   qd[4]
  *   params[10]
  *   out[12]  a
+ *   stack: 248 bytes of arrays, and what the compiler spills
  */
 void two_link_jdot_qdot_tool(const double *q, const double *qd, const double *params, double *out);
 

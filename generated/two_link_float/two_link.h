@@ -108,6 +108,7 @@ extern "C" {
  *   qdd[2]
  *   params[5]
  *   out[2]  tau
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q, qd, qdd or params makes what depends on it NaN, and raises nothing.
  */
 void two_link_inverse_dynamics(const float *q, const float *qd, const float *qdd, const float *params, float *out);
@@ -119,6 +120,7 @@ void two_link_inverse_dynamics(const float *q, const float *qd, const float *qdd
  *   tau[2]
  *   params[5]
  *   out[2]  qdd
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q, qd, tau or params makes what depends on it NaN, and raises nothing.
  */
 void two_link_forward_dynamics(const float *q, const float *qd, const float *tau, const float *params, float *out);
@@ -128,6 +130,7 @@ void two_link_forward_dynamics(const float *q, const float *qd, const float *tau
  *   q[2]
  *   params[5]
  *   out[4]  M, shape (2, 2)
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q[1] or params[0:4] makes what depends on it NaN, and raises nothing.
  */
 void two_link_mass_matrix(const float *q, const float *params, float *out);
@@ -138,6 +141,7 @@ void two_link_mass_matrix(const float *q, const float *params, float *out);
  *   qd[2]
  *   params[5]
  *   out[2]  c
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q[1], qd or params[1:4] makes what depends on it NaN, and raises nothing.
  */
 void two_link_velocity_forces(const float *q, const float *qd, const float *params, float *out);
@@ -147,6 +151,7 @@ void two_link_velocity_forces(const float *q, const float *qd, const float *para
  *   q[2]
  *   params[5]
  *   out[2]  g
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q or params makes what depends on it NaN, and raises nothing.
  */
 void two_link_gravity_forces(const float *q, const float *params, float *out);
@@ -157,6 +162,7 @@ void two_link_gravity_forces(const float *q, const float *params, float *out);
  *   qd[2]
  *   params[5]
  *   out[4]  C, shape (2, 2)
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q[1], qd or params[1:4] makes what depends on it NaN, and raises nothing.
  */
 void two_link_coriolis_matrix(const float *q, const float *qd, const float *params, float *out);
@@ -167,6 +173,7 @@ void two_link_coriolis_matrix(const float *q, const float *qd, const float *para
  *   qd[2]
  *   params[5]
  *   out[2]  p
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q[1], qd or params[0:4] makes what depends on it NaN, and raises nothing.
  */
 void two_link_momentum(const float *q, const float *qd, const float *params, float *out);
@@ -177,6 +184,7 @@ void two_link_momentum(const float *q, const float *qd, const float *params, flo
  *   qd[2]
  *   params[5]
  *   out[1]  K
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q[1], qd or params[0:4] makes what depends on it NaN, and raises nothing.
  */
 void two_link_kinetic_energy(const float *q, const float *qd, const float *params, float *out);
@@ -186,6 +194,7 @@ void two_link_kinetic_energy(const float *q, const float *qd, const float *param
  *   q[2]
  *   params[5]
  *   out[1]  P
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q or params makes what depends on it NaN, and raises nothing.
  */
 void two_link_potential_energy(const float *q, const float *params, float *out);
@@ -195,6 +204,7 @@ void two_link_potential_energy(const float *q, const float *params, float *out);
  *   q[2]
  *   params[5]
  *   out[4]  k_z, shape (2, 2)
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q[1] or params[0:4] makes what depends on it NaN, and raises nothing.
  */
 void two_link_k_z(const float *q, const float *params, float *out);
@@ -204,6 +214,7 @@ void two_link_k_z(const float *q, const float *params, float *out);
  *   q[2]
  *   params[5]
  *   out[2]  k_C, shape (2, 1)
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q[1] or params[1:4] makes what depends on it NaN, and raises nothing.
  */
 void two_link_k_C(const float *q, const float *params, float *out);
@@ -213,6 +224,7 @@ void two_link_k_C(const float *q, const float *params, float *out);
  *   q[2]
  *   params[5]
  *   out[4]  k_D, shape (2, 2)
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q[1] or params[1:4] makes what depends on it NaN, and raises nothing.
  */
 void two_link_k_D(const float *q, const float *params, float *out);
@@ -222,6 +234,7 @@ void two_link_k_D(const float *q, const float *params, float *out);
  *   q[2]
  *   params[5]
  *   out[2]  k_G
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q or params makes what depends on it NaN, and raises nothing.
  */
 void two_link_k_G(const float *q, const float *params, float *out);
@@ -231,6 +244,7 @@ void two_link_k_G(const float *q, const float *params, float *out);
  *   q[2]
  *   params[5]
  *   out[12]  T, shape (3, 4)
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q or params[2:4] makes what depends on it NaN, and raises nothing.
  */
 void two_link_pose_tool(const float *q, const float *params, float *out);
@@ -240,6 +254,7 @@ void two_link_pose_tool(const float *q, const float *params, float *out);
  *   q[2]
  *   params[5]
  *   out[12]  J, shape (6, 2)
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q or params[2:4] makes what depends on it NaN, and raises nothing.
  */
 void two_link_jacobian_tool(const float *q, const float *params, float *out);
@@ -250,6 +265,7 @@ void two_link_jacobian_tool(const float *q, const float *params, float *out);
  *   qd[2]
  *   params[5]
  *   out[6]  a
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q, qd or params[2:4] makes what depends on it NaN, and raises nothing.
  */
 void two_link_jdot_qdot_tool(const float *q, const float *qd, const float *params, float *out);

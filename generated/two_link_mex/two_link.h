@@ -60,6 +60,7 @@ extern "C" {
  *   qdd[2]
  *   params[5]
  *   out[2]  tau
+ *   stack: 0 bytes of arrays, 7,168 of many states, and what the compiler spills
  * A NaN in q, qd, qdd or params makes what depends on it NaN, and raises nothing.
  */
 void two_link_inverse_dynamics(const double *q, const double *qd, const double *qdd, const double *params, double *out);
@@ -71,6 +72,7 @@ void two_link_inverse_dynamics_rows(size_t n, const double *q, const double *qd,
  *   q[2]
  *   params[5]
  *   out[4]  M, shape (2, 2)
+ *   stack: 0 bytes of arrays, 5,120 of many states, and what the compiler spills
  * A NaN in q[1] or params[0:4] makes what depends on it NaN, and raises nothing.
  */
 void two_link_mass_matrix(const double *q, const double *params, double *out);
@@ -83,6 +85,7 @@ void two_link_mass_matrix_rows(size_t n, const double *q, const double *params, 
  *   qd[2]
  *   params[5]
  *   out[4]  C, shape (2, 2)
+ *   stack: 0 bytes of arrays, 6,144 of many states, and what the compiler spills
  * A NaN in q[1], qd or params[1:4] makes what depends on it NaN, and raises nothing.
  */
 void two_link_coriolis_matrix(const double *q, const double *qd, const double *params, double *out);

@@ -58,6 +58,7 @@ extern "C" {
  * values that depend on parameters alone, the argument prepared of all other functions
  *   params[5]
  *   out[10]  prepared
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in params makes what depends on it NaN, and raises nothing.
  */
 void two_link_prepare(const double *params, double *out);
@@ -69,6 +70,7 @@ void two_link_prepare(const double *params, double *out);
  *   qdd[2]
  *   prepared[10]
  *   out[2]  tau
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q, qd, qdd or prepared[0:6] makes what depends on it NaN, and raises nothing.
  */
 void two_link_inverse_dynamics(const double *q, const double *qd, const double *qdd, const double *prepared, double *out);
@@ -80,6 +82,7 @@ void two_link_inverse_dynamics(const double *q, const double *qd, const double *
  *   tau[2]
  *   prepared[10]
  *   out[2]  qdd
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q, qd, tau, prepared[0] or prepared[2:10] makes what depends on it NaN, and raises nothing.
  */
 void two_link_forward_dynamics(const double *q, const double *qd, const double *tau, const double *prepared, double *out);
@@ -89,6 +92,7 @@ void two_link_forward_dynamics(const double *q, const double *qd, const double *
  *   q[2]
  *   prepared[10]
  *   out[4]  M, shape (2, 2)
+ *   stack: 0 bytes of arrays, and what the compiler spills
  * A NaN in q[1], prepared[0], prepared[4] or prepared[6:10] makes what depends on it NaN, and raises nothing.
  */
 void two_link_mass_matrix(const double *q, const double *prepared, double *out);

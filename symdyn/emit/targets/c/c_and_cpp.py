@@ -42,9 +42,10 @@ from symdyn.emit.code.target import BATCH, Draft, FunctionText, Sources, Target
 from symdyn.emit.code.worked_example import example_text
 from symdyn.emit.render import in_comment, render
 from symdyn.emit.targets.c import double_double
-from symdyn.emit.targets.c.cuts import FEW, CutText, batches, cuts
-from symdyn.emit.targets.c.loops import loop_text
+from symdyn.emit.targets.c.cuts import FEW, BatchText, CutText, batches, cuts
+from symdyn.emit.targets.c.loops import LoopText, PairRunsText, loop_text
 from symdyn.emit.targets.c.writer import CHAINS, LANES, LINE, sincos_values
+from symdyn.frozen import dataclass
 from symdyn.graph import Op
 from symdyn.program import Program
 
@@ -93,6 +94,7 @@ def _write_c(draft: Draft) -> dict[str, str]:
     if real.parts == 2:
         return double_double.write(draft, batch, draft.option == HEADER_ONLY)
     operations = {op for function in page.functions for op in function.operations}
+    width = 4 if real.suffix else 8
     values: dict[str, Any] = {
         "page": page,
         "about": draft.about,
@@ -105,7 +107,7 @@ def _write_c(draft: Draft) -> dict[str, str]:
         "flat": printer.literal(Fraction(FLAT[real.name])),
         "suffix": real.suffix,
         "lanes": LANES,
-        "side": LINE // (4 if real.suffix else 8),
+        "side": LINE // width,
         "common": Program.PREPARED if program.is_prepared else Program.PARAMS,
         "batch": batch,
         "ways": ("batch", "rows") if draft.option == BATCH else ("rows",),
@@ -114,11 +116,10 @@ def _write_c(draft: Draft) -> dict[str, str]:
     wide = real.name == "double" and draft.sines is None
     codes = batches(program, page, printer, real, wide) if batch else cuts(program, page, printer, solving=True)
     values["codes"] = [
-        loop_text(text.loop, [one.name for one in text.arguments], program.scene, printer, 4 if real.suffix else 8)
-        if text.loop
-        else code
+        loop_text(text.loop, [one.name for one in text.arguments], program.scene, printer, width) if text.loop else code
         for text, code in zip(page.functions, codes, strict=True)
     ]
+    values["stacks"] = [_stack(code, width, batch) for code in values["codes"]]
     values["loops"] = any(function.loop for function in page.functions)
     values["cut"] = values["loops"] or any(many and many.parts for many in values["codes"])
     values["columns"] = batch and not all(function.loop for function in page.functions)
@@ -143,6 +144,64 @@ def _write_c(draft: Draft) -> dict[str, str]:
         f"{draft.stem}.c": checked(render("c/source.c.jinja", values), public),
         f"{draft.stem}.h": render("c/header.h.jinja", values),
     }
+
+
+POINTER = 8
+"""Bytes of an index of an array, at most."""
+
+
+@dataclass(frozen=True)
+class Stack:
+    """Bytes of arrays that a function and whom it calls have on the stack, those of its deepest way of calls.
+
+    What a compiler spills, and saves of registers, comes on top; it depends on the compiler alone.
+
+    Attributes:
+        one: of a call for one state.
+        many: of a call for many states; 0 without batch code.
+    """
+
+    one: int
+    many: int
+
+
+def _stack(code: CutText | BatchText | LoopText | None, width: int, batch: bool) -> Stack:
+    """Return the arrays of a function whose numbers take `width` bytes; None is one without stages."""
+    if isinstance(code, LoopText):
+        one = _of_loop(code, 1)
+        return Stack(one, max(one, _of_loop(code, code.room.lanes)) if batch else 0)
+    one = _of_one(code, width) if code else 0
+    return Stack(one, _of_block(code, width, one) if isinstance(code, BatchText) else 0)
+
+
+def _of_loop(code: LoopText, lanes: int) -> int:
+    """Return what a loop over a table takes, of so many states side by side."""
+    if lanes == 0:
+        return 0
+    work = (code.room.one if lanes == 1 else code.room.lockstep) + code.place * lanes
+    if (pairs := code.pairs) is None:
+        return code.width * work
+    joints = len(code.rows.joints)
+    factors = joints * (code.width + POINTER) if pairs.solved else 0
+    return code.width * (work + pairs.goes + 3 + pairs.solved * joints) + factors
+
+
+def _of_one(code: CutText | BatchText, width: int) -> int:
+    """Return what one state takes: sines, what parts hand on, and a loop over pairs."""
+    numbers = 3 * sum(len(stage.angles) for stage in code.scalar)
+    if code.parts:
+        numbers += (code.kept or 1) + (code.solve.size if code.solve else code.size)
+    if isinstance(code.solve, PairRunsText):
+        return width * (numbers + code.solve.work) + code.solve.places
+    return width * numbers
+
+
+def _of_block(code: BatchText, width: int, one: int) -> int:
+    """Return what many states take: a block of them with its result, and work space or what copies them."""
+    if code.lanes == 0:
+        return one + width * (code.length + code.size) if code.size else one
+    beside = code.length * code.lanes + code.held * max(code.reach, code.lanes)
+    return width * beside + max(width * max(code.rows * code.lanes, 4 * LANES), one)
 
 
 def _beside_c(sources: Sources) -> dict[str, str]:

@@ -183,6 +183,10 @@ class DoubleDoubleFunction:
     rows: int
     stages: tuple[Stage, ...]
 
+    def stack(self, lanes: int) -> int:
+        """Return the bytes of arrays of so many states side by side, of which one may be wanted."""
+        return 8 * lanes * (2 * (self.taken + self.size + self.rows) + 3)
+
 
 def write(draft: Draft, batch: bool, lone: bool) -> dict[str, str]:
     """Return source and header of a program on double-doubles, or the one header that is all of it."""

@@ -241,12 +241,6 @@ class LoopText:
         return min(self.room.lanes or LINE, line // self.width)
 
     @property
-    def stack(self) -> int:
-        """Bytes of work space of one call, of the way that takes most."""
-        panel = self.pairs.solved + 4 if self.pairs and self.pairs.solved else 0  # factors and whose they are besides
-        return self.width * (max(self.room.one, self.room.lockstep) + panel * len(self.rows.joints))
-
-    @property
     def crowded(self) -> bool:
         """Whether steps keep more numbers than registers hold unless they come in the right order."""
         return self.place > FEW
@@ -410,6 +404,16 @@ class PairRunsText:
     def size(self) -> int:
         """Numbers that lines leave for it."""
         return len(self.loop.entries)
+
+    @property
+    def work(self) -> int:
+        """Numbers of work space: of ways, of pairs, and of what is found of one."""
+        return (30 + 60 + len(self.steps.runs) + 1) * self.lanes + 8
+
+    @property
+    def places(self) -> int:
+        """Bytes of what tells whose numbers these are."""
+        return 2 * (self.lanes + 2 * len(self.loop.velocities.chain))
 
     @property
     def table(self) -> tuple[int, ...]:
