@@ -6,6 +6,7 @@ import ctypes
 import subprocess
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ import symdyn
 from symdyn.dynamics import derive
 from symdyn.emit import beside, emit, write
 from symdyn.emit.targets.c.c_and_cpp import PIVOTS
-from symdyn.program import lower
+from symdyn.program import Program, lower
 from symdyn.scene import Scene, read_text
 from symdyn.simulation.equations import many_contacts
 from symdyn.simulation.equations.complementarity import FREE, SLIP, Case, Laws
@@ -34,7 +35,7 @@ def plank(feet: int, name: str = "plank") -> Scene:
     text = f'name = "{name}"\ngravity = [0, 0, -9.81]\n[bodies.slide]\n[bodies.lift]\n'
     text += '[bodies.plank]\nmass = 2\ninertia = [0.1, 0.1, 0.1]\ninertia_about = "com"\ncom = [0, 0, 0.2]\n'
     for joint_name, parent, child, rest in (
-        ("px", "ground", "slide", f'type = "prismatic"\naxis = [1, 0, 0]'),
+        ("px", "ground", "slide", 'type = "prismatic"\naxis = [1, 0, 0]'),
         ("pz", "slide", "lift", 'type = "prismatic"\naxis = [0, 0, 1]'),
         ("turn", "lift", "plank", 'type = "revolute"\naxis = [0, 1, 0]'),
     ):
@@ -46,8 +47,13 @@ def plank(feet: int, name: str = "plank") -> Scene:
     return read_text(text)
 
 
+@cache
+def program(scene: Scene) -> Program:
+    return lower(derive(scene, ASKED))
+
+
 def files(scene: Scene, real: str = "double", option: str = "") -> dict[str, str]:
-    sources = emit(lower(derive(scene, ASKED)), "c", real, option=option)
+    sources = emit(program(scene), "c", real, option=option)
     return {**sources.texts, **beside(sources)}
 
 
@@ -62,7 +68,7 @@ def compiled(scene: Scene, folder: Path, change: Callable[[str], str] = str) -> 
         declared = ", ".join(f"{'' if one == 'lambda' else 'const '}double *{one}" for one in names.split(", "))
         text += f"int {what}({declared});\nint {what}({declared})\n{{ return {name}_contact_{what}({names}); }}\n"
     write({**written, "called.c": text}, folder)
-    strict = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Wshadow", "-Wconversion", "-Werror", "-fPIC", "-shared"]
+    strict = ["-std=c99", "-O0", "-Wall", "-Wextra", "-Wshadow", "-Wconversion", "-Werror", "-fPIC", "-shared"]
     command = ["cc", *strict, "called.c", f"{name}.c", "-o", "called.so", "-lm"]
     subprocess.run(command, cwd=folder, check=True, timeout=300)
     library = ctypes.CDLL(str(folder / "called.so"))
@@ -79,7 +85,7 @@ def compiled(scene: Scene, folder: Path, change: Callable[[str], str] = str) -> 
 
 def laws_of(scene: Scene) -> Laws:
     """Return laws of contacts with the rows that the labels of D tell, and numbers of zero."""
-    labels = derive(scene, ["delassus"]).functions[0].labels[0]
+    labels = program(scene).routines[0].function.labels[0]
     names = list(dict.fromkeys(one.partition(" of ")[2] for one in labels))
     places = {one: k for k, one in enumerate(labels)}
     normals = tuple(places.get(f"normal of {one}") for one in names)
@@ -121,6 +127,7 @@ def compared(scene: Scene, folder: Path, states: int) -> tuple[int, int]:
         if pivots < 0:
             none, differ = none + (not ways), differ + bool(ways)
             assert np.isnan(found).all()
+            assert slip[some].any()  # else there is a solution, and it is found
             continue
         assert not np.delete(found, rows).any()
         size = 1e-8 * max(1.0, float(np.abs(d).max()))
@@ -144,7 +151,7 @@ def test_both_languages_pivot_alike_and_keep_the_laws_of_impacts(tmp_path: Path)
     scene = plank(9)
     call, every, rng = compiled(scene, tmp_path), laws_of(scene), np.random.default_rng(3)
     k, m = len(every.normals), len(every.D)
-    for _ in range(60):
+    for _ in range(20):
         W, B = rng.normal(size=(m, m + 2)), rng.normal(size=(m + 2, m + 2))
         D, v = W @ np.linalg.solve(B @ B.T + 0.1 * np.eye(m + 2), W.T), W @ rng.normal(size=m + 2)
         mu, mask, slip = drawn(rng, k)
@@ -160,7 +167,7 @@ def test_both_languages_pivot_alike_and_keep_the_laws_of_impacts(tmp_path: Path)
             if wanted is not None:
                 assert found[rows] == pytest.approx(wanted, rel=1e-9, abs=1e-9 * np.abs(wanted).max())
         feet = some[:2]
-        laws, rows = part(replace(laws_of(scene), D=D, friction=mu, static=mu), feet)
+        laws, rows = part(replace(every, D=D, friction=mu, static=mu), feet)
         mask = np.isin(np.arange(k), feet).astype(float)
         e = np.full(k, 0.6)
         first = call("laws", D, v, mu, mask, 0 * slip, None)[1]
@@ -191,8 +198,8 @@ def test_what_has_no_forces_is_told_by_a_number(tmp_path: Path) -> None:
     pivots, found = call("laws", D, bad, ones, one, zeros, None)  # what is open is not looked at
     assert (pivots > 0, found[0], np.count_nonzero(found)) == (True, 1.0, 2)
     assert not call("laws", D, -d, ones, ones - one, zeros, None)[1].any()  # all go up
-    short = compiled(scene, tmp_path / "short", lambda text: text.replace(f"< {PIVOTS})", "< 1)"))
-    assert short("laws", D, d, ones, ones - one, zeros, None)[0] == -2
+    short = compiled(plank(2), tmp_path / "short", lambda text: text.replace(f"< {PIVOTS})", "< 1)"))
+    assert short("laws", np.eye(3), d[:3], ones, ones, zeros, None)[0] == -2
     assert many_contacts.PIVOTS == PIVOTS
 
 

@@ -3,11 +3,11 @@
     w = A z + b,  w ≥ 0, z ≥ 0, w·z = 0
     z = (λn - offset, λ+, λ-, σ)    w = (ξn, σ + ξt, σ - ξt, μ λn - λ+ - λ-)    λt = λ+ - λ-,  σ = |ξt| where it slips
 
-z·A z = λ·D λ + μ σ·λn is never negative, so that pivots end at a solution wherever no slip is decided yet. (With three
-unknowns, λn and μ λn ± λt, they may end on a ray beside one.) What slips already has λt = -z μ λn in place of the last
-three rows; dry friction of a joint has no first one, and F in place of μ λn. Where friction is larger at rest, it is
-that of rest here. Units are chosen, powers of two, in which the diagonal of D and the largest of d are near one.
-Projections pass D contact by contact, and bring every force back into its cone.
+z·A z = λ·D λ + μ σ·λn is never negative, so that pivots end at a solution where no slip is decided yet, if D is regular
+or d = W u. (With three unknowns, λn and μ λn ± λt, they may end on a ray beside one.) What slips already has
+λt = -z μ λn in place of the last three rows; dry friction of a joint has no first one, and F in place of μ λn. Where
+friction is larger at rest, it is that of rest here. Units are chosen, powers of two, in which the diagonal of D and the
+largest of d are near one. Projections pass D contact by contact, and bring every force back into its cone.
 
 References: Cottle, Pang and Stone, The Linear Complementarity Problem (1992), section 4.4; Anitescu and Potra,
 Nonlinear Dynamics 14 (1997) 231; Acary and Brogliato, Numerical Methods for Nonsmooth Dynamical Systems (2008),
