@@ -7,8 +7,11 @@ Each line has what was set out to be reached; the script ends with 1 where one w
 
 from __future__ import annotations
 
+import ctypes
 import json
+import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 from statistics import median
@@ -17,10 +20,14 @@ from typing import Any
 import numpy as np
 
 import symdyn
-from symdyn.simulation.equations.complementarity import FREE, Laws
+from symdyn.dynamics import derive
+from symdyn.emit import beside, emit, write
+from symdyn.program import lower
+from symdyn.scene import Scene, read_text
+from symdyn.simulation.equations.complementarity import FREE, SLIP, Case, Laws
 
 DATA = Path(__file__).resolve().parent.parent / "tests" / "data" / "impacts"
-RANDOM = 10_000
+RANDOM, COMPILED = 10_000, 100_000
 
 
 def told(name: str, value: float, most: float, unit: str) -> bool:
@@ -127,5 +134,137 @@ def gaits() -> list[bool]:
     ]
 
 
+def chain(links: int, feet: dict[str, int], close: float = 0.0) -> Scene:
+    """Return links one after the other in a plane, and contacts at tips of some of them, or `close` to each other."""
+    text = 'name = "chain"\n'
+    for k in range(links):
+        text += f'[bodies.b{k}]\nmass = {1 + k / 10}\ninertia = [0.1, 0.1, 0.1]\ninertia_about = "com"\n'
+        text += f"com = [0.5, 0, 0]\n[joints.j{k}]\ntype = 'revolute'\naxis = [0, 1, 0]\nchild = 'b{k}'\n"
+        text += f"parent = '{f'b{k - 1}' if k else 'ground'}'\norigin = [{1 if k else 0}, 0, 0]\n"
+    for k, (name, link) in enumerate(feet.items()):
+        text += (
+            f"[contacts.{name}]\nbody = 'b{link}'\nat = [{1 - close * k}, 0, 0]\nnormal = [0, 0, 1]\nfriction = 0.5\n"
+        )
+    return read_text(text)
+
+
+LAWS = """#include "chain_contacts.h"
+void many(int count, const double *D, const double *d, const double *mu, const double *slip, double *out, int *pivots);
+void many(int count, const double *D, const double *d, const double *mu, const double *slip, double *out, int *pivots)
+{
+    double mask[K];
+    for (int i = 0; i < K; i++) { mask[i] = 1.0; }
+    for (int k = 0; k < count; k++) {
+        pivots[k] = chain_contact_laws(D + 4*K*K*k, d + 2*K*k, mu + K*k, mask, slip + K*k, (double *)0, out + 2*K*k);
+    }
+}
+"""
+
+IMPACT = """#include "chain_contacts.h"
+int many(int count, const double *q, const double *u, double *out);
+int many(int count, const double *q, const double *u, double *out)
+{
+    const double mask[2] = {1.0, 1.0}, slip[2] = {0.0, 0.0}, mu[2] = {0.5, 0.5};
+    int failed = 0;
+    for (int k = 0; k < count; k++, q += 7, u += 7, out += 7) {
+        double D[16], a[3], b[3], A[21], B[21], lambda[4];
+        chain_delassus(q, D);
+        chain_gap_rate_a(q, u, a);
+        chain_gap_rate_b(q, u, b);
+        const double v[4] = {a[0], a[1], b[0], b[1]};
+        failed += chain_contact_laws(D, v, mu, mask, slip, (double *)0, lambda) < 0;
+        chain_impact_matrix_a(q, A);
+        chain_impact_matrix_b(q, B);
+        for (int i = 0; i < 7; i++) {
+            out[i] = u[i] + A[3*i]*lambda[0] + A[3*i + 1]*lambda[1] + B[3*i]*lambda[2] + B[3*i + 1]*lambda[3];
+        }
+    }
+    return failed;
+}
+"""
+
+
+def compiled(scene: Scene, asked: list[str], text: str) -> Any:
+    """Return a function `many` of C beside a scene's."""
+    sources = emit(lower(derive(scene, ["delassus", "contact_bias", *asked])), "c")
+    with tempfile.TemporaryDirectory() as folder:
+        write({**sources, **beside(sources), "many.c": text}, folder)
+        words = [f"-DK={len(scene.unilaterals)}", "-O3", "-march=native", "-fPIC", "-shared", "many.c", "chain.c"]
+        subprocess.run(["cc", *words, "-o", "many.so", "-lm"], cwd=folder, check=True)
+        return ctypes.CDLL(str(Path(folder) / "many.so")).many
+
+
+def called(many: Any, count: int, *arrays: np.ndarray) -> float:
+    """Return the time of one of so many calls, µs, the least of several goes."""
+    places, times = [ctypes.c_void_p(one.ctypes.data) for one in arrays], []
+    for _ in range(7):
+        begin = time.perf_counter()
+        many(count, *places)
+        times.append(time.perf_counter() - begin)
+    return 1e6 * min(times) / count
+
+
+def problems(rng: np.random.Generator, count: int, k: int) -> tuple[np.ndarray, ...]:
+    """Return D, rates and friction of random contacts, and which way they slip already."""
+    W, B = rng.normal(size=(count, 2 * k, 2 * k + 4)), rng.normal(size=(count, 2 * k + 4, 2 * k + 4))
+    M = B @ B.transpose(0, 2, 1) + 0.1 * np.eye(2 * k + 4)
+    D = np.ascontiguousarray(W @ np.linalg.solve(M, W.transpose(0, 2, 1)))
+    d = (W @ rng.normal(size=(count, 2 * k + 4, 1)))[:, :, 0].copy()
+    return D, d, rng.uniform(0, 1, (count, k)), np.zeros((count, k))
+
+
+def missed_by(laws: Laws, d: np.ndarray, found: np.ndarray) -> float:
+    """Return by how much forces miss Signorini's and Coulomb's laws, over the largest of their kind."""
+    xi, most = laws.D @ found + d, laws.friction * found[::2]
+    force, slip, size = found[1::2], xi[1::2], max(np.abs(found).max(), 1e-300)
+    fast = max(np.abs(d).max(), np.abs(laws.D).max() * size)
+    off = [-found[::2] / size, -xi[::2] / fast, (np.abs(force) - most) / size, found[::2] * xi[::2] / size / fast]
+    return float(max(*map(np.max, off), np.abs(np.abs(slip) * force + most * slip).max() / size / fast))
+
+
+def generated() -> list[bool]:
+    """Return what was missed by Lemke's pivots in generated C: against all cases, and in time."""
+    rng, missed = np.random.default_rng(0), list[bool]()
+    many = compiled(chain(7, {"a": 3, "b": 6}), [], LAWS)
+    D, d, mu, slip = problems(rng, COMPILED, 2)
+    slip[COMPILED // 2 :] = rng.choice([-1.0, 0.0, 1.0], (COMPILED - COMPILED // 2, 2))
+    found, pivots = np.zeros((COMPILED, 4)), np.zeros(COMPILED, dtype=np.intc)
+    called(many, COMPILED, D, d, mu, slip, found, pivots)
+    differ, unexplained, none = 0, 0, 0
+    for k in range(COMPILED):
+        one, ways = Laws(D[k], (0, 2), ((1,), (3,)), mu[k], mu[k], np.zeros(2)), slip[k].tolist()
+        options = [(FREE, *((Case(True, SLIP, (z,), moving=True),) if z else one.slips(i))) for i, z in enumerate(ways)]
+        cases = [some for _, some in one.solutions(d[k], options)]
+        if pivots[k] < 0 and not cases:
+            none += 1
+            continue
+        size = 1e-8 * max(1e-6, *(float(np.abs(some).max()) for some in cases), 0.0)
+        if pivots[k] < 0 or not any(np.abs(some - found[k]).max() <= size for some in cases):
+            differ += 1
+            slides = any(ways)
+            kept = (
+                "no forces" if pivots[k] < 0 else "slips" if slides else f"misses {missed_by(one, d[k], found[k]):.1e}"
+            )
+            told_by = [f"{missed_by(one, d[k], some):.1e}" for some in cases if not slides] or [str(len(cases))]
+            print(f"  {k}: cond D {np.linalg.cond(D[k]):.1e}, slip {ways}: pivots {pivots[k]}, {kept}; cases {told_by}")
+            unexplained += not slides or pivots[k] >= 0
+    print(f"C, {COMPILED} problems of two contacts: {differ} differ from all cases; neither finds forces in {none}; "
+          f"{pivots.max()} pivots at most")  # fmt: skip
+    missed.append(told("C and all cases: differences but rays of what slips already", unexplained, 0, ""))
+    some = called(many, COMPILED // 2, D, d, mu, slip, found, pivots)
+    print(f"C, two contacts: {some:.2f} us, {pivots[: COMPILED // 2].mean():.1f} pivots")
+    given = problems(rng, 2000, 8)
+    found, pivots = np.zeros((2000, 16)), np.zeros(2000, dtype=np.intc)
+    eight = compiled(chain(7, {f"foot{k}": 6 for k in range(8)}, close=0.1), [], LAWS)
+    some = called(eight, 2000, *given, found, pivots)
+    print(f"C, eight contacts: {some:.2f} us, {pivots.mean():.1f} pivots, {pivots.max()} at most")
+    missed.append(told("C, eight contacts: problems without forces", int((pivots < 0).sum()), 0, ""))
+    asked = [f"{one}:{foot}" for one in ("gap_rate", "impact_matrix") for foot in "ab"]
+    struck = compiled(chain(7, {"a": 3, "b": 6}), asked, IMPACT)
+    q, u = rng.uniform(-1, 1, (2, 2000, 7))
+    missed.append(told("impact map in C, two contacts, seven axes", called(struck, 2000, q, u, 0 * u), 1.0, "us"))
+    return missed
+
+
 if __name__ == "__main__":
-    sys.exit(any([*ball(), *references(), *laws(), *gaits()]))
+    sys.exit(any([*ball(), *references(), *laws(), *generated(), *gaits()]))

@@ -1,14 +1,17 @@
 """Many contacts in numbers: Lemke's pivots where each slips along one direction, projections where one slips any way.
 
     w = A z + b,  w ≥ 0, z ≥ 0, w·z = 0
-    z = (λn - offset, λR, ξL)    w = (ξn, ξR, λL)    λR = μ λn + λt,  λL = μ λn - λt,  ξt = ξR - ξL
+    z = (λn - offset, λ+, λ-, σ)    w = (ξn, σ + ξt, σ - ξt, μ λn - λ+ - λ-)    λt = λ+ - λ-,  σ = |ξt| where it slips
 
-What slips already has λt = -z μ λn in place of the last two rows; dry friction of a joint has no first one, and F in
-place of μ λn. Where friction is larger at rest, it is that of rest here. Projections pass D contact by contact, and
-bring every force back into its cone.
+z·A z = λ·D λ + μ σ·λn is never negative, so that pivots end at a solution where no slip is decided yet, if D is regular
+or d = W u. (With three unknowns, λn and μ λn ± λt, they may end on a ray beside one.) What slips already has
+λt = -z μ λn in place of the last three rows; dry friction of a joint has no first one, and F in place of μ λn. Where
+friction is larger at rest, it is that of rest here. Units are chosen, powers of two, in which the diagonal of D and the
+largest of d are near one. Projections pass D contact by contact, and bring every force back into its cone.
 
-References: Cottle, Pang and Stone, The Linear Complementarity Problem (1992), section 4.4; Acary and Brogliato,
-Numerical Methods for Nonsmooth Dynamical Systems (2008), chapter 13.
+References: Cottle, Pang and Stone, The Linear Complementarity Problem (1992), section 4.4; Anitescu and Potra,
+Nonlinear Dynamics 14 (1997) 231; Acary and Brogliato, Numerical Methods for Nonsmooth Dynamical Systems (2008),
+chapter 13.
 """
 
 from __future__ import annotations
@@ -35,46 +38,39 @@ def pivoted(laws: Laws, d: Array, slides: Sequence[float], offset: Array, target
 
     ξ is D λ + d - target.
     """
-    k, m = len(laws.normals), len(d)
-    tangents = [next(iter(along), None) for along in laws.tangents]
-    mu = np.where(np.array(slides) == 0.0, laws.static, laws.friction)
-    to_forces = list[Array]()  # λ = Σ z · column + fixed
-    fixed = np.zeros(m)
-    names = list[tuple[int, str]]()
-    for i in range(k):
-        n, t = laws.normals[i], tangents[i]
+    unit = np.ldexp(1.0, (-np.frexp(np.diag(laws.D))[1] / 2).astype(int))
+    b = unit * (d - target)
+    size = np.ldexp(1.0, np.frexp(np.abs(b).max(initial=0.0))[1])
+    forces, rows = list[Array](), list[Array]()  # λ = Σ z · column + fixed, and of which ξ a row of w is made
+    coupled, fixed, free = list[tuple[int, int, float]](), np.zeros(len(d)), list[float]()
+    for i, slide in enumerate(slides):
+        n, t = laws.normals[i], next(iter(laws.tangents[i]), None)
+        mu = float((laws.friction if slide else laws.static)[i])
+        least = 1.0 / size if n is None else offset[i] / (unit[n] * size)
+        if t is not None:
+            mu *= (1.0 if n is None else unit[n]) / unit[t]
+        e, slips = np.eye(len(d)), 0.0 if t is None else -slide * mu
         if n is not None:
-            column = np.zeros(m)
-            column[n] = 1.0
-            if t is not None:
-                column[t] = -mu[i] if not slides[i] else -slides[i] * mu[i]
-            fixed += offset[i] * column
-            to_forces.append(column)
-            names.append((i, "normal"))
-        elif t is not None:
-            fixed[t] = -mu[i] if not slides[i] else -slides[i] * mu[i]
-        if t is not None and not slides[i]:
-            column = np.zeros(m)
-            column[t] = 1.0
-            to_forces += [column, np.zeros(m)]
-            names += [(i, "right"), (i, "left")]
-    Z = np.array(to_forces).T.reshape(m, len(names))
-    xi, rest = laws.D @ Z, laws.D @ fixed + d - target
-    A, b = np.zeros((len(names), len(names))), np.zeros(len(names))
-    for row, (i, what) in enumerate(names):
-        n, t = laws.normals[i], tangents[i]
-        if what == "normal":
-            A[row], b[row] = xi[n], rest[n]
-        elif what == "right":
-            A[row], b[row] = xi[t], rest[t]
-            A[row, row + 1] = 1.0
-        else:
-            A[row, row - 1] = -1.0
-            b[row] = 2 * mu[i] * (1.0 if n is None else offset[i])
-            if n is not None:
-                A[row, row - 2] = 2 * mu[i]
-    found = lemke(A, b)
-    return None if found is None else Z @ found + fixed
+            fixed[n] = least
+            forces.append(e[n] if t is None else e[n] + slips * e[t])
+            rows.append(e[n])
+            free.append(0.0)
+        if t is not None:
+            fixed[t] = slips * least
+        if t is not None and not slide:
+            at = len(rows)
+            forces += [e[t], -e[t], 0.0 * e[t]]
+            rows += [e[t], -e[t], 0.0 * e[t]]
+            free += [0.0, 0.0, mu * least]
+            coupled += [(at, at + 2, 1.0), (at + 1, at + 2, 1.0), (at + 2, at, -1.0), (at + 2, at + 1, -1.0)]
+            coupled += [] if n is None else [(at + 2, at - 1, mu)]
+    Z, R = (np.array(some).reshape(len(rows), len(d)) for some in (forces, rows))
+    D = unit[:, None] * laws.D * unit
+    A = R @ D @ Z.T
+    for row, column, value in coupled:
+        A[row, column] += value
+    found = lemke(A, R @ (D @ fixed + b / size) + free)
+    return None if found is None else unit * size * (found @ Z + fixed)
 
 
 def projected(laws: Laws, d: Array, offset: Array, target: Array, sweeps: int) -> Array:
@@ -120,7 +116,7 @@ def lemke(A: Array, b: Array) -> Array | None:
         if not len(able):
             return None
         ratios = T[able, -1] / T[able, enter]
-        ties = able[ratios <= ratios.min() + 1e-13 * (1 + abs(ratios.min()))]
+        ties = able[ratios <= ratios.min() + 1e-12 * (1 + abs(ratios.min()))]
         last = [int(i) for i in ties if basis[i] == 2 * n]
         row = last[0] if last else min(map(int, ties), key=lambda i: tuple(T[i, :n] / T[i, enter]))
     return None

@@ -205,8 +205,50 @@ def _of_block(code: BatchText, width: int, one: int) -> int:
 
 
 def _beside_c(sources: Sources) -> dict[str, str]:
-    """Return an example that knows what must come out, and what builds it by CMake."""
-    return files_beside(sources, sources.option == HEADER_ONLY, sources.option == BATCH)
+    """Return an example that knows what must come out, what builds it by CMake, and laws of contacts."""
+    files = files_beside(sources, sources.option == HEADER_ONLY, sources.option == BATCH)
+    return {**files, **_contact_laws(sources)}
+
+
+FORCED = "contact_bias", "delassus"
+"""The requests that forces of contacts are made of."""
+
+CLOSED, PIVOTS = 8, 500
+"""Contacts closed at once, and pivots, at most; runs pivot as often."""
+
+
+def _contact_laws(sources: Sources) -> dict[str, str]:
+    """Return a header with forces of contacts by Lemke's pivots, where what they are made of is there."""
+    every = {one.function.request: one.function for one in sources.program.routines}
+    if not {*FORCED} <= {*every}:
+        return {}
+    made, opening, rows = [every[one] for one in FORCED], stem(sources.program.scene.name), dict[str, list[int]]()
+    for place, label in enumerate(made[0].labels[0]):  # "normal of NAME" is the first one
+        rows.setdefault(label.partition(" of ")[2], []).append(place)
+    turned, refused = [name for name, some in rows.items() if len(some) > 2], ""
+    if sources.real != "double":
+        refused = f"contact forces take doubles, and these functions are of {sources.real}: generate without --real"
+    elif turned:
+        refused = (
+            f"contacts.{turned[0]} can slip along two directions, Lemke's pivots know one: leave its friction out,"
+        )
+        refused += " or declare a mechanism that moves in a plane; simulate has both directions"
+    m, n = len(made[0].labels[0]), 4 * min(CLOSED, len(rows))
+    values = {
+        "stem": opening,
+        "refused": refused,
+        "contacts": [(name, *[*some, -1][:2]) for name, some in rows.items()],
+        "m": m,
+        "size": m * m,
+        "rows": n,
+        "columns": 2 * n + 2,
+        "stack": 8 * (n * (2 * n + 3) + m * (m + 3) + len(rows)) + 12 * n,
+        "pivots": PIVOTS,
+        "most": CLOSED,
+        "arguments": list({one.name: one for function in made for one in function.arguments}.values()),
+        "taken": {function.request: [one.name for one in function.arguments] for function in made},
+    }
+    return {f"{opening}_contacts.h": render("c/contacts.h.jinja", values)}
 
 
 C = Target(
