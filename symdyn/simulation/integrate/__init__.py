@@ -35,9 +35,9 @@ def named(name: str) -> Method:
         step = float(text)
     except ValueError:
         step = math.nan
-    if not 0 < step < math.inf:
+    if not 1e-9 <= step < math.inf:
         raise MethodError(f"method {name}: {text or 'nothing'} is no length of a step; give it in s, {key}:1e-3")
-    return replace(METHODS[key], step=step, run=partial(METHODS[key].run, step=step))
+    return replace(METHODS[key], step=step, run=partial(moreau.run, step=step))
 
 
 FINEST = min(method.finest for method in METHODS.values())
