@@ -634,7 +634,7 @@ def test_a_floor_is_told_as_contacts_that_say_the_same(tmp_path: Path) -> None:
         f'b_2 = {{ type = "ball", body = "b", at = [0, 0, 0], radius = 0.05, {plane}, friction = 0 }}',
         f'b_3 = {{ type = "ball", body = "b", at = [0.3, 0, 0], radius = 0.05, {plane}, friction = 0 }}',
     ]
-    scene = read_text(write_text(found.scene) + "\n[contacts]\n" + "\n".join(rows))
+    scene = read_text(write_text(found.scene, "toml").text + "\n[contacts]\n" + "\n".join(rows))
     gap = lambdify(scene, "gap:b_1")
     assert gap([0.0, 0.5]) == pytest.approx(0.5 - 0.2 - 0.1 - 0.1)
     assert gap([0.3, 1.0]) == pytest.approx(1.0 - 0.4)
