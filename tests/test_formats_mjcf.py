@@ -16,7 +16,7 @@ from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.errors import SceneError
 from symdyn.graph import Graph, evaluate
 from symdyn.runtime import lambdify
-from symdyn.scene import Scene
+from symdyn.scene import Scene, read_text, write_text
 from symdyn.scene.declaration.reading import Reading, ReadOptions
 from symdyn.scene.formats import mjcf
 from symdyn.scene.values import Pose, spell, velocity_name
@@ -611,3 +611,30 @@ def test_the_rotor_of_a_ball_resists_as_in_mujoco(tmp_path: Path) -> None:
     np.testing.assert_allclose(inverse(q, qd, qdd), tau, rtol=0, atol=1e-13 * np.abs(tau).max())
     np.testing.assert_allclose(mass(q), peer.mass_matrix(q), rtol=0, atol=1e-13)
     np.testing.assert_allclose(forward(q, qd, tau), qdd, rtol=0, atol=1e-12)
+
+
+FLOOR = """<geom type="plane" size="5 5 1" pos="0 0 0.1" friction="0.4 0 0"/>
+<geom type="plane" size="5 5 1" contype="0" conaffinity="0"/>
+<body name="b"><joint name="along" type="slide" axis="1 0 0"/><joint name="lift" type="slide" axis="0 0 1"/>
+<geom type="sphere" size="0.1" mass="2" pos="0 0 -0.2" friction="0.7 0 0"/>
+<geom type="capsule" size="0.05" fromto="0 0 0 0.3 0 0" mass="1" condim="1" priority="1"/>
+<geom type="sphere" size="0.5" mass="1" contype="2" conaffinity="4"/><geom type="box" size="0.1 0.1 0.1"/></body>"""
+
+
+def test_a_floor_is_told_as_contacts_that_say_the_same(tmp_path: Path) -> None:
+    """Nothing of it is read; its rows, written under [contacts], are a ball that falls on the plane and slides."""
+    found = mjcf.read(world(tmp_path, FLOOR), ReadOptions())
+    told = [note.rpartition("robot.xml: ")[2] for note in found.notes]
+    assert not found.scene.unilaterals
+    assert sum("[contacts], rigid, whatever solref and solimp say" in note for note in told) == 1
+    rows = [note for note in told if note.startswith("b_")]
+    plane = "plane = { at = [0, 0, 0.1], normal = [0, 0, 1] }"
+    assert sorted(rows) == [
+        f'b_1 = {{ type = "ball", body = "b", at = [0, 0, -0.2], radius = 0.1, {plane}, friction = 0.7 }}',
+        f'b_2 = {{ type = "ball", body = "b", at = [0, 0, 0], radius = 0.05, {plane}, friction = 0 }}',
+        f'b_3 = {{ type = "ball", body = "b", at = [0.3, 0, 0], radius = 0.05, {plane}, friction = 0 }}',
+    ]
+    scene = read_text(write_text(found.scene, "toml").text + "\n[contacts]\n" + "\n".join(rows))
+    gap = lambdify(scene, "gap:b_1")
+    assert gap([0.0, 0.5]) == pytest.approx(0.5 - 0.2 - 0.1 - 0.1)
+    assert gap([0.3, 1.0]) == pytest.approx(1.0 - 0.4)

@@ -281,7 +281,7 @@ def test_a_tolerance_that_a_method_does_not_take_is_told(method: str, more: dict
     assert run.atol == run.rtol
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", [name for name, one in METHODS.items() if one.step is None])
 def test_a_tolerance_changes_the_run_or_is_told_to_have_no_effect(method: str) -> None:
     if not importable(METHODS[method].module):
         pytest.skip(f"needs {METHODS[method].library}")

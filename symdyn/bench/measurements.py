@@ -236,7 +236,7 @@ def motion(scene: Scene, quick: bool = False, progress: Callable[[str], None] = 
     tolerances, patience = (QUICK, PATIENCE_QUICK) if quick else (TOLERANCES, PATIENCE)
     later = LATER_QUICK if quick else LATER
     for name, method in METHODS.items():
-        if quick and name not in QUICK_METHODS:
+        if (quick and name not in QUICK_METHODS) or method.step is not None:
             continue
         why = "" if method.installed else f"{method.library} is not installed; {install(method.extra)}"
         why = why or method.refuses(runs.system)

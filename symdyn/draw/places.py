@@ -102,7 +102,7 @@ class Placed:
 
 
 @dataclass(frozen=True)
-class Touch:
+class PlacedContact:
     """A plane in place, and what touches it.
 
     Attributes:
@@ -141,7 +141,7 @@ class Places:
     routes: dict[Element, tuple[tuple[Array, ...], ...]]
     acting: dict[Element, tuple[Array, Array]]
     wheels: dict[str, tuple[Array, Array | None, float]]
-    touches: dict[str, Touch]
+    touches: dict[str, PlacedContact]
     gravity: Array
     outlines: dict[str, Outlined]
 
@@ -288,11 +288,11 @@ def _wheel(row: Contact, arrays: Mapping[Key, Array]) -> tuple[Array, Array | No
     return arrays["end", row, 0], unit(arrays["axis", row]) if row.axis else None, float(arrays["radius", row][0, 0])
 
 
-def _touch(row: Contact, arrays: Mapping[Key, Array]) -> Touch:
+def _touch(row: Contact, arrays: Mapping[Key, Array]) -> PlacedContact:
     across = unit(arrays["axis", row]) if row.axis and ("radius", row) not in arrays else None
     normal, along = unit(arrays["normal", row]), unit(arrays["along", row])
     drawn = "normal" in row.components or row.plane.declared
-    return Touch(arrays["plane", row], normal, along, arrays["end", row, 0], across, drawn)
+    return PlacedContact(arrays["plane", row], normal, along, arrays["end", row, 0], across, drawn)
 
 
 def unit(vectors: Array) -> Array:

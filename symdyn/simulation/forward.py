@@ -17,7 +17,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.arguments import argument, with_fields
 from symdyn.dynamics.outputs import lacks_modes, with_modes
-from symdyn.errors import MethodError, SimulateError, suggestion
+from symdyn.errors import MethodError, SimulateError
 from symdyn.extras import install
 from symdyn.frozen import dataclass, replace
 from symdyn.scene import Quantity, Scene, SceneLike
@@ -33,7 +33,7 @@ from symdyn.simulation.equations.settling import begun
 from symdyn.simulation.equations.system import Projection, StateEquations
 from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.initial import Start, beyond_doubles, singular
-from symdyn.simulation.integrate import METHODS, InitialValueProblem
+from symdyn.simulation.integrate import METHODS, InitialValueProblem, named
 from symdyn.simulation.integrate.heyoka_expressions import overlooks, refuses, size
 from symdyn.simulation.integrate.integration import DOUBLES, END, INTERRUPTED, STOPPED, Integration, Method, integrated
 from symdyn.simulation.integrate.valueless import valueless
@@ -123,9 +123,7 @@ def _finer() -> str:
 
 def _asked(system: StateEquations, name: str, limited: bool, rtol: float | None, other: str = "") -> Choice:
     """Return a method by its name; `other` is what else to do where it does not apply."""
-    if name not in METHODS:
-        raise MethodError(f"method {name} is not known; {suggestion(name, METHODS)}")
-    method = METHODS[name]
+    method = named(name)
     if not method.installed:
         raise MethodError(f"method {name} needs {method.library}; {install(method.extra)}")
     why = method.refuses(system)
@@ -299,7 +297,7 @@ def ready(
     x = np.concatenate([initial.q, initial.u, initial.s, own, np.zeros(int(system.works))])
     if system.contacts is None:
         return system, x
-    system = replace(system, contacts=replace(system.contacts, told=[], declared=scene))
+    system = replace(system, contacts=replace(system.contacts, told=[], pushed={}, declared=scene))
     return system, begun(system, x)
 
 
@@ -323,6 +321,8 @@ def check_start(system: StateEquations, x: Array) -> None:
 
 def _method(choice: Choice, rtol: float, atol: float) -> str:
     tolerance = f"tolerance {rtol:g}" if rtol == atol else f"tolerances {rtol:g} relative, {atol:g} absolute"
+    if choice.method.step is not None:
+        tolerance = f"steps of {choice.method.step:g} s at most, {choice.method.text}"
     reason = f" ({choice.reason})" if choice.reason else ""
     return f"method: {choice.name} ({choice.method.library}), {tolerance}{reason}"
 

@@ -364,9 +364,10 @@ def _label(curve: Curve, mixed: bool = False) -> str:
 
 def _facts(trajectory: Trajectory) -> list[tuple[str, str]]:
     facts = [("scene", trajectory.scene.name)]
+    tolerances = f", tolerances {trajectory.rtol:g} relative, {trajectory.atol:g} absolute"
     if trajectory.method:
         facts += [
-            ("method", f"{trajectory.method}, tolerances {trajectory.rtol:g} relative, {trajectory.atol:g} absolute"),
+            ("method", trajectory.method + tolerances * (trajectory.rtol > 0)),
             ("steps", f"{trajectory.steps}"),
             ("ended by", trajectory.stopped),
         ]

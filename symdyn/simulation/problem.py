@@ -14,14 +14,14 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.arguments import SympyExpression, check_arguments, native, suggesting
-from symdyn.errors import SimulateError, suggestion
+from symdyn.errors import SimulateError
 from symdyn.frozen import InitVar, dataclass, replace
 from symdyn.scene import Quantity, Scene, scene_of
 from symdyn.scene.values import Faults, formula_text
 from symdyn.shown import Suggesting
 from symdyn.simulation.equations.contact_modes import column_names
 from symdyn.simulation.initial import Start, Values, by_name, read_start
-from symdyn.simulation.integrate import FINEST, METHODS
+from symdyn.simulation.integrate import FINEST, named
 from symdyn.simulation.prescribed.entries import Entries
 from symdyn.simulation.prescribed.forces import Forces, at_start, read_forces, read_inputs
 from symdyn.simulation.prescribed.formulas_in_time import parameter_values, read_seen, sample_times
@@ -183,7 +183,8 @@ class Run:
         until: time of the end, s.
         every: seconds between samples; None for 200 of them.
         method: taylor (heyoka), dop853, rk45, rk23, radau, bdf, lsoda (SciPy), cvode, adams or ida (SUNDIALS), gauss
-            (31 digits); None takes the one that fits. A key of `symdyn.simulation.METHODS`.
+            (31 digits), moreau:1e-3 (contacts, by steps of 1e-3 s); None takes the one that fits. A key of
+            `symdyn.simulation.METHODS`.
         rtol: relative tolerance of a step, below 1e-16 (to 1e-30) with 31 digits; None takes the method's.
         atol: absolute tolerance of a step; None takes `rtol`.
         stops: formulas of terminal events, in what outputs may name, and in outputs; a zero crossing ends the run.
@@ -238,8 +239,8 @@ class Run:
         for name, value, least in (("rtol", self.rtol, finest), ("atol", self.atol, SMALLEST)):
             if value is not None and not least <= value < 1:
                 faults.add("", f"{name} = {value:g} is not a tolerance; give one between {least:g} and 1, such as 1e-9")
-        if self.method is not None and self.method.lower() not in METHODS:
-            faults.add("", f"method {self.method} is not known; {suggestion(self.method, METHODS)}")
+        with faults.noted():
+            named(self.method or "taylor")
         times = sample_times(self.until, self.every, faults)
         faults.close(SimulateError)
         return tuple(event for event in events if event is not None), times

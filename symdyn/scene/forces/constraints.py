@@ -27,7 +27,7 @@ from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph, Op
 from symdyn.scene.forces.attachments import AtBody, OnPlane
-from symdyn.scene.forces.force_kind import Forbid, ForceKind, Rim, Touch
+from symdyn.scene.forces.force_kind import ContactLaw, Forbid, ForceKind, Rim
 from symdyn.scene.joints.blocks import forces, unit
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values import folding
@@ -166,7 +166,7 @@ KNIFE_EDGE = ForceKind(
         Key("axis", EntryReader.vector, ACROSS, example="axis = [0, 1, 0]", names=None, holds=AXIS_HOLDS),
         OnPlane(needs_normal=False),
     ),
-    law=Touch(lambda _, X: None, _blade, _rise, lambda _: (False,), lambda _: ("force across the blade",)),
+    law=ContactLaw(lambda _, X: None, _blade, _rise, lambda _: (False,), lambda _: ("force across the blade",)),
     law_words=_law_of_blade,
     words={"en": "knife edge", "sk": "čepeľ"},
     lost=LOST,
@@ -199,7 +199,7 @@ ROLLING = ForceKind(
             shape=several(choice_of(*COMPONENTS), 1, 9),
         ),
     ),
-    law=Touch(_lean, _rolling, _height, lambda row: tuple(one == "normal" for one in row.components), _words),
+    law=ContactLaw(_lean, _rolling, _height, lambda row: tuple(one == "normal" for one in row.components), _words),
     law_words=_law_of_rolling,
     words={"en": "rolling contact", "sk": "valenie"},
     lost=LOST,

@@ -149,7 +149,7 @@ class Hold:
 
 
 @dataclass(frozen=True)
-class Touch:
+class ContactLaw:
     """The law of a row that is a contact of a place P with a plane; X places the frame at P in that of the plane.
 
     w is the sine of the angle between the axis of a wheel and the normal; one where there is no such axis.
@@ -194,7 +194,7 @@ class Rim:
     """How a contact is drawn that rolls: the circle of its radius about its axis, a ball's from everywhere."""
 
 
-Law = Pull | Push | Rub | Forbid | Hold | Touch
+Law = Pull | Push | Rub | Forbid | Hold | ContactLaw
 
 
 @dataclass(frozen=True)
@@ -249,9 +249,9 @@ class ForceKind:
         return self.law
 
     @property
-    def touch(self) -> Touch:
+    def touch(self) -> ContactLaw:
         """The law of a kind of contacts."""
-        assert isinstance(self.law, Touch), "a contact touches"
+        assert isinstance(self.law, ContactLaw), "a contact touches"
         return self.law
 
     @property

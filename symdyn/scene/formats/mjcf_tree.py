@@ -14,7 +14,8 @@ the body. Reference: MuJoCo documentation, "XML Reference" and
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from itertools import product
 from typing import Any
 
 from symdyn.errors import listed
@@ -22,13 +23,16 @@ from symdyn.scene.declaration.declare import Declaration
 from symdyn.scene.declaration.reading import ReadOptions
 from symdyn.scene.formats.inertias import WHERE as FLOATING, free_base, from_principal
 from symdyn.scene.formats.mjcf_joints import Joints, merged, shift
-from symdyn.scene.formats.placing import Doubles, printable_names
+from symdyn.scene.formats.placing import Doubles, matrix_of, printable_names
 from symdyn.scene.values.entry import Entry, Faults, shorten
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.grammar import LONGEST
 from symdyn.scene.values.model import Scene
 
 NO_NAME = "MuJoCo Model"
+
+PLANE, SPHERE, CAPSULE = 0, 2, 3
+"""Types of geoms, MuJoCo's mjtGeom."""
 
 TENDON_KEYS = ("stiffness", "damping", "frictionloss", "armature", "stiffnesspoly", "dampingpoly")
 
@@ -118,6 +122,30 @@ class Tree:
             note("", "mocap bodies stand still where the file puts them")
         if any(model.geom_contype) or any(model.geom_conaffinity):
             note("", "contacts are not part of the equations")
+        if lines := list(self.on_floors()):
+            rigid = "rigid, whatever solref and solimp say, with restitution 0 unless told"
+            note("", f"the floor is left out; in TOML spheres and ends of capsules on it are [contacts], {rigid}:")
+            for line in lines:
+                note("", line)
+
+    def on_floors(self) -> Iterator[str]:
+        """Yield the row of [contacts] for each sphere and end of a capsule that may touch a plane of the world."""
+        model, count = self.model, 0
+        a, b, every = model.geom_contype, model.geom_conaffinity, range(model.ngeom)
+        floors = [p for p in every if model.geom_type[p] == PLANE and not model.geom_bodyid[p]]
+        for k, p in product((k for k in every if model.body_weldid[model.geom_bodyid[k]]), floors):
+            half = {SPHERE: 0.0, CAPSULE: float(model.geom_size[k][1])}
+            length = half.get(int(model.geom_type[k])) if a[k] & b[p] | a[p] & b[k] else None
+            first = max(model.geom_priority[k], model.geom_priority[p])  # which of the two says what friction is
+            says = [i for i in (k, p) if model.geom_priority[i] == first]
+            mu = max(model.geom_friction[i][0] for i in says) * (max(model.geom_condim[i] for i in says) > 1)
+            axis, normal = ([row[2] for row in matrix_of(model.geom_quat[i])] for i in (k, p))
+            for end in () if length is None else (length, -length)[: 1 + bool(length)]:
+                count, name = count + 1, self.frames["body", int(model.geom_bodyid[k])]
+                at = _row(x + end * z for x, z in zip(model.geom_pos[k], axis, strict=True))
+                plane = f"{{ at = {_row(model.geom_pos[p])}, normal = {_row(normal)} }}"
+                place = f'type = "ball", body = "{name}", at = {at}, radius = {model.geom_size[k][0]:.9g}'
+                yield f"{name}_{count} = {{ {place}, plane = {plane}, friction = {mu:.9g} }}"
 
     def body(self, i: int, bodies: list[Entry], joints: list[Entry]) -> None:
         """Add a body, its joints, and a massless body for every joint but the last."""
@@ -188,6 +216,10 @@ class Tree:
         turn = self.doubles.rotation(model.site_quat[i], f"site {name}")
         carrier = self.frames.get(("body", int(model.site_bodyid[i])), Scene.GROUND)
         return Entry(name, {"body": carrier, "at": merged(*shift(place), *turn)}, f"site {name}")
+
+
+def _row(values: Iterable[float]) -> str:
+    return f"[{', '.join(f'{round(float(x), 12) + 0.0:.12g}' for x in values)}]"
 
 
 def nonzero(value: Any) -> bool:

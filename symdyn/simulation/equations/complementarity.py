@@ -18,7 +18,7 @@ Reference: Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts (19
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import product
+from itertools import islice, product
 from math import pi
 
 import numpy as np
@@ -312,7 +312,7 @@ class Laws:
                 return sliding._solved(cases, d - target, offset)[0]
             found = sliding._least(d, options, offset, target)
             if told is not None:
-                told.append(tuple(sliding._case(k, found, offset) for k in range(len(sliding.normals))))
+                told.append(tuple(sliding.case(k, found, offset) for k in range(len(sliding.normals))))
             return found
 
         first = solved(v, options, offset, target)
@@ -327,16 +327,25 @@ class Laws:
         ]
         return first + solved(v + self.D @ first, more, offset, np.zeros(len(v)))
 
-    def _case(self, k: int, found: Array, offset: Array) -> Case:
+    def case(self, k: int, found: Array, offset: Array) -> Case:
         """Return what a contact does, from impulses; which way it slips along two directions is left open."""
         n, along = self.normals[k], list(self.tangents[k])
-        normal, size = 0.0 if n is None else float(found[n]), CLOSE * float(np.abs(found).max(initial=0.0))
-        most, held = self.friction[k] * normal, normal > offset[k] + size
+        normal, size = 1.0 if n is None else float(found[n]), CLOSE * float(np.abs(found).max(initial=0.0))
+        most, held = self.friction[k] * normal, n is None or normal > offset[k] + size
         if not along:
             return Case(held)
         if float(np.linalg.norm(found[along])) < most - size:
             return Case(held, STICK)
         return Case(held, SLIP, (-float(np.sign(found[along[0]])),) if len(along) == 1 else () if most else (0.0, 0.0))
+
+    def percussions(self, d: Array, target: Array) -> Array:
+        """Return what keeps all laws in a step, shape (m,), of contacts and of dry friction, whose law is of forces.
+
+        Raises:
+            ArithmeticError: nothing does.
+        """
+        options = [(*self.slips(k), *(() if n is None else (FREE,))) for k, n in enumerate(self.normals)]
+        return self._least(d, options, np.zeros(len(options)), target, 1)
 
     def by_pivots(self, d: Array, slides: Sequence[float], offset: Array, target: Array) -> Array | None:
         """Return λ, shape (m,), of one solution by Lemke's method, see `pivoted`; None where it ends without."""
@@ -354,13 +363,17 @@ class Laws:
             chosen.append(wanted or options[k])
         yield from self.solutions(d, chosen, offset, target, found)
 
-    def _least(self, v: Array, options: Sequence[Sequence[Case]], offset: Array, target: Array) -> Array:
+    def _least(
+        self, v: Array, options: Sequence[Sequence[Case]], offset: Array, target: Array, most: int | None = None
+    ) -> Array:
+        """Return the least impulses that keep the laws, of the first `most` that are found."""
         found = list[Array]()
-        if len(self.normals) > FEW and max(map(len, self.tangents)) < 2:
+        even = np.array_equal(self.static, self.friction)
+        if len(self.normals) > FEW and max(map(len, self.tangents)) < 2 and even:
             one = self.by_pivots(v, [0.0] * len(self.normals), offset, target)
             found = [] if one is None else [one]
         else:
-            found = [impulses for _, impulses in self.ways(v, options, offset, target)]
+            found = [impulses for _, impulses in islice(self.ways(v, options, offset, target), most)]
         if not found:
             raise ArithmeticError("no impulses keep the laws of its impact")
         least_sum = min(float(np.abs(one).sum()) for one in found)

@@ -145,6 +145,7 @@ class Method:
         finest: the finest relative tolerance that it works with, and that means anything in the numbers it computes in.
         absolute: whether it has an absolute tolerance too.
         multistep: whether a step rests on those before, so that it begins anew slowly.
+        step: length of its steps, s, of one that has no tolerance; else None.
     """
 
     library: str
@@ -158,6 +159,7 @@ class Method:
     finest: float = DOUBLES
     absolute: bool = True
     multistep: bool = False
+    step: float | None = None
 
     @property
     def installed(self) -> bool:
@@ -174,6 +176,9 @@ class Method:
 
         `name` is its own; None asks for none.
         """
+        if self.step is not None:
+            told = [] if rtol is atol is None else [f"tolerances have no effect: {name} has steps of one length"]
+            return 0.0, 0.0, told
         relative = self.rtol if rtol is None else max(rtol, self.finest)
         absolute = relative if atol is None or not self.absolute else atol
         said = []
