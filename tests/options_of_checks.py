@@ -147,5 +147,7 @@ ELSEWHERE: dict[tuple[str, str], str] = {
     ("inverse", "--branch"): "of an arm: tests/test_arm_branches.py",
     **{("gait", option): "of what returns: tests/test_gait.py" for option in ("--allow-invalid-inertia", "--no-units")},
     ("linearize", "--speed"): "of what rolls: tests/test_linear_control.py",
+    ("linearize", "--mode"): "of contacts: tests/test_linearize_contacts.py",
+    ("walkthrough", "--math-editor"): "takes a package of npm: tests/test_teach_math_editor.py",
 }
 """Options that are shown to do something by another test: verb, option and which."""

@@ -214,6 +214,7 @@ def test_info_shows_rotors_dampers_limits_and_followers(tmp_path: Path, capsys: 
     assert "gear: revolute, follows q1: ratio -0.5, offset 0" in shown
     assert main(["info", str(path), "--json"]) == 0
     axle, gear = json.loads(capsys.readouterr().out)["result"]["joints"]
-    assert axle["limits"] == {"lower": None, "upper": "2", "velocity": None, "effort": "30", "restitution": None}
+    limits = {"lower": None, "upper": "2", "velocity": None, "effort": "30", "restitution": None, "one_way": False}
+    assert axle["limits"] == limits
     assert (axle["armature"], axle["mimic"]) == ("0.5", None)
     assert gear["mimic"] == {"ratios": {"q1": "-0.5"}, "offset": "0"}

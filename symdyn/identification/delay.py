@@ -51,7 +51,7 @@ def delay(
     names, rows = (*found.regression.names[:p], "delay"), _rows(model, parts, used, beta, d)
     if np.abs(rows.Y[:, -1]).max(initial=0.0) <= STILL * band * np.abs(rows.force).max(initial=0.0):
         return 0.0, np.nan
-    told = solve(names, rows, np.append(beta, 0.0), band, len(model.scene.velocities))
+    told = solve(names, rows, np.append(beta, 0.0), band, len(found.gains))
     return d + float(told.estimate[-1]), float(told.errors[-1])
 
 

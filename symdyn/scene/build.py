@@ -410,7 +410,7 @@ def joint(name: str, type: JointType | str, parent: str, child: str, **keys: Unp
         position: where it stands, rad or m; zero when left out.
         axis: direction in the joint frame, any length but zero; z when left out.
         second_axis: of a universal joint, in the frame that the first rotation has turned; x when left out.
-        pitch, length: of a helical joint, advance a turn, m; of a rod, m.
+        pitch: of a helical joint, advance a turn, m; length: of a rod, m.
         orientation: of a motion that is spherical in part: "quaternion", or three axes such as "zyx".
         steps: of a custom joint, its motion: steps whose amounts are formulas in its coordinates.
         units: of a custom joint, "rad" or "m" for every coordinate.

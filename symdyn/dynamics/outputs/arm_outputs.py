@@ -266,7 +266,8 @@ def arm_angles(w: Workspace, name: str, kind: Callable[..., ArmAngles] = ArmAngl
 
 def _branches(w: Workspace, name: str) -> list[Expr]:
     """Return Q row by row, shape (8, nq); of what does not move the frame zero."""
-    names, arm = [joint.coordinates[0] for joint in joints_below(w.scene, name)], w.once(arm_angles, name)
+    arm = w.once(arm_angles, name)
+    names = [joint.coordinates[0] for joint in joints_below(w.scene, name)]
     found = [dict(zip(names, row, strict=True)) for row in arm.rows]
     return [row.get(one, w.graph.zero) for row in found for one in w.scene.coordinates]
 
