@@ -284,9 +284,7 @@ def test_what_is_no_path_is_told(two_link: Scene, path: str, start: dict[str, st
         along(two_link, path, start=start)
 
 
-@pytest.mark.parametrize(
-    "course", [3.0, ([0.0, 1.0], [[1, 2], [1, 2, 3]]), ([0.0, 1.0], "ab"), None]
-)
+@pytest.mark.parametrize("course", [3.0, ([0.0, 1.0], [[1, 2], [1, 2, 3]]), ([0.0, 1.0], "ab"), None])
 def test_what_is_no_path_in_python_is_told_in_a_line_with_what_is_one(two_link: Scene, course: Any) -> None:
     with pytest.raises(SimulateError, match=r"^path: tool: \w+ is no path; give text, .* of shape \(N, 3\)") as told:
         along(two_link, {"tool": course})
