@@ -41,6 +41,9 @@ F = TypeVar("F", bound=Callable[..., Any])
 FIELDS = "fields"
 """What a function calls the keywords that are fields of a noun, `**fields`."""
 
+MEASURED = re.compile(r"[0-9.]+ *[A-Za-z]+")
+"""A number with its unit."""
+
 _NOUNS: dict[Callable[..., object], tuple[type, ...]] = {}
 """The nouns of such functions."""
 
@@ -341,7 +344,7 @@ def check_arguments(
     lines, given = [], {**arguments, **fields}
     for name, kind in _read(function).items():
         if name in given and not kind.takes(value := given[name]):
-            unit = ", in SI" if isinstance(value, str) and value[:1].isdigit() and "number" in kind.words[0] else ""
+            unit = ", in SI" if MEASURED.fullmatch(str(value)) and "number" in kind.words[0] else ""
             lines.append(f"{name} = {quoted(value)}: give {kind.words[0]}{unit}")
     if lines:
         raise error(lines if hasattr(error(""), "faults") else "\n".join(lines))

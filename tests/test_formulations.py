@@ -364,7 +364,8 @@ def test_a_scene_without_a_formulation_says_why(name: str, formulation: str, mes
         symdyn.emit.print.printed_text(symdyn.example(name), formulation=formulation)
 
 
-@pytest.mark.parametrize("formulation", sorted(PAGES.keys() - {"contact"}))  # test_contact_page.py
+# test_contact_page.py and test_arm_page.py have the others
+@pytest.mark.parametrize("formulation", sorted(PAGES.keys() - {"contact", "inverse-kinematics"}))
 def test_pages_are_text_latex_and_a_document(formulation: str) -> None:
     scene = read_text(ROD if formulation == "udwadia-kalaba" else SPHERICAL)
     printed = symdyn.emit.print.printed_text

@@ -27,7 +27,8 @@ from symdyn.teach.practice.exercises import judge, with_exercises
 from symdyn.verdict import Verdict
 from symdyn.verify import Claim, on_unit_sphere, prove
 
-PAGES = {name: page for name, page in EVERY.items() if name != "contact"}  # a lesson has a section of contacts
+PAGES = {name: page for name, page in EVERY.items() if name not in ("contact", "inverse-kinematics")}
+"""But for pages that are no formulation: a lesson has a section of contacts, and none of angles of arms."""
 
 
 PENDULUM = str(Path(__file__).parent.parent / "examples" / "pendulum.toml")

@@ -22,7 +22,7 @@ from symdyn.arguments import argument
 from symdyn.errors import DerivationError, SimulateError, listed
 from symdyn.frozen import dataclass, replace
 from symdyn.graph import Graph
-from symdyn.scene import Scene, SceneUnits
+from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.forces import FORCES
 from symdyn.scene.values import Contact, Faults, force_unit
 from symdyn.simulation.columns import apart, axes_of
@@ -206,10 +206,11 @@ def needed(system: StateEquations, motion: Trajectory) -> tuple[list[Needed], li
 
 def _left(motion: Trajectory) -> list[str]:
     """Return which wheels have gone off the plane that nothing holds them to."""
-    if not any(row.kind == "rolling" and "normal" not in row.components for row in motion.scene.contacts):
+    free = [row for row in motion.scene.contacts if row.radius != Quantity.ZERO and "normal" not in row.components]
+    if not free:
         return []
     numbers = opened(motion.scene).numbers()
-    gaps = [one for one in numbers.contact_gaps if "normal" not in one.row.components]
+    gaps = [one for one in numbers.contact_gaps if one.row in free]
     begun, ended = (np.array(numbers.at([one.height for one in gaps], q)) for q in motion.q[[0, -1]])
     return [
         f"contact {one.row.name}: {one.row.place.body} {'rises' if h > 0 else 'falls'} by {abs(h):.3g} m across its "
