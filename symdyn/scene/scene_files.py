@@ -266,7 +266,7 @@ def examples() -> tuple[str, ...]:
     """Return the names of the scenes that come with the package, in order.
 
     >>> examples()[:3]
-    ('actuator', 'arm7', 'bicycle')
+    ('actuator', 'arm7', 'backlash')
     """
     return tuple(sorted(example_files()))
 
