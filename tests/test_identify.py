@@ -75,7 +75,7 @@ def test_a_delay_of_forces_is_estimated_and_told_where_it_is_one(seconds: float)
     assert 1e-5 < error < 2e-4
     assert abs(value - seconds) < 4 * error
     assert found.as_dict()["delay"] == {"value": value, "standard_error": error}
-    told = [note for note in found.notes if "driving forces come" in note]
+    told = [note for note in found.notes if "driving forces came" in note]
     assert [("after" in note, "before" in note) for note in told] == [(seconds > 0, seconds < 0)] * (seconds != 0)
 
 
@@ -87,8 +87,8 @@ def test_each_of_several_logs_has_its_own_delay_and_one_at_rest_none() -> None:
     found = symdyn.identify(scene, logs)
     rest = symdyn.identify(scene, {"t": t, "q1": 0.3 + 0 * t, "tau1": 1.2 + 0 * t})
 
-    (told,) = (note for note in found.notes if "driving forces come" in note)
-    assert "come 50 ms after" in told
+    (told,) = (note for note in found.notes if "driving forces came" in note)
+    assert "came 50 ms after" in told
     assert rest.delay[0] == 0
     assert np.isnan(rest.delay[1])
 

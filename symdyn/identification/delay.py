@@ -77,6 +77,6 @@ def words(found: tuple[float, float], step: float, source: str) -> list[str]:
     d, error = found
     if not (np.isfinite(error) and abs(d) > max(SURE * error, TOLD * step)):
         return []
-    late = f"driving forces come {1e3 * abs(d):.3g} ms {'after' if d > 0 else 'before'} the motion"
+    late = f"as if driving forces came {1e3 * abs(d):.3g} ms {'after' if d > 0 else 'before'} the motion"
     more = f"with a standard error of {1e3 * error:.2g} ms, which pulls what is identified; move their columns by that"
-    return [f"{source}: {late}, {more}"]
+    return [f"{source}: {late}, {more}, or take a wider band: one that cuts into the motion looks the same"]
