@@ -344,7 +344,8 @@ def check_arguments(
     lines, given = [], {**arguments, **fields}
     for name, kind in _read(function).items():
         if name in given and not kind.takes(value := given[name]):
-            unit = ", in SI" if MEASURED.fullmatch(str(value)) and "number" in kind.words[0] else ""
+            measured = isinstance(value, str) and MEASURED.fullmatch(value) and "number" in kind.words[0]
+            unit = ", in SI" if measured else ""
             lines.append(f"{name} = {quoted(value)}: give {kind.words[0]}{unit}")
     if lines:
         raise error(lines if hasattr(error(""), "faults") else "\n".join(lines))
