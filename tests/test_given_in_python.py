@@ -258,6 +258,7 @@ def test_a_wrong_keyword_says_which_was_meant(call: Callable[[Scene], object], t
         call(scene)
 
 
+@pytest.mark.runs("cc")
 def test_a_wrong_attribute_says_which_was_meant(scene: Scene) -> None:
     run = inverse(scene, {"q1": "t"}, until=1)
 
@@ -268,6 +269,7 @@ def test_a_wrong_attribute_says_which_was_meant(scene: Scene) -> None:
     assert pickle.loads(pickle.dumps(run)).t.tolist() == run.t.tolist()
 
 
+@pytest.mark.runs("cc")
 def test_times_of_inverse_are_given_as_those_of_simulate(scene: Scene) -> None:
     given = inverse(scene, {"q1": "t**2"}, np.linspace(0, 2, 5))
 

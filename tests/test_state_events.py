@@ -62,6 +62,7 @@ def test_every_method_that_finds_events_goes_on_behind_jumps(counted: Scene, met
     assert run["down"][-1] == 1 + 3  # at 1.5 π it passes upwards; what jumps at once sees what there was before
 
 
+@pytest.mark.runs("cc")
 def test_no_method_without_events_is_taken(counted: Scene) -> None:
     with pytest.raises(MethodError, match="gauss does not apply: it looks for no events"):
         symdyn.simulate(counted, until=1, method="gauss")
