@@ -29,7 +29,7 @@ LONGEST_WORD = 240
 QUOTED = 60
 """Characters of a wrong value that a message quotes."""
 
-_LONG = re.compile(rf"\S{{{LONGEST_WORD + 1},}}")
+_LONG = rf"\S{{{LONGEST_WORD + 1},}}"
 
 
 def quoted(value: object) -> str:
@@ -60,7 +60,7 @@ def _told(message: object, keep: str = "\n\t") -> str:
 
 def without_long_words(text: str) -> str:
     """Return text in which a name of a page's length is shortened to its begin and its end."""
-    return _LONG.sub(lambda found: f"{found[0][:80]}...{found[0][-40:]}", text)
+    return re.sub(_LONG, lambda found: f"{found[0][:80]}...{found[0][-40:]}", text)
 
 
 def _spelled(character: str) -> str:
@@ -246,7 +246,7 @@ Words of MATLAB, python-control, SciPy, pandas and of textbooks; of several name
 """
 
 
-_RATE = re.compile(r"(d{1,2})?_?(?P<of>.*?)_?(d{1,2}|p{1,2}|d?dot)?")
+_RATE = r"(d{1,2})?_?(?P<of>.*?)_?(d{1,2}|p{1,2}|d?dot)?"
 SECOND = ("dd", "pp", "ddot")
 """How others write rates, dtheta, theta_d or thetap, and which of these are of second order."""
 
@@ -265,7 +265,7 @@ def nearest(name: object, known: Iterable[str]) -> str | None:
     for here in (*words, *(one for word in words for one in candidates if one.startswith(f"{word}_"))):
         if here in lowered:
             return lowered[here]
-    rate = _RATE.fullmatch(meant)
+    rate = re.fullmatch(_RATE, meant)
     if rate and (here := f"{rate['of']}_{'d' * any(one in rate.groups() for one in SECOND)}dot") in lowered:
         return lowered[here]
     found = _likest(meant, candidates, 1, 0.6)
@@ -306,8 +306,8 @@ def listed(names: Iterable[str], most: int = MOST_LISTED) -> str:
     return ", ".join(every[:most]) + (f", ... ({len(every)} in all)" if len(every) > most else "")
 
 
-_NUMBERS = re.compile(r"\d[\d.e+-]*")
-_MORE = re.compile(r" \(and (\d+) alike\)$")
+_NUMBERS = r"\d[\d.e+-]*"
+_MORE = r" \(and (\d+) alike\)$"
 
 
 def alike(notes: Iterable[str]) -> tuple[str, ...]:
@@ -318,9 +318,9 @@ def alike(notes: Iterable[str]) -> tuple[str, ...]:
     """
     firsts, counts = dict[str, str](), dict[str, int]()
     for note in dict.fromkeys(notes):
-        more = _MORE.search(note)
+        more = re.search(_MORE, note)
         plain = note[: more.start()] if more else note
-        kind = _NUMBERS.sub("#", plain)
+        kind = re.sub(_NUMBERS, "#", plain)
         firsts.setdefault(kind, plain)
         counts[kind] = counts.get(kind, -1) + 1 + (int(more[1]) if more else 0)
     return tuple(f"{note} (and {counts[kind]} alike)" * (counts[kind] > 0) or note for kind, note in firsts.items())

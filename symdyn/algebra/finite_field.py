@@ -30,6 +30,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import lru_cache
 from math import floor, isqrt, lcm, prod
+from random import Random
 
 from flint import fmpz
 
@@ -293,9 +294,7 @@ class _AtPoint:
 
 
 def _hash(*key: object) -> int:
-    from hashlib import blake2b  # which loads OpenSSL; most scenes need none
-
-    return int.from_bytes(blake2b(repr(key).encode(), digest_size=32).digest(), "big")
+    return Random(repr(key)).getrandbits(256)  # the same in every process; hashlib would load OpenSSL
 
 
 def _is_square(n: int, p: int) -> bool:

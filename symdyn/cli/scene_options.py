@@ -192,7 +192,7 @@ def read_scene_to_move(options: argparse.Namespace) -> Scene:
     return scene.in_numbers([*read_bindings(options.bind)]) if options.bind is not None else scene
 
 
-_SPARE = re.compile(r"(?<!\w) +| +(?!\w)")
+_SPARE = r"(?<!\w) +| +(?!\w)"
 """Spaces that a list does not need; the one of "3 kg m^2" it needs."""
 
 
@@ -215,7 +215,7 @@ def again(options: argparse.Namespace, always: str = "") -> str:
             repeated = isinstance(action, argparse._AppendAction) and isinstance(value, list)
             for one in value if repeated else [value]:
                 several = one if isinstance(one, list) else [one]
-                words += [action.option_strings[0], *(shlex.quote(_SPARE.sub("", str(each))) for each in several)]
+                words += [action.option_strings[0], *(shlex.quote(re.sub(_SPARE, "", str(each))) for each in several)]
     return " ".join(words)
 
 

@@ -31,7 +31,7 @@ WIDTH = 160  # of tables that are not shown on a terminal
 MOST_LEAVES = 8
 LONGEST_NUMBER, DIGITS = 8, 6  # digits of a number that is shown as it is, and of one that is rounded
 
-_NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?:/\d+)?(?![\w.])")
+_NUMBER = r"(?<![\w.])\d+(?:\.\d+)?(?:/\d+)?(?![\w.])"
 
 
 class Answer:
@@ -189,7 +189,7 @@ def short(text: str) -> str:
     >>> short("2*pi"), short("1/3"), short("-2.0943951023931953"), short("m1 + 0.1234567890123*a2")
     ('2*pi', '1/3', '≈ -2.0944', '≈ m1 + 0.123457*a2')
     """
-    rounded = _NUMBER.sub(lambda found: _rounded(found[0]), text)
+    rounded = re.sub(_NUMBER, lambda found: _rounded(found[0]), text)
     return text if rounded == text else f"≈ {rounded}"
 
 
@@ -226,19 +226,21 @@ class Waiting(_Late):
     """Tells what is being done."""
 
     def __init__(self, stage: str = "working") -> None:
-        import threading
-
         super().__init__(stage)
-        self._timer = threading.Timer(PATIENCE, self._show)
-        self._timer.daemon = True
+        self._timer: Any = None
 
     def __enter__(self) -> Self:
         if _shows_progress():
+            from threading import Timer
+
+            self._timer = Timer(PATIENCE, self._show)
+            self._timer.daemon = True
             self._timer.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._timer.cancel()
+        if self._timer is not None:
+            self._timer.cancel()
         super().__exit__()
 
     def __call__(self, stage: str) -> None:

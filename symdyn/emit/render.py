@@ -40,7 +40,7 @@ _SIGNS = {"−": "-", "≤": r"\le", "≥": r"\ge", "≈": r"\approx", "≠": r"
 
 _MARKDOWN = {character: f"\\{character}" for character in "`*_{}[]<>#|~&"}
 _MARKDOWN |= {character: f"<span>&#{ord(character)};</span>" for character in "\\$"}  # which open mathematics
-_LINK = re.compile(r"(?i)(?<![a-z])(https?|ftp|mailto|xmpp)(?=:)|(?<![a-z])(www)(?=\.)|(?=@)")
+_LINK = r"(?i)(?<![a-z])(https?|ftp|mailto|xmpp)(?=:)|(?<![a-z])(www)(?=\.)|(?=@)"
 
 
 def in_latex(text: str) -> str:
@@ -80,7 +80,7 @@ def in_markdown(text: str) -> str:
 
     Notebooks look for formulas in the text and, once more, in the page that is made of it; no formula spans elements.
     """
-    return _LINK.sub(lambda found: f"{found[0]}\\", "".join(_MARKDOWN.get(x, x) for x in text))
+    return re.sub(_LINK, lambda found: f"{found[0]}\\", "".join(_MARKDOWN.get(x, x) for x in text))
 
 
 def in_rustdoc(text: str) -> str:

@@ -14,14 +14,14 @@ from dataclasses import dataclass, field
 
 from symdyn.errors import Place, SceneError, printable, without_long_words
 
-_BLANK = re.compile(r"(?:[ \t\r\n,]|#[^\n]*)*+")
-_NAME = re.compile(r"""[ \t]*(?P<name>[\w-]+|"(?:[^"\\\n]|\\.)*"|'[^'\n]*')[ \t]*""")
-_TEXT = re.compile(r'"""(?s:[^\\]|\\.)*?"""|\'\'\'(?s:.)*?\'\'\'|"(?:[^"\\\n]|\\.)*"|\'[^\'\n]*\'|[^\s,\]}#]+')
+_BLANK = r"(?:[ \t\r\n,]|#[^\n]*)*+"
+_NAME = r"""[ \t]*(?P<name>[\w-]+|"(?:[^"\\\n]|\\.)*"|'[^'\n]*')[ \t]*"""
+_TEXT = r'"""(?s:[^\\]|\\.)*?"""|\'\'\'(?s:.)*?\'\'\'|"(?:[^"\\\n]|\\.)*"|\'[^\'\n]*\'|[^\s,\]}#]+'
 
 DEEPEST = 20
 """Levels of a value that are walked; a scene needs five."""
 
-_SAID = re.compile(r"line (\d+)(?:, column (\d+))?: ")
+_SAID = r"line (\d+)(?:, column (\d+))?: "
 ENDED = "end of document: "
 """How tomllib, and our own look at long keys, tell a place."""
 
@@ -67,13 +67,13 @@ class _Walk:
                 self.at = _end_of_line(text, self.at)
 
     def _goes_on(self, until: str = "") -> bool:
-        found = _BLANK.match(self.text, self.at)
+        found = re.compile(_BLANK).match(self.text, self.at)
         self.at = found.end() if found else self.at
         return self.at < len(self.text) and self.text[self.at] != until
 
     def _names(self) -> Iterator[tuple[str, int, int]]:
         """Return the parts of a dotted key."""
-        while found := _NAME.match(self.text, self.at):
+        while found := re.compile(_NAME).match(self.text, self.at):
             self.at = found.end()
             yield found["name"].strip("\"'"), found.start("name"), found.end("name")
             if self.text[self.at : self.at + 1] != ".":
@@ -113,7 +113,7 @@ class _Walk:
                     entry.end = self.at
                 self.at += self.at == before
             self.at += 1
-        elif found := _TEXT.match(self.text, self.at):
+        elif found := re.compile(_TEXT).match(self.text, self.at):
             self.at, node.value = found.end(), found[0].strip("\"'")
 
 
@@ -164,7 +164,7 @@ def _placed(told: str, text: str, root: _Node) -> tuple[Place, str]:
     """Return where a fault stands, and what is left to be told."""
     if told.startswith(ENDED):
         return place_at(text, len(text.rstrip())), told
-    if said := _SAID.match(told):
+    if said := re.match(_SAID, told):
         line, column = int(said[1]), int(said[2] or 1)
         return Place(line, column), f"column {column}: {told[said.end() :]}" if said[2] else told[said.end() :]
     node = _node(root, told)

@@ -43,7 +43,7 @@ MOST_PARTS = BOUNDS["parts of a dotted key"]
 
 _PART = r"""(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')"""
 
-_DOTTED = re.compile(
+_DOTTED = (
     rf'"""(?s:[^\\]|\\.)*?"""|{chr(39) * 3}(?s:.)*?{chr(39) * 3}|#.*|(?P<key>{_PART}(?:[ \t]*+\.[ \t]*+{_PART})*+)'
 )
 """Texts of several lines and comments, or else a dotted key; a text of one line, a word and a number look like one."""
@@ -113,7 +113,7 @@ def _refuse_long_keys(text: str, source: str) -> None:
     """Refuse keys of many parts, on which the parser spends the square of their number."""
     if all(line.count(".") < MOST_PARTS for line in text.splitlines()):
         return
-    for found in _DOTTED.finditer(text):
+    for found in re.finditer(_DOTTED, text):
         parts = re.findall(_PART, found["key"] or "")
         if len(parts) > MOST_PARTS:
             line = text.count("\n", 0, found.start()) + 1
@@ -172,13 +172,13 @@ def _reworded(message: str, text: str) -> str:
     return f"{where}is not valid TOML: {what}"
 
 
-_BARE = re.compile(r"""(?P<value>(?:[^,\]}#="'()\[{]|\((?:[^()]|\([^()]*\))*\))*)(?P<end>.?)""")
+_BARE = r"""(?P<value>(?:[^,\]}#="'()\[{]|\((?:[^()]|\([^()]*\))*\))*)(?P<end>.?)"""
 """A value that begins with no quote or bracket, and what stands behind it."""
 
 
 def _unquoted(row: str, column: int) -> str:
     """Return what is wrong with the value at a place where TOML reads none, "" where it is none of a scene either."""
-    found = _BARE.match(row, max(row.rfind(mark, 0, column - 1) for mark in "=,[{") + 1)
+    found = re.compile(_BARE).match(row, max(row.rfind(mark, 0, column - 1) for mark in "=,[{") + 1)
     value = found["value"].strip() if found and found["end"] not in ("=", '"', "'") and found.start() else ""
     if value in ("True", "False"):
         return f"write {value.lower()} in small letters"

@@ -150,7 +150,7 @@ def _declared(latex: str) -> PrintName:
 
 RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 LETTERS = {"°": r"{}^{\circ}", "%": r"\%", "μ": r"\mu ", "Ω": r"\Omega "}
-UNIT = re.compile(rf"([A-Za-z{''.join(LETTERS)}]+)(?:(?:\^|\*\*)?(-?\d+))?|([/()1])|[*·⋅ ]")
+UNIT = rf"([A-Za-z{''.join(LETTERS)}]+)(?:(?:\^|\*\*)?(-?\d+))?|([/()1])|[*·⋅ ]"
 
 
 def latex_unit(unit: str) -> str:
@@ -159,7 +159,7 @@ def latex_unit(unit: str) -> str:
     plain = unicodedata.normalize("NFKC", plain)  # one µ, one Ω
     text, at = "", 0
     while at < len(plain):
-        token = UNIT.match(plain, at)
+        token = re.compile(UNIT).match(plain, at)
         if token is None:
             return rf"\text{{{in_latex(unit.encode('ascii', 'replace').decode())}}}"
         letters, power, mark = token.groups()

@@ -26,7 +26,7 @@ from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import FormulaError, Quantity, spell
 from symdyn.scene.values.unit import Unit, UnitError, in_si, out_of_si
 
-_ENCODING = re.compile(r"""\A(\ufeff?\s*<\?xml\s[^>]{0,200}?)\sencoding\s*=\s*(?:"[^"]*"|'[^']*')""")
+_ENCODING = r"""\A(\ufeff?\s*<\?xml\s[^>]{0,200}?)\sencoding\s*=\s*(?:"[^"]*"|'[^']*')"""
 
 BEGIN = "check the path, or begin a scene with symdyn new"
 """What to do where there is no scene."""
@@ -75,7 +75,7 @@ def opened(file: Readable) -> Opened:
     if not content:
         raise SceneError(f"{path}: nothing is left to be read; an open file is read once, seek(0) goes back")
     if isinstance(content, str):  # its declaration tells the encoding that it had
-        content = _ENCODING.sub(r"\1", content, count=1).encode("utf-8", "surrogatepass")
+        content = re.sub(_ENCODING, r"\1", content, count=1).encode("utf-8", "surrogatepass")
     return Opened(path, content)
 
 

@@ -67,7 +67,7 @@ HINTS: Mapping[type[ast.AST], str] = {
     ast.Tuple: "a comma may stand between arguments only, as in atan2(y, x); write decimals with a point",
 }
 
-_WITH_UNIT = re.compile(r"\d [^\W\d_]")
+_WITH_UNIT = r"\d [^\W\d_]"
 _CUT = re.compile(r" ?[-+*/] ?")
 MOST_CUTS = 20
 """Places of a text where a unit is tried to end, and a formula to begin."""
@@ -79,13 +79,13 @@ AS_TABLE = 'write a number and a unit such as { value = 500, unit = "mm" }'
 """What is said of a table that is none."""
 
 _DEGREES = re.compile(r"(?<=[\w.)])[ ]+deg\b(?![ ]*\()")
-_NUMBER = re.compile(r"(?:\d+\.?\d*|\.\d+)(?:[eE]([+-]?\d+))?\Z")
+_NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE]([+-]?\d+))?\Z"
 _VALUE = re.compile(
     r"(?P<sign>[+-]?)[ ]?(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)(?:[ ]?/[ ]?(?P<below>[0-9]+))?"
     r"(?:[ ]?(?P<unit>[^\W\d_].*|[°%].*)|[ ](?P<other>1[ ]?/.*|\([^\W\d_][^()]*\)[ ]?(?:\^|\*\*).*))"
 )
-_FACTOR = re.compile(r"(?:deg|°)[ ]?(?!(?:/[ ]?(?:s|ms|min)(?:[ ]?(?:\^|\*\*)[ ]?[23]|[²³])?[ ]?)+\Z)[*/·⋅×]")
-_SUM = re.compile(r"[^eE^*(][+-]|,")
+_FACTOR = r"(?:deg|°)[ ]?(?!(?:/[ ]?(?:s|ms|min)(?:[ ]?(?:\^|\*\*)[ ]?[23]|[²³])?[ ]?)+\Z)[*/·⋅×]"
+_SUM = r"[^eE^*(][+-]|,"
 _FOREIGN = re.compile(r"[^A-Za-z0-9_+\-*/()., <>=]|(?<![<>])=")
 _QUOTED = re.compile(r"\btable ?\( ?([\"'])[A-Za-z0-9_./ -]{1,200}\1")
 _IF = re.compile(r"\bif(?= ?\()")
@@ -239,7 +239,7 @@ def _formula(text: str) -> Quantity:
 
 def _value(match: re.Match[str], text: str) -> Quantity:
     """Return a number with a unit in SI, and a formula that begins like one, such as 90 deg/2."""
-    if match["unit"] and _FACTOR.match(match["unit"]):
+    if match["unit"] and re.match(_FACTOR, match["unit"]):
         return _formula(f"{text[: match.start('unit')].rstrip()} {match['unit']}")
     try:
         unit = Unit.read(match["unit"] or match["other"])
@@ -248,7 +248,7 @@ def _value(match: re.Match[str], text: str) -> Quantity:
             return _formula(text)
         except _BrokenError as broken:
             begin = max(match.span("unit")[0], match.span("other")[0])
-            raise (_letters_beside(text, begin, error) or (broken if _SUM.search(text) else error)) from None
+            raise (_letters_beside(text, begin, error) or (broken if re.search(_SUM, text) else error)) from None
     below = folding.constant(_exact(match["below"] or "1"))
     size = folding.div(folding.constant(_exact(match["number"])), below)
     return replace(in_si(folding.neg(size) if match["sign"] == "-" else size, unit), unit=unit.text)
@@ -300,7 +300,7 @@ class _Reader:
             where = f"at character {error.offset}" if error.offset else "at its end"
             raise _BrokenError(
                 f"it breaks off {where}; check brackets and operators; a unit stands behind a number alone, as in 5 mm"
-                + (': name the number, such as a = "5 mm" in parameters' if _WITH_UNIT.search(self.text) else "")
+                + (': name the number, such as a = "5 mm" in parameters' if re.search(_WITH_UNIT, self.text) else "")
             ) from None
         except (ValueError, MemoryError, RecursionError):
             raise FormulaError("it nests too deep; name a part of it as a parameter") from None
@@ -324,7 +324,7 @@ class _Reader:
 
     def literal(self, node: ast.Constant) -> Quantity:
         digits = self.text[node.col_offset : node.end_col_offset]
-        if not _NUMBER.match(digits):
+        if not re.match(_NUMBER, digits):
             raise FormulaError(f"{digits} is not a decimal number; write one such as 12, 0.35 or 1e-3")
         return folding.constant(_exact(digits))
 

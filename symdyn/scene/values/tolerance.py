@@ -23,10 +23,7 @@ FORM = 'give such as "5 %", "0.1 mm" or 0.02, or { sigma = "1 %" }'
 
 LONGEST = 60
 
-_TEXT = re.compile(
-    r"(?:±|\+-|\+/-)?\s*(?P<number>\d+\.?\d*(?:[eE][+-]?\d{1,3})?|\.\d+(?:[eE][+-]?\d{1,3})?)\s*(?P<unit>.*)",
-    re.ASCII,
-)
+_TEXT = r"(?a)(?:±|\+-|\+/-)?\s*(?P<number>\d+\.?\d*(?:[eE][+-]?\d{1,3})?|\.\d+(?:[eE][+-]?\d{1,3})?)\s*(?P<unit>.*)"
 
 
 @dataclass(frozen=True)
@@ -75,7 +72,7 @@ def read_tolerance(raw: object, unit: str) -> Tolerance:
         return Tolerance(found.number, found.unit, word == "sigma")
     if isinstance(raw, bool) or not isinstance(raw, str | int | float | Decimal):
         raise FormulaError(f"is no tolerance; {FORM}")
-    match = _TEXT.fullmatch(str(raw).strip()) if len(str(raw)) <= LONGEST else None
+    match = re.fullmatch(_TEXT, str(raw).strip()) if len(str(raw)) <= LONGEST else None
     if match is None:
         raise FormulaError(f"is no tolerance above zero; {FORM}")
     number, own = match["number"], match["unit"].strip()
