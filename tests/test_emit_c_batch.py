@@ -42,7 +42,7 @@ from symdyn.runtime import build
 from symdyn.runtime.c_module import GRAIN, WORTH, price, run_rows, split
 from symdyn.scene import Scene, read
 
-pytestmark = pytest.mark.runs("cc")
+pytestmark = [pytest.mark.runs("cc"), pytest.mark.usefixtures("optimised")]
 
 GCC = shutil.which("gcc") or shutil.which("cc") or shutil.which("clang")
 LINT = ["-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-pedantic", "-Werror", "-c", "-o", "lint.o"]

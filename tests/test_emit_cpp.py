@@ -23,7 +23,7 @@ from symdyn.runtime import build, run_python
 from symdyn.runtime.c_module import run_cpp
 from symdyn.scene import Scene, read
 
-pytestmark = pytest.mark.runs("g++")
+pytestmark = [pytest.mark.runs("g++"), pytest.mark.usefixtures("optimised")]
 
 STRICT = ["-std=c++17", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-pedantic", "-Werror"]
 

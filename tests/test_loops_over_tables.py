@@ -30,6 +30,8 @@ from symdyn.verify.building import files_of
 from symdyn.verify.equality import Claim, prove
 from symdyn.verify.written import READERS, languages, printed, prove_texts
 
+pytestmark = pytest.mark.usefixtures("optimised")
+
 ID, LOOP = "inverse_dynamics", "rnea_loop"
 FD, FORWARD = "forward_dynamics", "aba_loop"
 DID, DFD = f"{ID}_derivatives", f"{FD}_derivatives"
