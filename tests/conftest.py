@@ -41,7 +41,7 @@ settings.load_profile("always the same")  # what a machine is busy with fails no
 with deterministic_PRNG():
     pass  # it collects garbage the first time: here there is none yet, and later seconds of looking for some
 
-gc.set_threshold(2_000_000, 20, 50)  # graphs are large and hold no circles: looking for some took 6 % of the time
+gc.set_threshold(30_000_000)  # graphs are large and hold no circles: to look for some takes seconds each time
 
 CACHE = Path(__file__).parent.parent / "build" / "cache"
 """Compiled code of tests, apart from the user's: one for all workers, and for the next runs."""

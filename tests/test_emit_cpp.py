@@ -249,7 +249,7 @@ def test_nothing_is_allocated_and_only_the_c_library_is_called(tmp_path: Path) -
     assert own <= {"sin", "cos", "sqrt", "exp", "log", "tanh", "atan2", "pow"}
 
 
-@pytest.mark.long(0)
+@pytest.mark.slow
 def test_vectors_and_maps_of_eigen(tmp_path: Path) -> None:
     folder = next((path for path in EIGEN if Path(path, "Eigen", "Core").is_file()), "")
     if not folder:

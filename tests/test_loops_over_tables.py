@@ -99,7 +99,7 @@ def test_without_gravity_the_ground_stands_still() -> None:
     assert found.verdict == "proved"
 
 
-@pytest.mark.wide("0-double-inverse_dynamics", "1-float-forward_dynamics")
+@pytest.mark.wide("1-float-forward_dynamics")
 @BOTH
 @pytest.mark.long
 @pytest.mark.runs("cc")
