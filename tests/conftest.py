@@ -19,6 +19,7 @@ import programs
 import pytest
 from browser import chromium
 from hypothesis import HealthCheck, settings
+from hypothesis.internal.entropy import deterministic_PRNG
 from patience import HANG
 
 # Else every process that a test starts compiles all of symdyn anew, and every worker all tests; git ignores the files.
@@ -37,8 +38,10 @@ settings.register_profile(
     "always the same", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]
 )
 settings.load_profile("always the same")  # what a machine is busy with fails no test, and new cases are the fuzzer's
+with deterministic_PRNG():
+    pass  # it collects garbage the first time: here there is none yet, and later seconds of looking for some
 
-gc.set_threshold(2_000_000, 20, 50)  # graphs are large and hold no circles: looking for some took 6 % of the time
+gc.set_threshold(30_000_000)  # graphs are large and hold no circles: to look for some takes seconds each time
 
 CACHE = Path(__file__).parent.parent / "build" / "cache"
 """Compiled code of tests, apart from the user's: one for all workers, and for the next runs."""
@@ -84,7 +87,11 @@ def pytest_collection_finish() -> None:
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_collection() -> Iterator[None]:
+def pytest_collection(session: pytest.Session) -> Iterator[None]:
+    if not session.config.pluginmanager.hasplugin("dsession"):  # whose workers alone import what that takes
+        import sooner
+
+        sooner.begin(well=session.config.getoption("markexpr") == "slow")
     with programs.starting(False):
         return (yield)
 
@@ -135,18 +142,11 @@ def cache_of_tests() -> Iterator[None]:
         os.environ["SYMDYN_CACHE_DIR"] = before
 
 
-@pytest.fixture(scope="session", autouse=True)
-def sooner() -> Any:
-    """Make tests faster where no answer changes; workers alone import what that takes."""
+@pytest.fixture(scope="module")
+def optimised() -> Iterator[None]:
+    """Compile well, as users have it, in all of a module: for tests of what optimised code does."""
     import sooner
 
-    sooner.begin()
-    return sooner
-
-
-@pytest.fixture
-def optimised(sooner: Any) -> Iterator[None]:
-    """Compile code of `load` and of heyoka well, as users have it: for tests of what optimised code does."""
     with sooner.optimised():
         yield
 

@@ -1,9 +1,9 @@
 """What makes tests of a process faster and changes no answer.
 
 Pure functions of frozen values are asked once: a scene is read once for its text, its source and the options, and what
-tells a student's terms apart is found once for a scene and a quantity. Nothing that has a state is kept. Code of
-`load` is compiled soon rather than well, as that of runs is everywhere, and heyoka's likewise: a test of what optimised
-code does says `optimised`, and certificates and written files are compiled as ever.
+tells a student's terms apart is found once for a scene and a quantity. Nothing that has a state is kept. C and C++ are
+compiled as they stand, without optimising, and heyoka's code likewise: half of all the time of tests was gcc's. A test
+of what optimised code does says `optimised`, and `make slow` compiles well all that it runs.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from functools import lru_cache, wraps
 from typing import Any
 
-from symdyn.runtime.numeric_function import Makers
+from symdyn.runtime import commands
 from symdyn.scene import toml
 from symdyn.scene.declaration.reading import Reading, ReadOptions
 from symdyn.scene.values.entry import Faults
@@ -29,29 +29,30 @@ _soon = [True]
 @contextmanager
 def optimised() -> Iterator[None]:
     """Compile well for now."""
-    _soon[0] = False
+    before, _soon[0] = _soon[0], False
     try:
         yield
     finally:
-        _soon[0] = True
+        _soon[0] = before
 
 
-def begin() -> None:
-    """Let this process do so from now on."""
+def begin(well: bool = False) -> None:
+    """Let this process do so from now on; `well` compiles well everywhere, as `make slow` does."""
+    _soon[0] = not well
     toml._reading = _read_once(toml._reading)
     diagnosis.motions_of = _once(diagnosis.motions_of, lambda scene, course: (scene, course is None))
     diagnosis.evidence_of = _once(diagnosis.evidence_of, lambda course, motions, key: (course.scene, key))
-    places, integrator = Makers.places, heyoka_expressions.integrator
+    needs, integrator = commands.GNU.needs, heyoka_expressions.integrator
 
-    def placed(makers: Makers, made: Any, soon: bool = False) -> list[int]:
-        return places(makers, made, soon or _soon[0])
+    def needed(of: commands.Needs) -> commands.Words:
+        return (*needs(of), *(("-O0",) if _soon[0] else ()))  # the last of several levels is taken
 
     def lent(expressions: Sequence[Any], options: dict[str, Any], make: Callable[[], Any]) -> Any:
         if _soon[0]:
             options.setdefault("opt_level", 0)  # `make` hands them on
         return integrator(expressions, options, make)
 
-    Makers.places = placed  # type: ignore[method-assign]
+    object.__setattr__(commands.GNU, "needs", needed)
     heyoka_expressions.integrator = lent
 
 

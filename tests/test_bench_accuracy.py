@@ -156,6 +156,7 @@ def allowed(way: str, roundoffs: float) -> float:
     return 1e-10 * 2.0**53 if way.endswith("to 1e-10") else roundoffs
 
 
+@pytest.mark.slow
 @pytest.mark.runs
 def test_the_command_writes_a_page_that_needs_nothing_else(tmp_path, capsys):
     words = ["bench", str(EXAMPLES / "double_pendulum.toml"), "--quick", "--functions", "forward_dynamics"]

@@ -24,6 +24,7 @@ def run(*words: str, script: str = "run.py") -> subprocess.CompletedProcess[str]
 
 
 @needs_gcc
+@pytest.mark.slow
 def test_our_code_is_measured_and_reported(tmp_path):
     words = ["--robots", "two_link", "--outputs", "inverse_dynamics,mass_matrix", "--peers", "ours_c"]
     done = run("--quick", "--no-generation", *words, "-o", str(tmp_path))

@@ -19,7 +19,7 @@ from symdyn.graph import evaluate
 from symdyn.program import Program, lower
 from symdyn.runtime import build, lambdify, run_python
 
-pytestmark = pytest.mark.runs("cc")
+pytestmark = [pytest.mark.runs("cc"), pytest.mark.usefixtures("optimised")]
 
 
 @pytest.fixture(scope="module")

@@ -26,7 +26,7 @@ from symdyn.runtime.cache import cache_folder
 from symdyn.runtime.compiler import find_compiler
 from symdyn.runtime.library import build_extension
 
-pytestmark = [pytest.mark.runs("cc"), pytest.mark.usefixtures("optimised")]
+pytestmark = pytest.mark.runs("cc")
 
 NAMES = ("matrix", "scalar", "nothing", "rotated")
 COUNTS = (1, 3, 15, 16, 17, 300)  # around the number of states from which rows are called, and over a block of copies

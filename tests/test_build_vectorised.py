@@ -18,7 +18,7 @@ from symdyn.program import lower
 from symdyn.runtime.commands import FLAGS
 from symdyn.scene import read
 
-pytestmark = pytest.mark.runs("gcc")
+pytestmark = [pytest.mark.runs("gcc"), pytest.mark.usefixtures("optimised")]
 
 MACHINES = {
     "sse2": (["-march=x86-64"], 16),

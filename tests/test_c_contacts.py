@@ -23,7 +23,7 @@ from symdyn.simulation.equations import many_contacts
 from symdyn.simulation.equations.complementarity import FREE, SLIP, Case, Laws
 from symdyn.simulation.equations.settling import part
 
-pytestmark = pytest.mark.runs("cc")
+pytestmark = [pytest.mark.runs("cc"), pytest.mark.usefixtures("optimised")]
 
 SCENES = Path(__file__).parent / "data" / "impacts" / "scenes"
 ASKED = ("delassus", "contact_bias")

@@ -45,10 +45,8 @@ mass = 0.7
 com = [0.2, 0, 0.1]
 inertia = { xx = 0.05, yy = 0.06, zz = 0.07, xy = 0.004, xz = 0.003, yz = 0.002 }
 inertia_about = "com"
-[joints.flight]
-type = "free"
-parent = "ground"
-child = "trunk"
+[joints]
+flight = { type = "free", parent = "ground", child = "trunk" }
 [joints.ball]
 type = "spherical"
 parent = "trunk"
@@ -115,30 +113,14 @@ def test_laws_of_momentum_are_proved_of_a_free_base() -> None:
 
 WELDED = """
 name = "welded"
-[bodies.table]
-mass = 100
-com = [9, 9, 9]
-[bodies.link]
-mass = 2
-com = [1, 0, 0]
-[bodies.flange]
-mass = 1
-com = [1, 0, 0]
-[joints.stand]
-type = "fixed"
-parent = "ground"
-child = "table"
-[joints.hinge]
-type = "revolute"
-parent = "table"
-child = "link"
-axis = [0, 0, 1]
-rotor = { inertia = 1, gear = 10 }
-[joints.weld]
-type = "fixed"
-parent = "link"
-child = "flange"
-origin = [1, 0, 0]
+[bodies]
+table = { mass = 100, com = [9, 9, 9] }
+link = { mass = 2, com = [1, 0, 0] }
+flange = { mass = 1, com = [1, 0, 0] }
+[joints]
+stand = { type = "fixed", parent = "ground", child = "table" }
+hinge = { type = "revolute", parent = "table", child = "link", axis = [0, 0, 1], rotor = { inertia = 1, gear = 10 } }
+weld = { type = "fixed", parent = "link", child = "flange", origin = [1, 0, 0] }
 """
 
 
@@ -152,19 +134,12 @@ def test_what_is_welded_to_the_ground_does_not_count_and_rotors_have_no_part() -
 
 
 MASSLESS = """
-[bodies.table]
-mass = 5
-com = [0, 0, 0]
-[bodies.needle]
-[joints.stand]
-type = "fixed"
-parent = "ground"
-child = "table"
-[joints.hinge]
-type = "revolute"
-parent = "table"
-child = "needle"
-axis = [0, 0, 1]
+[bodies]
+table = { mass = 5, com = [0, 0, 0] }
+needle = {}
+[joints]
+stand = { type = "fixed", parent = "ground", child = "table" }
+hinge = { type = "revolute", parent = "table", child = "needle", axis = [0, 0, 1] }
 """
 
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from contact_scenes import sliders
 from scipy.optimize import minimize_scalar
 
 import symdyn
@@ -24,70 +25,27 @@ EXAMPLES = Path(__file__).parent.parent / "examples"
 
 G = 9.81
 
-BALL = """
-name = "ball"
-[bodies.b]
-mass = 2
-[joints.z]
-type = "prismatic"
-parent = "ground"
-child = "b"
-axis = [0, 0, 1]
-coordinate = "z"
-drive = "F"
-start = 1
-[contacts.floor]
-body = "b"
-restitution = 0.5
-"""
+BALL = 'name = "ball"\n' + sliders("z", of="mass = 2", z='drive = "F"\nstart = 1')
+BALL += '[contacts.floor]\nbody = "b"\nrestitution = 0.5\n'
 
 JUGGLER = """
 name = "juggler"
-[bodies.hand]
-mass = 1
-[bodies.ball]
-mass = 0.2
-[joints.h]
-type = "prismatic"
-parent = "ground"
-child = "hand"
-axis = [0, 0, 1]
-coordinate = "h"
-drive = "F"
-[joints.b]
-type = "prismatic"
-parent = "ground"
-child = "ball"
-axis = [0, 0, 1]
-coordinate = "b"
-drive = false
+[bodies]
+hand = { mass = 1 }
+ball = { mass = 0.2 }
+[joints]
+h = { type = "prismatic", parent = "ground", child = "hand", axis = [0, 0, 1], coordinate = "h", drive = "F" }
+b = { type = "prismatic", parent = "ground", child = "ball", axis = [0, 0, 1], coordinate = "b", drive = false }
 [contacts.palm]
 type = "gap"
 gap = "b - h"
 """
 
-ROD = """
-name = "rod"
-[bodies.a]
-[bodies.b]
+ROD = 'name = "rod"\n' + sliders("xz", of="", x="drive = false", z="drive = false\nstart = 0.8")
+ROD += """
 [bodies.rod]
 mass = 2
 inertia = [0.1, 0.1, 0.1]
-[joints.x]
-type = "prismatic"
-parent = "ground"
-child = "a"
-axis = [1, 0, 0]
-coordinate = "x"
-drive = false
-[joints.z]
-type = "prismatic"
-parent = "a"
-child = "b"
-axis = [0, 0, 1]
-coordinate = "z"
-drive = false
-start = 0.8
 [joints.t]
 type = "revolute"
 parent = "b"
@@ -102,29 +60,8 @@ at = [0, 0, -0.5]
 friction = 2
 """
 
-BLOCK = """
-name = "block"
-[bodies.slide]
-[bodies.m1]
-mass = 2
-[joints.x]
-type = "prismatic"
-parent = "ground"
-child = "slide"
-axis = [1, 0, 0]
-coordinate = "x"
-drive = "F"
-[joints.z]
-type = "prismatic"
-parent = "slide"
-child = "m1"
-axis = [0, 0, 1]
-coordinate = "z"
-drive = false
-[contacts.sole]
-body = "m1"
-friction = 0.3
-"""
+BLOCK = 'name = "block"\n' + sliders("xz", "m1", "mass = 2", x='drive = "F"', z="drive = false")
+BLOCK += '[contacts.sole]\nbody = "m1"\nfriction = 0.3\n'
 
 CART = f"""
 name = "cart"
@@ -408,23 +345,8 @@ def test_an_end_off_its_phase_is_told_by_the_phase():
         problem.solve()
 
 
-ROPE = """
-name = "rope"
-[bodies.b]
-mass = 1
-[joints.z]
-type = "prismatic"
-parent = "ground"
-child = "b"
-axis = [0, 0, 1]
-coordinate = "z"
-drive = "F"
-start = -0.5
-[ropes.r]
-type = "slack"
-through = [{ body = "ground" }, { body = "b" }]
-length = 1
-"""
+ROPE = 'name = "rope"\n' + sliders("z", z='drive = "F"\nstart = -0.5')
+ROPE += '[ropes.r]\ntype = "slack"\nthrough = [{ body = "ground" }, { body = "b" }]\nlength = 1\n'
 
 
 @IPOPT
@@ -438,38 +360,8 @@ def test_a_rope_becomes_taut_as_in_a_run():
     assert again.impacts[0].impulse == pytest.approx(found.impacts[0].impulse, rel=1e-7)
 
 
-SPACE = """
-name = "space"
-[bodies.s1]
-[bodies.s2]
-[bodies.b]
-mass = 1
-[joints.x]
-type = "prismatic"
-parent = "ground"
-child = "s1"
-axis = [1, 0, 0]
-coordinate = "x"
-drive = "U"
-[joints.y]
-type = "prismatic"
-parent = "s1"
-child = "s2"
-axis = [0, 1, 0]
-coordinate = "y"
-drive = "V"
-[joints.z]
-type = "prismatic"
-parent = "s2"
-child = "b"
-axis = [0, 0, 1]
-coordinate = "z"
-drive = "W"
-start = 0.3
-[contacts.floor]
-body = "b"
-friction = 0.5
-"""
+SPACE = 'name = "space"\n' + sliders("xyz", x='drive = "U"', y='drive = "V"', z='drive = "W"\nstart = 0.3')
+SPACE += '[contacts.floor]\nbody = "b"\nfriction = 0.5\n'
 
 
 @IPOPT
@@ -504,10 +396,8 @@ def test_a_solution_is_a_guess_for_the_next(bounced):
         along(bounced.problem, bounced.run)
 
 
-LEG = """
-name = "leg"
-[bodies.slide]
-[bodies.lift]
+LEG = 'name = "leg"\n' + sliders("xz", "lift", "", x="drive = false", z="drive = false\nstart = 0.6")
+LEG += """
 [bodies.trunk]
 mass = 10
 inertia = [0.2, 0.2, 0.2]
@@ -515,21 +405,6 @@ inertia = [0.2, 0.2, 0.2]
 [bodies.foot]
 mass = 1
 inertia = [0.01, 0.01, 0.01]
-[joints.along]
-type = "prismatic"
-parent = "ground"
-child = "slide"
-axis = [1, 0, 0]
-coordinate = "x"
-drive = false
-[joints.up]
-type = "prismatic"
-parent = "slide"
-child = "lift"
-axis = [0, 0, 1]
-coordinate = "z"
-drive = false
-start = 0.6
 [joints.pitch]
 type = "revolute"
 parent = "lift"

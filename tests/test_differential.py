@@ -21,23 +21,13 @@ zr = { value = 60, positive = true, unit = "1" }
 Is = { value = 0.001, unit = "kg m^2" }
 Ir = { value = 0.02, unit = "kg m^2" }
 Ic = { value = 0.01, unit = "kg m^2" }
-[bodies.sun]
-inertia = ["Is/2", "Is/2", "Is"]
-inertia_about = "com"
-[bodies.ring]
-inertia = ["Ir/2", "Ir/2", "Ir"]
-inertia_about = "com"
-[bodies.arm]
-inertia = ["Ic/2", "Ic/2", "Ic"]
-inertia_about = "com"
-[joints.s]
-type = "revolute"
-parent = "ground"
-child = "sun"
-[joints.r]
-type = "revolute"
-parent = "ground"
-child = "ring"
+[bodies]
+sun = { inertia = ["Is/2", "Is/2", "Is"], inertia_about = "com" }
+ring = { inertia = ["Ir/2", "Ir/2", "Ir"], inertia_about = "com" }
+arm = { inertia = ["Ic/2", "Ic/2", "Ic"], inertia_about = "com" }
+[joints]
+s = { type = "revolute", parent = "ground", child = "sun" }
+r = { type = "revolute", parent = "ground", child = "ring" }
 [joints.c]
 type = "revolute"
 parent = "ground"
@@ -54,22 +44,12 @@ n = { unit = "1" }
 m = { unit = "kg" }
 l = { unit = "m" }
 g = { unit = "m/s^2" }
-[bodies.arm]
-mass = "m"
-com = ["l", 0, 0]
-[bodies.hand]
-mass = "m"
-com = ["l", 0, 0]
-[joints.a]
-type = "revolute"
-parent = "ground"
-child = "arm"
-[joints.b]
-type = "revolute"
-parent = "arm"
-child = "hand"
-origin = ["2*l", 0, 0]
-mimic = { joint = "a", ratio = "n" }
+[bodies]
+arm = { mass = "m", com = ["l", 0, 0] }
+hand = { mass = "m", com = ["l", 0, 0] }
+[joints]
+a = { type = "revolute", parent = "ground", child = "arm" }
+b = { type = "revolute", parent = "arm", child = "hand", origin = ["2*l", 0, 0], mimic = { joint = "a", ratio = "n" } }
 """
 
 ATWOOD = """
@@ -85,27 +65,15 @@ M = { unit = "kg" }
 m1 = { unit = "kg" }
 m2 = { unit = "kg" }
 m3 = { unit = "kg" }
-[bodies.drum]
-inertia = ["I1/2", "I1/2", "I1"]
-inertia_about = "com"
-[bodies.first]
-mass = "m1"
-[bodies.block]
-mass = "M"
-[bodies.pulley]
-inertia = ["I2/2", "I2/2", "I2"]
-inertia_about = "com"
-[bodies.second]
-mass = "m2"
-[bodies.third]
-mass = "m3"
-[joints.fall]
-type = "prismatic"
-axis = [0, 0, -1]
-parent = "ground"
-child = "first"
-coordinate = "x"
-drive = false
+[bodies]
+drum = { inertia = ["I1/2", "I1/2", "I1"], inertia_about = "com" }
+first = { mass = "m1" }
+block = { mass = "M" }
+pulley = { inertia = ["I2/2", "I2/2", "I2"], inertia_about = "com" }
+second = { mass = "m2" }
+third = { mass = "m3" }
+[joints]
+fall = { type = "prismatic", axis = [0, 0, -1], parent = "ground", child = "first", coordinate = "x", drive = false }
 [joints.drum]
 type = "revolute"
 axis = [0, 0, 1]

@@ -28,6 +28,8 @@ from symdyn.graph import Graph
 from symdyn.program import lower
 from symdyn.runtime import build
 
+pytestmark = pytest.mark.usefixtures("optimised")
+
 CLAIMED = arb(2) ** -101
 U = arb(2) ** -53
 

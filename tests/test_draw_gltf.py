@@ -363,7 +363,7 @@ def test_numbers_beyond_single_precision_are_told(tmp_path: Path) -> None:
 # Programs of others
 
 
-@pytest.mark.long(0)
+@pytest.mark.slow
 @pytest.mark.runs("node", "npm")
 def test_the_validator_of_khronos_finds_nothing(tmp_path: Path) -> None:
     packages()

@@ -48,7 +48,7 @@ def test_random_trees_have_every_kind_of_joint_and_angle():
     assert {"beta", Fraction(3, 10)} <= angles  # a parameter; 0.3 rad
 
 
-@pytest.mark.wide("two_link", "random4", "coupled4")
+@pytest.mark.wide("two_link", "coupled4")
 @pytest.mark.long
 @pytest.mark.parametrize("one", SCENES, ids=by_name)
 def test_all_formulations_of_all_outputs_are_proved_equal(one):

@@ -223,7 +223,7 @@ LOADED = [
 ]
 
 
-@pytest.mark.wide("coupled2_loaded", "floating_loaded")
+@pytest.mark.wide("floating_loaded")
 @pytest.mark.long(0)
 @pytest.mark.parametrize("one", LOADED, ids=lambda one: one.name)
 def test_both_formulations_and_all_laws_are_proved(one):

@@ -455,7 +455,7 @@ SAMPLED = [name for name, row in OUTPUTS.items() if row.place != "rope"]
 
 
 @pytest.mark.heavy("base_regressor", "k_D")
-@pytest.mark.wide(3)
+@pytest.mark.wide(5)
 @pytest.mark.long
 @pytest.mark.parametrize("name", SAMPLED)
 def test_every_field_of_a_row_is_true(name: str) -> None:
@@ -464,7 +464,7 @@ def test_every_field_of_a_row_is_true(name: str) -> None:
             CHECKS[field](name)
 
 
-@pytest.mark.wide(3)
+@pytest.mark.wide(5)
 @pytest.mark.long
 @pytest.mark.parametrize("name", SAMPLED)
 def test_a_row_that_loses_a_field_fails_the_check_of_this_field(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -477,7 +477,7 @@ def test_a_row_that_loses_a_field_fails_the_check_of_this_field(name: str, monke
             monkeypatch.setitem(OUTPUTS, name, row)
 
 
-@pytest.mark.wide(3)
+@pytest.mark.wide(5)
 @pytest.mark.long
 @pytest.mark.parametrize("check", [may_fail, cubic, depends, default_in])
 @pytest.mark.parametrize("name", OUTPUTS)
@@ -506,7 +506,7 @@ GROWING = [name for name, row in OUTPUTS.items() if "lagrange" in row.formulatio
 """Of an elastic rope, which all scenes here take, it is short; of one that keeps its length it grows."""
 
 
-@pytest.mark.wide(3)
+@pytest.mark.wide(5)
 @pytest.mark.parametrize("name", GROWING)
 def test_formulations_that_grow_fast_are_not_measured_for_six_coordinates(name: str) -> None:
     one = looked(name, scene("puma560"))
@@ -563,7 +563,7 @@ def loop(name: str, way: str, closed: bool) -> None:
 
 
 @pytest.mark.heavy("base_regressor")
-@pytest.mark.wide(3)
+@pytest.mark.wide(5)
 @pytest.mark.long
 @pytest.mark.parametrize(("field", "name", "way", "closed"), SAYING)
 def test_a_formulation_that_loses_a_field_fails_the_check_of_this_field(

@@ -23,16 +23,10 @@ FOUND = DATA / "found"
 COAXIAL = """
 name = "coaxial"
 gravity = "none"
-[bodies.wheel]
-mass = 1
-inertia = [1, 1, 2]
-inertia_about = "com"
-[joints.hinge]
-type = "revolute"
-parent = "ground"
-child = "wheel"
-origin = [["Rx", 0.7]]
-start = 0.5
+[bodies]
+wheel = { mass = 1, inertia = [1, 1, 2], inertia_about = "com" }
+[joints]
+hinge = { type = "revolute", parent = "ground", child = "wheel", origin = [["Rx", 0.7]], start = 0.5 }
 [[loop]]
 name = "bearing"
 type = "cylindrical"
@@ -178,11 +172,8 @@ def test_a_body_that_loops_hold_bears_one_that_swings():
 
 SLEIGH = """
 name = "sleigh"
-[bodies.sled]
-mass = 2
-com = [0.1, 0, 0.2]
-inertia = [0.02, 0.04, 0.05]
-inertia_about = "com"
+[bodies]
+sled = { mass = 2, com = [0.1, 0, 0.2], inertia = [0.02, 0.04, 0.05], inertia_about = "com" }
 [joints.on]
 type = "planar"
 parent = "ground"
@@ -242,13 +233,10 @@ name = "weightless"
 [parameters]
 gross = { value = 1, unit = "kg" }
 tare = { value = 1, unit = "kg" }
-[bodies.tray]
-mass = "gross - tare"
-com = [0.1, 0, 0]
-[joints.hinge]
-type = "revolute"
-parent = "ground"
-child = "tray"
+[bodies]
+tray = { mass = "gross - tare", com = [0.1, 0, 0] }
+[joints]
+hinge = { type = "revolute", parent = "ground", child = "tray" }
 """
 
 

@@ -19,7 +19,7 @@ from symdyn.emit import Sources, emit, write
 from symdyn.program import formulate, lower
 from symdyn.runtime import build, run_python
 
-pytestmark = pytest.mark.runs()
+pytestmark = [pytest.mark.runs(), pytest.mark.usefixtures("optimised")]
 
 GCC = shutil.which("gcc") or shutil.which("cc") or shutil.which("clang")
 LINT = ["-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-pedantic", "-Werror", "-c", "-o", "lint.o"]

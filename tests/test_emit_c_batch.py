@@ -42,7 +42,7 @@ from symdyn.runtime import build
 from symdyn.runtime.c_module import GRAIN, WORTH, price, run_rows, split
 from symdyn.scene import Scene, read
 
-pytestmark = pytest.mark.runs("cc")
+pytestmark = [pytest.mark.runs("cc"), pytest.mark.usefixtures("optimised")]
 
 GCC = shutil.which("gcc") or shutil.which("cc") or shutil.which("clang")
 LINT = ["-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-pedantic", "-Werror", "-c", "-o", "lint.o"]
@@ -141,7 +141,7 @@ def many_angles(count: int) -> Equations:
     return one([f(x) for x in q for f in (g.sin, g.cos)], q)
 
 
-@pytest.mark.wide(3)
+@pytest.mark.wide(7)
 @pytest.mark.parametrize("count", [2, 7, 8, 9, 17])
 def test_many_angles_are_taken_as_one_is(count, real):
     call, single = (build(lower(each), real=real).f for each in (many_angles(count), sine_and_cosine()))
@@ -414,6 +414,7 @@ class Rows:
         return [args[-1] if shared else np.tile(args[-1], (40, 1))]
 
 
+@pytest.mark.wide(3)
 @pytest.mark.parametrize("turns", [0.0, 1e3, 1e4, 1e6])
 def test_batches_are_as_accurate_as_the_yardstick_allows(turns, monkeypatch):
     from symdyn.program.tunable import RANGES

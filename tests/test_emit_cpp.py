@@ -23,7 +23,7 @@ from symdyn.runtime import build, run_python
 from symdyn.runtime.c_module import run_cpp
 from symdyn.scene import Scene, read
 
-pytestmark = pytest.mark.runs("g++")
+pytestmark = [pytest.mark.runs("g++"), pytest.mark.usefixtures("optimised")]
 
 STRICT = ["-std=c++17", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-pedantic", "-Werror"]
 
@@ -96,7 +96,7 @@ def numbers(*arrays: np.ndarray) -> list[ctypes.c_void_p]:
 def test_every_operation_is_clean_for_any_number(compiler: str, tmp_path: Path) -> None:
     sources = emit(lower(every_op()), "cpp")
     write(sources, tmp_path)
-    compiled(uses(sources, "double", "float", "stranger::Dual"), tmp_path, "-O1", compiler=compiler)
+    compiled(uses(sources, "double", "float", "stranger::Dual"), tmp_path, "-O0", compiler=compiler)
 
 
 @pytest.mark.wide("g++")
@@ -172,7 +172,7 @@ extern "C" void duals(const double *q, const double *qd, const double *p, const 
     }
 }
 """
-    library = compiled(f'#include "every_op.hpp"\n{DUAL}{body}', tmp_path, "-O1")
+    library = compiled(f'#include "every_op.hpp"\n{DUAL}{body}', tmp_path, "-O0")
     given = [a[0] for a in states(equations, "matrix", 1)]
     wanted = plain.matrix(*given)
 
@@ -206,7 +206,7 @@ extern "C" void column(const double *x, int k, double *out)
     }
 }
 """
-    library = compiled(f'#include "arm7.hpp"\n{DUAL}{body}', tmp_path, "-O1")
+    library = compiled(f'#include "arm7.hpp"\n{DUAL}{body}', tmp_path, "-O0")
     state = np.random.default_rng(5).uniform(-2, 2, 21)
     found, one = np.empty((7, 21)), np.empty(7)
     for k in range(21):
@@ -242,14 +242,14 @@ def test_lengths_and_types_are_checked_and_a_result_may_take_an_arguments_place(
 def test_nothing_is_allocated_and_only_the_c_library_is_called(tmp_path: Path) -> None:
     sources = emit(lower(every_op()), "cpp")
     write(sources, tmp_path)
-    compiled(uses(sources, "double", "float"), tmp_path, "-O1")
+    compiled(uses(sources, "double", "float"), tmp_path, "-O0")
     told = subprocess.check_output(["nm", "-u", "use.so"], cwd=tmp_path, text=True)
     called = {line.split()[-1].split("@")[0].removesuffix("f") for line in told.splitlines()}
     own = {name for name in called if not name.startswith("_")} - {"sincos", "memcpy"}
     assert own <= {"sin", "cos", "sqrt", "exp", "log", "tanh", "atan2", "pow"}
 
 
-@pytest.mark.long(0)
+@pytest.mark.slow
 def test_vectors_and_maps_of_eigen(tmp_path: Path) -> None:
     folder = next((path for path in EIGEN if Path(path, "Eigen", "Core").is_file()), "")
     if not folder:
@@ -275,7 +275,7 @@ extern "C" void matrix(const double *q, const double *qd, double m, double *out)
 }
 """
     first = '#include "every_op.hpp"\n#include <Eigen/Core>\n#include "every_op.hpp"\n'
-    library = compiled(first + body, tmp_path, "-O1", "-DNDEBUG", "-isystem", folder)
+    library = compiled(first + body, tmp_path, "-O0", "-DNDEBUG", "-isystem", folder)
     q, qd, out = np.array([0.5, 0.7]), np.array([1.5, 0.25]), np.empty(12)
     library.matrix.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_double, ctypes.c_void_p]
     library.matrix(q.ctypes.data, qd.ctypes.data, 1.25, out.ctypes.data)
@@ -322,7 +322,7 @@ def test_many_states_are_those_of_one_state_a_call(real: str, tmp_path: Path) ->
     sources = emit(lower(equations), "cpp", option="batch")
     write(sources, tmp_path)
     compiler = "g++" if real == "double" else "clang++"
-    library = compiled(many(sources, real), tmp_path, "-O1", compiler=compiler)
+    library = compiled(many(sources, real), tmp_path, "-O0", compiler=compiler)
     plain = run_python(emit(lower(equations)))
     for count in (0, 1, 31, 32, 33, 70):
         q, qd, p = (a.astype(dtype) for a in states(equations, "matrix", count))
@@ -341,7 +341,7 @@ def test_many_states_of_a_prepared_scene(tmp_path: Path) -> None:
     words = ["--target", "cpp", "--batch", "--prepare", "--functions", "inverse_dynamics", "-o", str(tmp_path)]
     assert main(["generate", str(EXAMPLES / "two_link.toml"), *words]) == 0
     use = '#include "two_link.hpp"\nauto prepare = two_link::raw::prepare_rows<double>;\n'
-    compiled(f"{use}auto tau = two_link::raw::inverse_dynamics_rows<double>;\n", tmp_path, "-O1")
+    compiled(f"{use}auto tau = two_link::raw::inverse_dynamics_rows<double>;\n", tmp_path, "-O0")
 
 
 @pytest.mark.targets

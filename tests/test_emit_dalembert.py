@@ -53,7 +53,7 @@ def test_an_index_of_two_digits_stands_apart_from_its_twin():
     assert r"\bar F^{D}_{10,10}" in text
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_spatial_mechanism_has_six_equations_a_body():
     text = dalembert_text(single_loop())
 

@@ -22,6 +22,8 @@ from symdyn.graph import Graph, Op, evaluate
 from symdyn.program import lower, prepare
 from symdyn.runtime import build
 
+pytestmark = pytest.mark.usefixtures("optimised")
+
 GCC = shutil.which("gcc") or shutil.which("cc") or shutil.which("clang")
 COMPILERS = [
     pytest.param(command.split(), marks=pytest.mark.runs(command.split()[0]))

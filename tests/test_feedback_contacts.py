@@ -75,6 +75,7 @@ KINDS: dict[str, tuple[Callable[[], object], str]] = {
 }
 
 
+@pytest.mark.wide(3)
 @pytest.mark.parametrize("method", ["dop853", "radau"])
 @pytest.mark.parametrize("which", BESIDE)
 @pytest.mark.parametrize("kind", KINDS)

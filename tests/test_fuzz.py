@@ -47,7 +47,7 @@ def test_every_planted_fault_has_its_place(plant):
 
 @pytest.mark.runs
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="workers are limited as Linux does it")
-@pytest.mark.parametrize("every", [8, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("every", [16, pytest.param(1, marks=pytest.mark.slow)])
 def test_what_was_found_once_is_mended(every: int):
     some = CORPUS[::every]
     assert some

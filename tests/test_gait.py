@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_contacts import wheel
+from contact_scenes import wheel
 
 import symdyn
 from symdyn.cli import main

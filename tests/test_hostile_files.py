@@ -334,6 +334,7 @@ EVERY += [pytest.param(*x, id=f"{x[0]}-{x[3]}-{x[2]}", marks=pytest.mark.targets
 
 
 @pytest.mark.heavy("in_xml-fmu-script", "in_comment-fmu-comment of C")
+@pytest.mark.wide(2)
 @pytest.mark.parametrize(("name", "instead", "payload", "door"), EVERY)
 def test_a_harness_sees_what_one_escape_holds_back(
     name: str, instead: Any, payload: str, door: str, tmp_path: Path, request: pytest.FixtureRequest

@@ -153,28 +153,12 @@ m2 = { value = 2 }
 c = { value = 0.5 }
 J = { value = 0.1 }
 
-[bodies.cart]
-mass = "M"
-
-[bodies.rod]
-mass = "m2"
-com = ["c", 0, 0]
-inertia = ["J", "J", "J"]
-inertia_about = "com"
-
-[joints.slide]
-type = "prismatic"
-parent = "ground"
-child = "cart"
-axis = [1, 0, 0]
-drive = "F"
-
-[joints.turn]
-type = "revolute"
-parent = "cart"
-child = "rod"
-axis = [0, 0, 1]
-drive = "T"
+[bodies]
+cart = { mass = "M" }
+rod = { mass = "m2", com = ["c", 0, 0], inertia = ["J", "J", "J"], inertia_about = "com" }
+[joints]
+slide = { type = "prismatic", parent = "ground", child = "cart", axis = [1, 0, 0], drive = "F" }
+turn = { type = "revolute", parent = "cart", child = "rod", axis = [0, 0, 1], drive = "T" }
 """
 
 

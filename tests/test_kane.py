@@ -122,36 +122,16 @@ gravity = [0, 0, 0]
 m1 = { unit = "kg", positive = true }
 m2 = { unit = "kg", positive = true }
 L = { unit = "m", positive = true }
-[bodies.plane]
-[bodies.slide]
-[bodies.knife]
-particles = [{ mass = "m1", at = [0, 0, 0] }]
-[bodies.rod]
-particles = [{ mass = "m2", at = ["L", 0, 0] }]
-[joints.shaft]
-type = "revolute"
-parent = "ground"
-child = "plane"
-axis = [0, 1, 0]
-coordinate = "q0"
-[joints.x]
-type = "prismatic"
-parent = "plane"
-child = "slide"
-axis = [1, 0, 0]
-coordinate = "q1"
-[joints.y]
-type = "prismatic"
-parent = "slide"
-child = "knife"
-axis = [0, 1, 0]
-coordinate = "q2"
-[joints.pin]
-type = "revolute"
-parent = "knife"
-child = "rod"
-axis = [0, 0, 1]
-coordinate = "q3"
+[bodies]
+plane = {}
+slide = {}
+knife = { particles = [{ mass = "m1", at = [0, 0, 0] }] }
+rod = { particles = [{ mass = "m2", at = ["L", 0, 0] }] }
+[joints]
+shaft = { type = "revolute", parent = "ground", child = "plane", axis = [0, 1, 0], coordinate = "q0" }
+x = { type = "prismatic", parent = "plane", child = "slide", axis = [1, 0, 0], coordinate = "q1" }
+y = { type = "prismatic", parent = "slide", child = "knife", axis = [0, 1, 0], coordinate = "q2" }
+pin = { type = "revolute", parent = "knife", child = "rod", axis = [0, 0, 1], coordinate = "q3" }
 """
 
 
@@ -186,30 +166,11 @@ p3 = { unit = "m" }
         for X in "ABCD"
     )
     + """
-[joints.base]
-type = "revolute"
-parent = "ground"
-child = "A"
-axis = [1, 0, 0]
-coordinate = "q1"
-[joints.elbow]
-type = "revolute"
-parent = "A"
-child = "B"
-axis = [0, 1, 0]
-origin = [0, 0, "LP"]
-coordinate = "q2"
-[joints.slide]
-type = "prismatic"
-parent = "B"
-child = "C"
-axis = [0, 0, 1]
-origin = [0, 0, "LB"]
-coordinate = "q3"
-[joints.grip]
-type = "fixed"
-parent = "C"
-child = "D"
+[joints]
+base = { type = "revolute", parent = "ground", child = "A", axis = [1, 0, 0], coordinate = "q1" }
+elbow = { type = "revolute", parent = "A", child = "B", axis = [0, 1, 0], origin = [0, 0, "LP"], coordinate = "q2" }
+slide = { type = "prismatic", parent = "B", child = "C", axis = [0, 0, 1], origin = [0, 0, "LB"], coordinate = "q3" }
+grip = { type = "fixed", parent = "C", child = "D" }
 """
     + "".join(
         f'[bodies.{X}]\nmass = "m{X}"\ncom = [0, 0, {place}]\n'

@@ -166,29 +166,14 @@ kt = 180000
 unit = "m"
 [inputs.zr]
 unit = "m"
-[bodies.hub]
-[bodies.chassis]
-mass = "ms"
-inertia = ["Jy", "Jy", "Jy"]
-inertia_about = "com"
-[bodies.front]
-mass = "mf"
-[bodies.rear]
-mass = "mr"
-[joints.heave]
-type = "prismatic"
-parent = "ground"
-child = "hub"
-axis = [0, 0, 1]
-coordinate = "z"
-drive = false
-[joints.pitch]
-type = "revolute"
-parent = "hub"
-child = "chassis"
-axis = [0, 1, 0]
-coordinate = "pitch"
-drive = false
+[bodies]
+hub = {}
+chassis = { mass = "ms", inertia = ["Jy", "Jy", "Jy"], inertia_about = "com" }
+front = { mass = "mf" }
+rear = { mass = "mr" }
+[joints]
+heave = { type = "prismatic", parent = "ground", child = "hub", axis = [0, 0, 1], coordinate = "z", drive = false }
+pitch = { type = "revolute", parent = "hub", child = "chassis", axis = [0, 1, 0], coordinate = "pitch", drive = false }
 [joints.fw]
 type = "prismatic"
 parent = "ground"

@@ -38,23 +38,11 @@ c1 = 0.5
 c2 = 0.8
 I1 = 0.2
 I2 = 0.7
-[bodies.upper]
-mass = "m1"
-com = ["c1", 0, 0]
-inertia = [0, "I1", "I1"]
-inertia_about = "com"
-[bodies.lower]
-mass = "m2"
-com = ["c2", 0, 0]
-inertia = [0, "I2", "I2"]
-inertia_about = "com"
-[joints.bar]
-type = "revolute"
-parent = "ground"
-child = "upper"
-axis = [0, 0, 1]
-coordinate = "q1"
-drive = false
+[bodies]
+upper = { mass = "m1", com = ["c1", 0, 0], inertia = [0, "I1", "I1"], inertia_about = "com" }
+lower = { mass = "m2", com = ["c2", 0, 0], inertia = [0, "I2", "I2"], inertia_about = "com" }
+[joints]
+bar = { type = "revolute", parent = "ground", child = "upper", axis = [0, 0, 1], coordinate = "q1", drive = false }
 [joints.hip]
 type = "revolute"
 parent = "upper"
@@ -66,24 +54,12 @@ coordinate = "q2"
 
 APART = """
 name = "apart"
-[bodies.one]
-mass = 1
-[bodies.other]
-mass = 2
-[joints.a]
-type = "prismatic"
-parent = "ground"
-child = "one"
-axis = [1, 0, 0]
-coordinate = "x"
-drive = "F"
-[joints.b]
-type = "prismatic"
-parent = "ground"
-child = "other"
-axis = [0, 1, 0]
-coordinate = "y"
-drive = false
+[bodies]
+one = { mass = 1 }
+other = { mass = 2 }
+[joints]
+a = { type = "prismatic", parent = "ground", child = "one", axis = [1, 0, 0], coordinate = "x", drive = "F" }
+b = { type = "prismatic", parent = "ground", child = "other", axis = [0, 1, 0], coordinate = "y", drive = false }
 [outputs.free]
 formula = "y"
 [outputs.pushed]

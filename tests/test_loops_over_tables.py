@@ -30,6 +30,8 @@ from symdyn.verify.building import files_of
 from symdyn.verify.equality import Claim, prove
 from symdyn.verify.written import READERS, languages, printed, prove_texts
 
+pytestmark = pytest.mark.usefixtures("optimised")
+
 ID, LOOP = "inverse_dynamics", "rnea_loop"
 FD, FORWARD = "forward_dynamics", "aba_loop"
 DID, DFD = f"{ID}_derivatives", f"{FD}_derivatives"
@@ -97,7 +99,7 @@ def test_without_gravity_the_ground_stands_still() -> None:
     assert found.verdict == "proved"
 
 
-@pytest.mark.wide("0-double-inverse_dynamics", "1-float-forward_dynamics")
+@pytest.mark.wide("1-float-forward_dynamics")
 @BOTH
 @pytest.mark.long
 @pytest.mark.runs("cc")

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from contact_scenes import BELT, ROD
 
 import symdyn
 from symdyn.errors import MethodError, SimulateError
 from symdyn.scene import read_text
 from symdyn.simulation import Trajectory
-from tests.test_contacts import BELT, ROD
 
 pytestmark = pytest.mark.runs("cc")
 

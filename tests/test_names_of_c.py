@@ -175,7 +175,7 @@ WAYS: dict[str, Callable[[Path, Sequence[str]], list[str]]] = {
 }
 
 
-@pytest.mark.heavy("header-only", "mex", "casadi")
+@pytest.mark.wide("c", "cpp")
 @pytest.mark.long(0)
 @pytest.mark.runs("gcc", "g++")
 @pytest.mark.parametrize(

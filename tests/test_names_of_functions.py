@@ -34,7 +34,7 @@ def requests(scene: Scene) -> list[str]:
 
 
 @pytest.mark.long
-@pytest.mark.wide(3)
+@pytest.mark.wide("four_bar")
 @pytest.mark.parametrize("name", [*CLOSED_SCENES, "cart_pole", "puma560"])
 def test_every_function_can_be_asked_for_by_its_name_in_code(name: str) -> None:
     from symdyn.dynamics.outputs.requests import name_in_code, request_of

@@ -9,7 +9,7 @@ from tests.net import SCENES, known, lines
 EVERY_RUN = ("struts", "sled", "cart_pole", "pendulum")
 
 
-@pytest.mark.wide(2)
+@pytest.mark.wide("cart_pole")
 @pytest.mark.long(0)
 @pytest.mark.parametrize("example", EVERY_RUN)
 def test_generated_files_are_those_of_the_list(example: str) -> None:

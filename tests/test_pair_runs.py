@@ -24,6 +24,8 @@ from symdyn.verify.claims import program_claims
 from symdyn.verify.equality import prove
 from symdyn.verify.written import languages, printed, prove_texts
 
+pytestmark = pytest.mark.usefixtures("optimised")
+
 PACKED = "inverse_dynamics_second_derivatives_packed"
 SCENES = {
     "flying arm": lambda: jointed("free", "revolute", "revolute"),

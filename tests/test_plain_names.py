@@ -28,25 +28,12 @@ h1 = {}
 l1 = { value = "1/2" }
 [inputs]
 u1 = { value = 1 }
-[bodies.body1]
-mass = "m1"
-com = [0, 0, 0]
-[bodies.arm]
-particles = [{ mass = 1, at = ["l1", 0, "h1"] }]
-[joints.joint1]
-type = "prismatic"
-parent = "ground"
-child = "body1"
-axis = [1, 0, 0]
-coordinate = "x1"
-drive = "f1"
-[joints.pin]
-type = "revolute"
-parent = "body1"
-child = "arm"
-axis = [0, 1, 0]
-coordinate = "x2"
-drive = false
+[bodies]
+body1 = { mass = "m1", com = [0, 0, 0] }
+arm = { particles = [{ mass = 1, at = ["l1", 0, "h1"] }] }
+[joints]
+joint1 = { type = "prismatic", parent = "ground", child = "body1", axis = [1, 0, 0], coordinate = "x1", drive = "f1" }
+pin = { type = "revolute", parent = "body1", child = "arm", axis = [0, 1, 0], coordinate = "x2", drive = false }
 [points.point1]
 body = "arm"
 at = ["l1", 0, 0]

@@ -23,7 +23,7 @@ NAMES = {
 """What is checked by `check_<name>.py`, and a word of it that symdyn does not hold."""
 
 
-@pytest.mark.heavy("rack_and_pinion", "gas_spring", "fung_rope", "energy_integral")
+@pytest.mark.wide("momentum_law")
 @pytest.mark.runs
 @pytest.mark.parametrize("recipe", NAMES)
 def test_a_new_row_is_one_file(recipe: str) -> None:

@@ -23,24 +23,17 @@ FOUND = Path(__file__).parent / "data/found"
 ROD = """
 name = "rod"
 gravity = [0, -9.81, 0]
-[bodies.rod]
-particles = [{ mass = 1, at = [1, 0, 0] }]
-[joints.pivot]
-type = "revolute"
-parent = "ground"
-child = "rod"
-coordinate = "phi"
-drive = false
+[bodies]
+rod = { particles = [{ mass = 1, at = [1, 0, 0] }] }
+[joints]
+pivot = { type = "revolute", parent = "ground", child = "rod", coordinate = "phi", drive = false }
 """
 
 TOP = """
 name = "top"
 gravity = [0, 0, -10]
-[bodies.top]
-mass = 2
-com = [0, 0, 1]
-inertia = [1, 1, 0.5]
-inertia_about = "com"
+[bodies]
+top = { mass = 2, com = [0, 0, 1], inertia = [1, 1, 0.5], inertia_about = "com" }
 [joints.point]
 type = "spherical"
 parent = "ground"
@@ -153,16 +146,10 @@ def test_shapes_of_three_equal_carts_are_the_known_ones_without_rounding() -> No
 PUCK = """
 name = "puck"
 gravity = "none"
-[bodies.puck]
-mass = 1
-com = [0, 0, 0]
-inertia = [1, 1, 1]
-inertia_about = "com"
-[joints.table]
-type = "planar"
-parent = "ground"
-child = "puck"
-axis = [0, 0, 1]
+[bodies]
+puck = { mass = 1, com = [0, 0, 0], inertia = [1, 1, 1], inertia_about = "com" }
+[joints]
+table = { type = "planar", parent = "ground", child = "puck", axis = [0, 0, 1] }
 [springs.coil]
 from = "puck"
 to = "ground"
@@ -180,25 +167,12 @@ def test_a_place_at_which_a_spring_has_no_length_is_counted_and_not_listed() -> 
 FORK = """
 name = "fork"
 gravity = [0, 0, -9.81]
-[bodies.crown]
-particles = [{ mass = 1, at = [1, 0, 0] }]
-[bodies.wheel]
-mass = 1
-com = [0, 0, 0]
-inertia = [2, 2, 1.5]
-inertia_about = "com"
-[joints.turn]
-type = "revolute"
-parent = "ground"
-child = "crown"
-axis = [1, 0, 0]
-motion = "2*t"
-[joints.axle]
-type = "revolute"
-parent = "crown"
-child = "wheel"
-axis = [0, 1, 0]
-origin = [0, -2, 0]
+[bodies]
+crown = { particles = [{ mass = 1, at = [1, 0, 0] }] }
+wheel = { mass = 1, com = [0, 0, 0], inertia = [2, 2, 1.5], inertia_about = "com" }
+[joints]
+turn = { type = "revolute", parent = "ground", child = "crown", axis = [1, 0, 0], motion = "2*t" }
+axle = { type = "revolute", parent = "crown", child = "wheel", axis = [0, 1, 0], origin = [0, -2, 0] }
 [constraints.contact]
 type = "rolling"
 body = "wheel"

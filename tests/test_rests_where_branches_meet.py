@@ -68,26 +68,10 @@ def test_the_energy_stays_along_both_branches_that_meet_there() -> None:
 PARALLELOGRAM = """
 name = "parallelogram"
 gravity = [0, -9.81, 0]
-[joints.a]
-type = "revolute"
-parent = "ground"
-child = "left"
-start = 1
-drive = false
-[joints.b]
-type = "revolute"
-parent = "left"
-child = "coupler"
-origin = [1, 0, 0]
-start = -1
-drive = false
-[joints.c]
-type = "revolute"
-parent = "ground"
-child = "right"
-origin = [2, 0, 0]
-start = 1
-drive = false
+[joints]
+a = { type = "revolute", parent = "ground", child = "left", start = 1, drive = false }
+b = { type = "revolute", parent = "left", child = "coupler", origin = [1, 0, 0], start = -1, drive = false }
+c = { type = "revolute", parent = "ground", child = "right", origin = [2, 0, 0], start = 1, drive = false }
 [[loop]]
 name = "close"
 type = "revolute"

@@ -28,6 +28,8 @@ from symdyn.verify.claims import program_claims
 from symdyn.verify.equality import prove
 from symdyn.verify.written import READERS, languages, printed, prove_texts
 
+pytestmark = pytest.mark.usefixtures("optimised")
+
 EXAMPLES = Path(__file__).parent.parent / "examples"
 FDD, BY_QD, BY_TAU = "forward_dynamics_derivatives", "forward_dynamics_by_qd", "forward_dynamics_by_tau"
 FREE, MULTIPLIERS = "forward_dynamics_unprojected_derivatives", "multipliers_unprojected_derivatives"

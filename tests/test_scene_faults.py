@@ -417,7 +417,7 @@ RAW = st.recursive(
 
 
 @pytest.mark.long
-@settings(max_examples=150)
+@settings(max_examples=60)
 @given(st.lists(RAW, min_size=8, max_size=8))
 def test_any_value_in_any_place_gives_a_scene_or_a_scene_error(raw):
     try:

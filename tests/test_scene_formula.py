@@ -210,7 +210,7 @@ FORMULAS = st.recursive(
 
 
 @pytest.mark.long(0)
-@settings(max_examples=150)
+@settings(max_examples=80)
 @given(FORMULAS)
 def test_spelling_is_the_inverse_of_parsing(text):
     try:

@@ -31,28 +31,12 @@ a1 = 1
 a2 = -2
 a3 = 5
 k = 0.7
-[bodies.rod]
-mass = "m3/9.81"
-com = [0, 1, 0]
-inertia = ["I1", "I1/2", "I1"]
-inertia_about = "frame"
-[bodies.disc]
-inertia = ["I2", "I2", "I2"]
-inertia_about = "com"
-[joints.hinge]
-type = "revolute"
-parent = "ground"
-child = "rod"
-axis = [0, 0, 1]
-coordinate = "q1"
-drive = false
-[joints.axle]
-type = "revolute"
-parent = "rod"
-child = "disc"
-axis = [0, 0, 1]
-coordinate = "r"
-drive = "u"
+[bodies]
+rod = { mass = "m3/9.81", com = [0, 1, 0], inertia = ["I1", "I1/2", "I1"], inertia_about = "frame" }
+disc = { inertia = ["I2", "I2", "I2"], inertia_about = "com" }
+[joints]
+hinge = { type = "revolute", parent = "ground", child = "rod", axis = [0, 0, 1], coordinate = "q1", drive = false }
+axle = { type = "revolute", parent = "rod", child = "disc", axis = [0, 0, 1], coordinate = "r", drive = "u" }
 """
 """The inertia wheel pendulum; q2 = q1 + r is the angle of the wheel in space, in which M = diag(I1, I2)."""
 

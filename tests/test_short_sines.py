@@ -26,6 +26,8 @@ from symdyn.runtime.library import build_extension
 from symdyn.scene import example
 from symdyn.verify.accuracy import measure
 
+pytestmark = pytest.mark.usefixtures("optimised")
+
 ROWS = pytest.mark.parametrize("row", SHORT_SINES.values(), ids=list(SHORT_SINES))
 
 # The bound, proved

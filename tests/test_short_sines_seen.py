@@ -14,6 +14,8 @@ from symdyn.cli import main
 from symdyn.errors import EmitError
 from symdyn.scene import example
 
+pytestmark = pytest.mark.usefixtures("optimised")
+
 EXAMPLES = Path(__file__).parent.parent / "examples"
 PUMA = str(EXAMPLES / "puma560.toml")
 

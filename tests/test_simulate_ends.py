@@ -72,26 +72,12 @@ def test_ida_keeps_to_its_tolerance() -> None:
 SHAFT = """
 name = "shaft"
 gravity = [0, 0, -9.81]
-[bodies.shaft]
-mass = 1
-inertia = [0.1, 0.1, 0.1]
-inertia_about = "com"
-[bodies.slider]
-mass = 1
-[joints.turn]
-type = "revolute"
-parent = "ground"
-child = "shaft"
-axis = [0, 0, 1]
-coordinate = "phi"
-start_rates = 2
-[joints.slide]
-type = "prismatic"
-parent = "ground"
-child = "slider"
-axis = [1, 0, 0]
-coordinate = "x"
-start = 1
+[bodies]
+shaft = { mass = 1, inertia = [0.1, 0.1, 0.1], inertia_about = "com" }
+slider = { mass = 1 }
+[joints]
+turn = { type = "revolute", parent = "ground", child = "shaft", axis = [0, 0, 1], coordinate = "phi", start_rates = 2 }
+slide = { type = "prismatic", parent = "ground", child = "slider", axis = [1, 0, 0], coordinate = "x", start = 1 }
 """
 
 

@@ -169,7 +169,7 @@ STUDIES = {
 
 
 @pytest.mark.long(0)
-@pytest.mark.wide(3)
+@pytest.mark.wide("scatter")
 @pytest.mark.parametrize("kind", sorted(PLOTS))
 def test_each_kind_of_plot_fits_its_study_is_the_same_bytes_and_obeys_no_name(kind: str, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")

@@ -397,7 +397,7 @@ PIECES = (*SIGNS.split(), *MARKS.split(), "é", "\x00", "\n", " ")
 
 
 @pytest.mark.long
-@settings(max_examples=150)
+@settings(max_examples=60)
 @given(st.lists(st.sampled_from(PIECES), max_size=14))
 def test_any_text_is_read_or_refused(pieces: list[str]) -> None:
     scene = read(EXAMPLES / "two_link.toml")

@@ -36,19 +36,12 @@ l = 0.5
 I = "1/12"
 mu = 0.36
 g = 9.81
-[bodies.slide]
-[bodies.lift]
-[bodies.rod]
-mass = "m"
-inertia = ["I", "I", "I"]
-inertia_about = "com"
-[joints.px]
-type = "prismatic"
-parent = "ground"
-child = "slide"
-axis = [1, 0, 0]
-coordinate = "x"
-drive = false
+[bodies]
+slide = {}
+lift = {}
+rod = { mass = "m", inertia = ["I", "I", "I"], inertia_about = "com" }
+[joints]
+px = { type = "prismatic", parent = "ground", child = "slide", axis = [1, 0, 0], coordinate = "x", drive = false }
 [joints.py]
 type = "prismatic"
 parent = "slide"
@@ -82,11 +75,8 @@ m = 0.9
 l = 0.55
 I = 0.05
 d = 0.7
-[bodies.bat]
-mass = "m"
-com = [0, "-l", 0]
-inertia = ["I", "I/10", "I"]
-inertia_about = "com"
+[bodies]
+bat = { mass = "m", com = [0, "-l", 0], inertia = ["I", "I/10", "I"], inertia_about = "com" }
 [joints.hinge]
 type = "revolute"
 parent = "ground"
@@ -113,17 +103,11 @@ m_2 = 2
 l_1 = 0.5
 l_2 = 0.4
 mu = 0.3
-[bodies.upper]
-particles = [{ mass = "m_1", at = ["l_1", 0, 0] }]
-[bodies.lower]
-particles = [{ mass = "m_2", at = ["l_2", 0, 0] }]
-[joints.shoulder]
-type = "revolute"
-parent = "ground"
-child = "upper"
-axis = [0, 0, 1]
-coordinate = "phi"
-start = -1
+[bodies]
+upper = { particles = [{ mass = "m_1", at = ["l_1", 0, 0] }] }
+lower = { particles = [{ mass = "m_2", at = ["l_2", 0, 0] }] }
+[joints]
+shoulder = { type = "revolute", parent = "ground", child = "upper", axis = [0, 0, 1], coordinate = "phi", start = -1 }
 [joints.elbow]
 type = "revolute"
 parent = "upper"
@@ -301,9 +285,8 @@ def test_variants_leave_planes_and_what_strikes_them() -> None:
 def test_dry_friction_of_a_joint_has_its_modes() -> None:
     text = """
 gravity = [0, 0, 0]
-[bodies.rotor]
-inertia = [2, 2, 2]
-inertia_about = "com"
+[bodies]
+rotor = { inertia = [2, 2, 2], inertia_about = "com" }
 [joints.shaft]
 type = "revolute"
 parent = "ground"

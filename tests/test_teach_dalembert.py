@@ -65,7 +65,7 @@ def test_loops_are_solved_by_formulas_that_hold_where_they_are_closed(name: str)
 
 
 @pytest.mark.long(0)
-@pytest.mark.wide(2)
+@pytest.mark.wide("2.5")
 @pytest.mark.parametrize("start", [0.8, 2.5, -1.2])
 def test_a_four_bar_is_assembled_as_it_is_drawn_wherever_it_starts(start: float) -> None:
     text = (EXAMPLES / "four_bar.toml").read_text(encoding="utf-8").replace("start = 0.8", f"start = {start}")

@@ -37,27 +37,12 @@ N12 = { value = 0.1, positive = true }
 k_z11 = { value = 1, positive = true }
 G1 = { value = 9.81, positive = true }
 m_1 = { value = 1, positive = true }
-[bodies.first]
-mass = "P_1 + m_1"
-com = ["L", 0, 0]
-inertia = ["I1", "I1", "J1 + I1"]
-inertia_about = "com"
-[bodies.second]
-particles = [{ mass = "k_z11", at = ["v1", "r11", "N12 + T"] }]
-[joints.hinge]
-type = "revolute"
-parent = "ground"
-child = "first"
-axis = [0, 0, 1]
-coordinate = "y_1"
-drive = "M_z11"
-[joints.slide]
-type = "prismatic"
-parent = "first"
-child = "second"
-axis = [0, 1, 0]
-coordinate = "E"
-drive = false
+[bodies]
+first = { mass = "P_1 + m_1", com = ["L", 0, 0], inertia = ["I1", "I1", "J1 + I1"], inertia_about = "com" }
+second = { particles = [{ mass = "k_z11", at = ["v1", "r11", "N12 + T"] }] }
+[joints]
+hinge = { type = "revolute", parent = "ground", child = "first", axis = [0, 0, 1], coordinate = "y_1", drive = "M_z11" }
+slide = { type = "prismatic", parent = "first", child = "second", axis = [0, 1, 0], coordinate = "E", drive = false }
 [springs.s]
 joint = "slide"
 stiffness = "K"

@@ -31,15 +31,10 @@ gravity = [0, "-g", 0]
 m = { value = 1, unit = "kg", positive = true }
 l = { value = 2, unit = "m", positive = true }
 g = { value = 9.81, unit = "m/s^2", positive = true }
-[bodies.bob]
-particles = [{ mass = "m", at = [0, "-l", 0] }]
-[joints.hinge]
-type = "revolute"
-parent = "ground"
-child = "bob"
-axis = [0, 0, 1]
-coordinate = "theta"
-drive = false
+[bodies]
+bob = { particles = [{ mass = "m", at = [0, "-l", 0] }] }
+[joints]
+hinge = { type = "revolute", parent = "ground", child = "bob", axis = [0, 0, 1], coordinate = "theta", drive = false }
 """
 
 HOOP = """
@@ -77,15 +72,10 @@ gravity = [0, 0, "-g"]
 m = { value = 2, unit = "kg", positive = true }
 k = { value = 50, unit = "N/m", positive = true }
 g = { value = 9.81, unit = "m/s^2", positive = true }
-[bodies.block]
-mass = "m"
-[joints.slide]
-type = "prismatic"
-parent = "ground"
-child = "block"
-axis = [0, 0, 1]
-coordinate = "z"
-drive = false
+[bodies]
+block = { mass = "m" }
+[joints]
+slide = { type = "prismatic", parent = "ground", child = "block", axis = [0, 0, 1], coordinate = "z", drive = false }
 [springs.spring]
 joint = "slide"
 stiffness = "k"

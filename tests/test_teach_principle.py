@@ -237,21 +237,12 @@ def test_rotation_matrices_come_before_what_is_read_from_them(name: str, count: 
 
 PARTED = """
 name = "parted"
-[bodies.fan]
-inertia = ["J", "J", "J"]
-inertia_about = "com"
-[bodies.cart]
-mass = "3*J"
-inertia = ["J", "J", "J"]
-inertia_about = "com"
-[joints.rail]
-type = "prismatic"
-parent = "ground"
-child = "cart"
-[joints.hub]
-type = "revolute"
-parent = "ground"
-child = "fan"
+[bodies]
+fan = { inertia = ["J", "J", "J"], inertia_about = "com" }
+cart = { mass = "3*J", inertia = ["J", "J", "J"], inertia_about = "com" }
+[joints]
+rail = { type = "prismatic", parent = "ground", child = "cart" }
+hub = { type = "revolute", parent = "ground", child = "fan" }
 [parameters]
 J = {}
 """

@@ -60,20 +60,12 @@ gravity = [0, 0, "-g"]
 m = { positive = true }
 h = { positive = true }
 g = { positive = true }
-[bodies.first]
-[bodies.second]
-particles = [{ mass = "m", at = [0, "h", "h"] }]
-[joints.base]
-type = "revolute"
-parent = "ground"
-child = "first"
-axis = [0, 0, 1]
-[joints.tilt]
-type = "revolute"
-parent = "first"
-child = "second"
-axis = [1, 0, 0]
-origin = { xyz = ["h", 0, 0] }
+[bodies]
+first = {}
+second = { particles = [{ mass = "m", at = [0, "h", "h"] }] }
+[joints]
+base = { type = "revolute", parent = "ground", child = "first", axis = [0, 0, 1] }
+tilt = { type = "revolute", parent = "first", child = "second", axis = [1, 0, 0], origin = { xyz = ["h", 0, 0] } }
 """
 
 
@@ -121,20 +113,12 @@ def test_a_slide_along_the_axis_of_a_turn_is_not_bent() -> None:
 
 APART = """
 name = "apart"
-[bodies.a]
-particles = [{ mass = 1, at = [1, 0, 0] }]
-[bodies.b]
-particles = [{ mass = 1, at = [1, 0, 0] }]
-[joints.one]
-type = "revolute"
-parent = "ground"
-child = "a"
-axis = [0, 0, 1]
-[joints.two]
-type = "revolute"
-parent = "ground"
-child = "b"
-axis = [0, 0, 1]
+[bodies]
+a = { particles = [{ mass = 1, at = [1, 0, 0] }] }
+b = { particles = [{ mass = 1, at = [1, 0, 0] }] }
+[joints]
+one = { type = "revolute", parent = "ground", child = "a", axis = [0, 0, 1] }
+two = { type = "revolute", parent = "ground", child = "b", axis = [0, 0, 1] }
 """
 
 

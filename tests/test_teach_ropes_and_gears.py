@@ -54,17 +54,10 @@ length = "l"
 """
 
 WOUND = """
-[bodies.pulley]
-mass = 1
-inertia = [0.02, 0.02, 0.02]
-inertia_about = "com"
-[joints.axle]
-type = "revolute"
-parent = "ground"
-child = "pulley"
-axis = [0, 1, 0]
-coordinate = "phi"
-drive = false
+[bodies]
+pulley = { mass = 1, inertia = [0.02, 0.02, 0.02], inertia_about = "com" }
+[joints]
+axle = { type = "revolute", parent = "ground", child = "pulley", axis = [0, 1, 0], coordinate = "phi", drive = false }
 [ropes.c1]
 through = ["left", { body = "pulley", at = [0, 0, 0], radius = "r", axis = [0, 1, 0], turn = "left" }]
 length = 1
@@ -84,36 +77,14 @@ J_c = { value = 0.002, unit = "kg m^2", positive = true }
 J_p = { value = 0.0001, unit = "kg m^2", positive = true }
 m_p = { value = 0.3, unit = "kg", positive = true }
 J_r = { value = 0.004, unit = "kg m^2", positive = true }
-[bodies.sun]
-mass = 0.5
-inertia = ["J_s", "J_s", "J_s"]
-inertia_about = "com"
-[bodies.ring]
-mass = 0.5
-inertia = ["J_r", "J_r", "J_r"]
-inertia_about = "com"
-[bodies.carrier]
-mass = 0.4
-inertia = ["J_c", "J_c", "J_c"]
-inertia_about = "com"
-[bodies.planet]
-mass = "m_p"
-inertia = ["J_p", "J_p", "J_p"]
-inertia_about = "com"
-[joints.s]
-type = "revolute"
-parent = "ground"
-child = "sun"
-axis = [0, 0, 1]
-coordinate = "sigma"
-drive = "T_s"
-[joints.r]
-type = "revolute"
-parent = "ground"
-child = "ring"
-axis = [0, 0, 1]
-coordinate = "rho"
-drive = "T_r"
+[bodies]
+sun = { mass = 0.5, inertia = ["J_s", "J_s", "J_s"], inertia_about = "com" }
+ring = { mass = 0.5, inertia = ["J_r", "J_r", "J_r"], inertia_about = "com" }
+carrier = { mass = 0.4, inertia = ["J_c", "J_c", "J_c"], inertia_about = "com" }
+planet = { mass = "m_p", inertia = ["J_p", "J_p", "J_p"], inertia_about = "com" }
+[joints]
+s = { type = "revolute", parent = "ground", child = "sun", axis = [0, 0, 1], coordinate = "sigma", drive = "T_s" }
+r = { type = "revolute", parent = "ground", child = "ring", axis = [0, 0, 1], coordinate = "rho", drive = "T_r" }
 [joints.c]
 type = "revolute"
 parent = "ground"
@@ -137,12 +108,9 @@ name = "hoop"
 a = { value = 0.2, unit = "m", positive = true }
 m = { value = 0.1, unit = "kg", positive = true }
 Omega = { value = 10, unit = "rad/s", positive = true }
-[bodies.hoop]
-mass = 1
-inertia = [0.01, 0.01, 0.01]
-inertia_about = "com"
-[bodies.bead]
-particles = [{ mass = "m", at = [0, 0, "-a"] }]
+[bodies]
+hoop = { mass = 1, inertia = [0.01, 0.01, 0.01], inertia_about = "com" }
+bead = { particles = [{ mass = "m", at = [0, 0, "-a"] }] }
 [joints.shaft]
 type = "revolute"
 parent = "ground"

@@ -25,23 +25,11 @@ HERE = Path(__file__).parent
 HINGES = """
 name = "door"
 gravity = [0, 0, -9.81]
-[bodies.leaf]
-mass = 20
-com = [0.4, 0, 0]
-inertia = [1, 2, 2]
-inertia_about = "com"
-[joints.lower]
-type = "revolute"
-parent = "ground"
-child = "leaf"
-axis = [0, 0, 1]
-[joints.upper]
-type = "revolute"
-parent = "ground"
-child = "leaf"
-axis = [0, 0, 1]
-origin = [0, 0, 2]
-tip = [0, 0, -2]
+[bodies]
+leaf = { mass = 20, com = [0.4, 0, 0], inertia = [1, 2, 2], inertia_about = "com" }
+[joints]
+lower = { type = "revolute", parent = "ground", child = "leaf", axis = [0, 0, 1] }
+upper = { type = "revolute", parent = "ground", child = "leaf", axis = [0, 0, 1], origin = [0, 0, 2], tip = [0, 0, -2] }
 """
 SLIDES = """
 name = "slides"
@@ -49,11 +37,8 @@ gravity = [0, 0, -9.81]
 parameters = { m = 2, l = 1 }
 bodies.table.mass = "m"
 bodies.arm = { mass = 1, com = ["l/2", 0, 0] }
-[joints.left]
-type = "prismatic"
-parent = "ground"
-child = "table"
-axis = [1, 0, 0]
+[joints]
+left = { type = "prismatic", parent = "ground", child = "table", axis = [1, 0, 0] }
 [joints.right]
 type = "prismatic"
 parent = "ground"
@@ -71,19 +56,11 @@ drive = false
 BALLS = """
 name = "balls"
 gravity = [0, 0, -9.81]
-[bodies.top]
-mass = 2
-com = [0, 0, 1]
-inertia = [1, 1, 2]
-inertia_about = "com"
-[joints.one]
-type = "spherical"
-parent = "ground"
-child = "top"
-[joints.two]
-type = "spherical"
-parent = "ground"
-child = "top"
+[bodies]
+top = { mass = 2, com = [0, 0, 1], inertia = [1, 1, 2], inertia_about = "com" }
+[joints]
+one = { type = "spherical", parent = "ground", child = "top" }
+two = { type = "spherical", parent = "ground", child = "top" }
 """
 SECOND_PIVOT = """
 [[loop]]

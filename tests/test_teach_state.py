@@ -27,12 +27,10 @@ gravity = [0, "-g", 0]
 r = { value = 0.2, positive = true, unit = "m" }
 l = { value = 0.7, positive = true, unit = "m" }
 g = { value = 9.81, positive = true, unit = "m/s^2" }
-[bodies.crank]
-particles = [{ mass = 1, at = ["r", 0, 0] }]
-[bodies.rod]
-particles = [{ mass = 2, at = ["l/2", 0, 0] }]
-[bodies.piston]
-particles = [{ mass = 3, at = [0, 0, 0] }]
+[bodies]
+crank = { particles = [{ mass = 1, at = ["r", 0, 0] }] }
+rod = { particles = [{ mass = 2, at = ["l/2", 0, 0] }] }
+piston = { particles = [{ mass = 3, at = [0, 0, 0] }] }
 [joints.motor]
 type = "revolute"
 parent = "ground"
@@ -168,13 +166,10 @@ name = "thirds"
 gravity = [0, "-g", 0]
 [parameters]
 g = { value = 9.81, unit = "m/s^2", positive = true }
-[bodies.rod]
-particles = [{ mass = 1.23456789, at = [0.7, 0, 0] }]
-[joints.pivot]
-type = "revolute"
-parent = "ground"
-child = "rod"
-axis = [0, 0, 1]
+[bodies]
+rod = { particles = [{ mass = 1.23456789, at = [0.7, 0, 0] }] }
+[joints]
+pivot = { type = "revolute", parent = "ground", child = "rod", axis = [0, 0, 1] }
 """
 
 
@@ -245,23 +240,12 @@ def test_a_lesson_that_has_no_numbers_says_of_which_scene_and_where() -> None:
 STIFF = """
 name = "stiff"
 gravity = [0, -9.81, 0]
-[bodies.a]
-particles = [{ mass = 1, at = [1, 0, 0] }]
-[bodies.b]
-particles = [{ mass = 0.3, at = [0.4, 0.1, 0] }]
-[joints.A]
-type = "revolute"
-parent = "ground"
-child = "a"
-drive = false
-start = 0.3
-[joints.B]
-type = "revolute"
-parent = "a"
-child = "b"
-origin = [1, 0, 0]
-drive = false
-start = 0.7
+[bodies]
+a = { particles = [{ mass = 1, at = [1, 0, 0] }] }
+b = { particles = [{ mass = 0.3, at = [0.4, 0.1, 0] }] }
+[joints]
+A = { type = "revolute", parent = "ground", child = "a", drive = false, start = 0.3 }
+B = { type = "revolute", parent = "a", child = "b", origin = [1, 0, 0], drive = false, start = 0.7 }
 [springs.s]
 joint = "A"
 stiffness = 1e12

@@ -351,27 +351,12 @@ def test_the_terms_of_a_passive_joint_cancel() -> None:
 BALL = """
 name = "ball"
 gravity = [0, 0, -9.81]
-[bodies.a]
-mass = 1
-com = [0.2, 0, 0.1]
-inertia = [0.1, 0.2, 0.3]
-inertia_about = "com"
-[bodies.b]
-mass = 2
-com = [0, 0.1, 0.3]
-inertia = [0.1, 0.2, 0.25]
-inertia_about = "com"
-[joints.c]
-type = "cylindrical"
-parent = "ground"
-child = "a"
-axis = [0, 0, 1]
-[joints.s]
-type = "spherical"
-orientation = "zyx"
-parent = "a"
-child = "b"
-origin = [0.5, 0, 0]
+[bodies]
+a = { mass = 1, com = [0.2, 0, 0.1], inertia = [0.1, 0.2, 0.3], inertia_about = "com" }
+b = { mass = 2, com = [0, 0.1, 0.3], inertia = [0.1, 0.2, 0.25], inertia_about = "com" }
+[joints]
+c = { type = "cylindrical", parent = "ground", child = "a", axis = [0, 0, 1] }
+s = { type = "spherical", orientation = "zyx", parent = "a", child = "b", origin = [0.5, 0, 0] }
 """
 
 
@@ -390,15 +375,10 @@ def test_joints_of_several_freedoms_go_both_formulations() -> None:
 
 ROD = """
 name = "rod"
-[bodies.a]
-mass = 1
-com = [0.2, 0.1, 0.05]
-[joints.c]
-type = "rod"
-length = 0.5
-orientation = "zyx"
-parent = "ground"
-child = "a"
+[bodies]
+a = { mass = 1, com = [0.2, 0.1, 0.05] }
+[joints]
+c = { type = "rod", length = 0.5, orientation = "zyx", parent = "ground", child = "a" }
 """  # along axes of coordinates: in oblique ones its forms fill pages
 
 
@@ -416,12 +396,9 @@ def test_every_type_of_joint_goes_dalemberts_formulation(kind: str) -> None:
 COUPLED = """
 name = "coupled"
 gravity = [0, -9.81, 0]
-[bodies.a]
-mass = 1
-com = [1, 0, 0]
-[bodies.b]
-mass = 2
-com = [1, 0, 0]
+[bodies]
+a = { mass = 1, com = [1, 0, 0] }
+b = { mass = 2, com = [1, 0, 0] }
 [joints.j1]
 type = "revolute"
 parent = "ground"
@@ -537,14 +514,10 @@ name = "wound"
 gravity = [0, "-g", 0]
 [parameters]
 g = 9.81
-[bodies.rod]
-particles = [{ mass = 1, at = [1, 0, 0] }]
-[joints.pivot]
-type = "revolute"
-parent = "ground"
-child = "rod"
-axis = [0, 0, 1]
-coordinate = "phi"
+[bodies]
+rod = { particles = [{ mass = 1, at = [1, 0, 0] }] }
+[joints]
+pivot = { type = "revolute", parent = "ground", child = "rod", axis = [0, 0, 1], coordinate = "phi" }
 [springs.coil]
 joint = "pivot"
 stiffness = 0.5

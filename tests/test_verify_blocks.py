@@ -11,7 +11,7 @@ from symdyn.program import lower, prepare as prepare_program
 from symdyn.verify import building, building as blocks
 from symdyn.verify.building import Building
 
-pytestmark = pytest.mark.runs("cc")
+pytestmark = [pytest.mark.runs("cc"), pytest.mark.usefixtures("optimised")]
 
 
 @pytest.mark.wide(2)

@@ -21,6 +21,8 @@ from symdyn.runtime.compiler import find_compiler
 from symdyn.verify import building as room
 from symdyn.verify.building import Building
 
+pytestmark = pytest.mark.usefixtures("optimised")
+
 PROGRAM = lower(symdyn.dynamics.derive(symdyn.example("two_link"), ["mass_matrix"]))
 
 

@@ -21,7 +21,7 @@ from symdyn.scene import read, read_text
 from symdyn.verdict import Verdict
 from symdyn.verify import certify, measure
 
-pytestmark = pytest.mark.runs()
+pytestmark = [pytest.mark.runs(), pytest.mark.usefixtures("optimised")]
 
 MODULES = {"numpy", "c", "ufunc", *(["js"] if shutil.which("node") else [])}
 EXAMPLES = sorted((Path(__file__).parent.parent / "examples").glob("*.toml"))
