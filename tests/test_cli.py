@@ -80,7 +80,7 @@ def test_generate_prints_the_paths_of_what_it_wrote(tmp_path: Path, capsys: Capt
         (["generate", "{two_link}", "--functions", "pose"], "pose needs a point; write pose:NAME"),
         (["generate", "{two_link}", "--functions", "pose:hand"], "there is no body or point 'hand'"),
         (["generate", "{two_link}", "--functions", "k_z:tool"], "k_z is about the whole scene"),
-        (["generate", "{two_link}", "--functions", ""], "there is no function to write; name one"),
+        (["generate", "{two_link}", "--functions", ","], "there is no function to write; name one"),
         (["verify", "{two_link}", "--functions", "com_acceleration:tool"], "there is no body 'tool'"),
         (["generate", "{two_link}", "-o", "{file}"], "cannot write"),
         (["new", "arm", "--template", "rx"], 'there is no template "rx"'),
