@@ -1,4 +1,4 @@
-"""No option of any verb takes `--`, which argparse would drop, or "" as its value: of nothing nothing comes in silence."""
+"""No option of any verb takes `--`, which argparse would drop, or "" as its value, of which nothing would come."""
 
 from __future__ import annotations
 
@@ -28,3 +28,9 @@ def test_an_empty_text_is_refused_where_help_does_not_say_what_it_means(
         meant = option.removeprefix("--") in EMPTY
         assert (ended.value.code, f"{option}: is empty" in told.err) == ((0, False) if meant else (2, True)), option
         assert not meant or f"{option} ''" in told.out, option
+
+
+def test_inputs_are_no_option_and_it_is_said_what_they_are(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["linearize", "cart.toml", "--input", "tau"])
+    assert "--input is no option; all drives and inputs of the scene are inputs" in capsys.readouterr().err

@@ -52,8 +52,8 @@ RENAMED = {"--road": "--formulation", "--transfer": "--show transfer", "--reach"
 PLOT = "simulate, inverse and sweep write one, --plot FILE, linearize others; draw makes a picture of the mechanism"
 
 ELSEWHERE = {"--margins": "give --show margins", "--step": "give --show step", "--to": "give --outputs",
-             **dict.fromkeys(("--from", "--input", "--inputs"), "all drives and inputs of the scene are inputs, and --show "
-                             "transfer and --bode FILE have each; another one is declared in the scene: [inputs.u]"),
+             **dict.fromkeys(("--from", "--input", "--inputs"), "all drives and inputs of the scene are inputs, "
+                             "each of them in --bode FILE; another one is declared there, [inputs.u]"),
              "--poles": "they are told without it, as eigenvalues", "plot": PLOT,
              "--latex": "give --format latex, which is usual",
              **dict.fromkeys(("animate", "film", "movie", "video"), "simulate writes one, --animate FILE"),

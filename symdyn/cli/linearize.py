@@ -329,12 +329,12 @@ def _systems(scene: Scene, options: argparse.Namespace) -> tuple[list[System], S
 
 def _without_formulas(systems: Sequence[System], scene: Scene) -> Lines:
     """Return why no formulas are printed, and what has them."""
-    if len(systems) != 1 or systems[0].formulas is not None and scene.parameters:
-        return []
-    if not scene.parameters:
+    if len(systems) == 1 and not scene.parameters:
         return ["no formulas of A and B: the scene has numbers and no parameters; --symbolic all gives them names"]
-    return ["formulas of A and B are printed where these are short, at rest; symdyn.linearize(...).formulas in Python has "
-            "them of any size"]  # fmt: skip
+    if len(systems) == 1 and systems[0].formulas is None:
+        where = "symdyn.linearize(...).formulas in Python has them of any size"
+        return [f"formulas of A and B are printed where these are short, at rest; {where}"]
+    return []
 
 
 def _text(system: System, options: argparse.Namespace) -> str:
