@@ -33,4 +33,4 @@ def test_an_empty_text_is_refused_where_help_does_not_say_what_it_means(
 def test_inputs_are_no_option_and_it_is_said_what_they_are(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         main(["linearize", "cart.toml", "--input", "tau"])
-    assert "--input is no option; all drives and inputs of the scene are inputs" in capsys.readouterr().err
+    assert "--input is no option; inputs are all drives and inputs of the scene" in capsys.readouterr().err

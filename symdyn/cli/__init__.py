@@ -52,7 +52,7 @@ RENAMED = {"--road": "--formulation", "--transfer": "--show transfer", "--reach"
 PLOT = "simulate, inverse and sweep write one, --plot FILE, linearize others; draw makes a picture of the mechanism"
 
 ELSEWHERE = {"--margins": "give --show margins", "--step": "give --show step", "--to": "give --outputs",
-             **dict.fromkeys(("--from", "--input", "--inputs"), "all drives and inputs of the scene are inputs, "
+             **dict.fromkeys(("--from", "--input", "--inputs"), "inputs are all drives and inputs of the scene, "
                              "each of them in --bode FILE; another one is declared there, [inputs.u]"),
              "--poles": "they are told without it, as eigenvalues", "plot": PLOT,
              "--latex": "give --format latex, which is usual",
