@@ -9,7 +9,10 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Iterable, Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 
 def printable(text: str, keep: str = "\n\t") -> str:
@@ -210,7 +213,13 @@ ELSEWHERE = {
     **dict.fromkeys(("controller", "control", "law"), "feedback to_control"),
     **dict.fromkeys(("from", "from-", "bodies", "between", "body1", "connects"), "ends"),
     **dict.fromkeys(("inertia-about", "about"), "about inertia_about"),
-    **{"k": "stiffness", "c": "damping velocity_forces", "free-length": "free", "rest-length": "free"},
+    **{
+        "k": "stiffness",
+        "c": "damping velocity_forces",
+        "length": "free",
+        "free-length": "free",
+        "rest-length": "free",
+    },
     **{"m": "mass_matrix", "mass": "mass_matrix", "g": "gravity_forces", "coriolis": "velocity_forces"},
     **{"gravity": "gravity_forces", "rnea": "inverse_dynamics", "crba": "mass_matrix", "aba": "forward_dynamics"},
     **{"fk": "pose", "forward-kinematics": "pose", "save": "to_csv", "language": "target", "eom": "equations"},
@@ -270,6 +279,16 @@ def nearest(name: object, known: Iterable[str]) -> str | None:
         return lowered[here]
     found = _likest(meant, candidates, 1, 0.6)
     return lowered[found[0]] if found else None
+
+
+def beside(path: Path, otherwise: str = "check the path") -> str:
+    """Return "did you mean X?" where a file that is not there has a name like that of one beside it."""
+    try:
+        near = nearest(path.name, sorted(one.name for one in path.parent.iterdir() if one.is_file()))
+    except OSError:
+        near = None
+    near = near if near and nearest(path.stem, [near.rpartition(".")[0]]) else None
+    return f"did you mean {path.with_name(near)}?" if near else otherwise
 
 
 def _likest(name: str, candidates: Sequence[str], most: int, cutoff: float = 0.0) -> list[str]:

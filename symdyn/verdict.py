@@ -6,7 +6,7 @@
     not shown           it was claimed, and nothing could be compared
 
 Whoever makes a claim counts what was compared: nothing compared is never a claim that holds. What is no claim at all
-stands apart with its reason: what does not exist there, what cannot be run on this machine, and what is looked at
+stands apart with its reason: what does not apply there, what cannot be run on this machine, and what is looked at
 nowhere.
 """
 
@@ -84,13 +84,19 @@ class Unclaimed:
         return f"{self.what}: {self.why}"
 
 
+class NotLookedAt(Unclaimed):
+    """What could be claimed, and was not looked at."""
+
+    __slots__ = ()
+
+
 class Claims:
     """Whatever makes claims: its verdict is the worst of theirs, and of no claims nothing is shown.
 
     Attributes:
-        absent: what does not exist there.
+        absent: what does not apply there, for the scene or a position has none.
         not_run: what cannot be run on this machine, and nobody asked for by name.
-        not_looked_at: what we look at on no machine, beside what was shown.
+        not_looked_at: what was not looked at, beside what was shown.
     """
 
     absent: tuple[Unclaimed, ...]
@@ -129,7 +135,7 @@ class Claims:
         return {
             Verdict.DIFFERENT: [(one.what, one.why) for one in self.failed],
             Verdict.NOT_SHOWN: [(one.what, one.why) for one in self.not_shown],
-            "does not exist here": [(one.what, one.why) for one in self.absent],
+            "does not apply": [(one.what, one.why) for one in self.absent],
             "not run": [(one.what, one.why) for one in self.not_run],
             "not looked at": [(one.what, one.why) for one in self.not_looked_at],
         }

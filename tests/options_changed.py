@@ -24,10 +24,10 @@ TRIED: dict[str, Verb] = {**MOVED, **CHECKED}
 __all__ = ["ELSEWHERE", "NOTHING", "TRIED", "lines", "options_of", "outcome"]
 
 
-def options_of(verb: str) -> set[str]:
-    """Return all options that a verb takes, by their long names."""
+def options_of(verb: str, valued: bool = False) -> set[str]:
+    """Return all options that a verb takes, by their long names; or those that have a value."""
     kinds = [one for one in parser()._actions if isinstance(one, argparse._SubParsersAction)]
-    taken = kinds[0].choices[verb].made._actions
+    taken = [one for one in kinds[0].choices[verb].made._actions if one.nargs != 0 or not valued]
     return {one.option_strings[-1] for one in taken if one.option_strings} - {"--help"}
 
 

@@ -251,7 +251,7 @@ def test_unknown_functions_are_told_together_and_none_is_no_list(capsys):
     told = capsys.readouterr().err
     assert "there is no output 'foo'" in told
     assert "there is no output 'bar'" in told
-    assert main(["bench", scene, "--functions", ""]) == 1
+    assert main(["bench", scene, "--functions", ","]) == 1
     assert "pendulum: no function is asked for" in capsys.readouterr().err
 
 

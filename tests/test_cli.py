@@ -72,6 +72,24 @@ def test_generate_prints_the_paths_of_what_it_wrote(tmp_path: Path, capsys: Capt
 
 
 @pytest.mark.parametrize(
+    "words",
+    [["equations"], ["linearize", "arm.toml", "--along"], ["check-derivation", "arm.tml"], ["info", "other/arm.tml"]],
+    ids=" ".join,
+)
+def test_a_file_that_is_not_there_is_answered_by_the_one_beside_it(
+    words: list[str], tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "arm.toml").write_text((EXAMPLES / "pendulum.toml").read_text(encoding="utf-8"), encoding="utf-8")
+    (tmp_path / "arm.csv").touch()
+    last = {"linearize": ["am.csv"], "equations": ["arm.tml"], "check-derivation": ["arm.toml"]}.get(words[0], [])
+    assert main([*words, *last]) != 0
+    said = capsys.readouterr().err
+    meant = "arm.csv" if words[0] == "linearize" else "arm.toml"
+    assert (f"did you mean {meant}?" in said) == (words[0] != "info"), said
+
+
+@pytest.mark.parametrize(
     ("arguments", "words"),
     [
         (["info", "nowhere.toml"], "nowhere.toml: there is no such file"),
@@ -80,7 +98,7 @@ def test_generate_prints_the_paths_of_what_it_wrote(tmp_path: Path, capsys: Capt
         (["generate", "{two_link}", "--functions", "pose"], "pose needs a point; write pose:NAME"),
         (["generate", "{two_link}", "--functions", "pose:hand"], "there is no body or point 'hand'"),
         (["generate", "{two_link}", "--functions", "k_z:tool"], "k_z is about the whole scene"),
-        (["generate", "{two_link}", "--functions", ""], "there is no function to write; name one"),
+        (["generate", "{two_link}", "--functions", ","], "there is no function to write; name one"),
         (["verify", "{two_link}", "--functions", "com_acceleration:tool"], "there is no body 'tool'"),
         (["generate", "{two_link}", "-o", "{file}"], "cannot write"),
         (["new", "arm", "--template", "rx"], 'there is no template "rx"'),

@@ -215,7 +215,7 @@ def test_verify_proves_a_bound_scene(capsys: Capture) -> None:
     [
         (["--bind", "m3=1"], '"m3" is not a parameter'),
         (["--bind", "m1=h1"], "a value may hold numbers and pi only"),
-        (["--bind", ""], '"" gives no parameter a value; write m1=2.5,h1=1'),
+        (["--bind", " , "], '"" gives no parameter a value; write m1=2.5,h1=1'),
     ],
 )
 def test_a_binding_that_makes_no_sense_is_one_message(words: list[str], message: str, capsys: Capture) -> None:

@@ -123,3 +123,43 @@ def test_corners_of_friction_are_told(tmp_path: Path, capsys: pytest.CaptureFixt
     path.write_text(text.replace('force = "-b*q1_dot"', 'force = "-2*b*abs(q1_dot)*q1_dot"'), encoding="utf-8")
     assert main(["linearize", str(path)]) == 0
     assert "one-sided: a sign or an absolute value of q1_dot turns over here" in capsys.readouterr().out
+
+
+def test_formulas_are_printed_where_eigenvalues_are_long_and_else_it_is_said_what_has_them(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("gallery/furuta") == 0
+    told = capsys.readouterr()
+    assert "B[theta2_dot, T] = l2*m2*L1/(" in told.out
+    assert "formulas" not in told.err
+    assert run("spatial_slider_crank") == 0
+    assert "--symbolic all gives them names" in capsys.readouterr().err
+    assert run("rolling_disc", "--start", "z=r,e0=1,e1=0", "--start-rates", "flight_wx=0,flight_wy=6") == 0
+    assert "symdyn.linearize(...).formulas in Python" in capsys.readouterr().err
+
+
+def test_bode_beside_lqr_is_of_the_loop_and_weights_take_commas(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("scipy")
+    assert (
+        run("cart_pole", "--lqr", "Q=x:10,theta:100", "R=F:0.1", "--show", "bode", "--hertz", "[1, 2]", "--json") == 0
+    )
+    told = capsys.readouterr()
+    found, said = json.loads(told.out)["result"], told.err
+    regulator = symdyn.linearize(EXAMPLES / "cart_pole.toml").lqr({"x": 10, "theta": 100}, {"F": 0.1})
+    assert found["lqr"]["K"] == regulator.K.tolist()
+    assert found["bode"] == regulator.loop.bode(hertz=[1, 2]).as_json()
+    assert "K (s I - A)^-1 B" in said
+
+
+@pytest.mark.parametrize("words", [("--lqr", "N="), ("--lqr", "Q = "), ("--kalman", "W=")])
+def test_a_weight_of_nothing_is_refused(words: tuple[str, ...], capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("pendulum", *words) == 1
+    assert "weighs nothing; write " in capsys.readouterr().err
+
+
+def test_an_open_contact_is_one_that_a_mode_leaves_out(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("gallery/hopper", "--anywhere") == 1
+    assert "without a mode, --mode floor=open, knows no contacts" in capsys.readouterr().err
+    assert run("gallery/hopper", "--mode", "floor=open", "--anywhere") == 0

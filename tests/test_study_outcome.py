@@ -130,6 +130,8 @@ def test_other_designs_and_names_are_refused_in_words() -> None:
     none = study(OVER_ISHIGAMI, "random", 3, lambda *x: {"y": np.full(3, np.nan)})
     with pytest.raises(SimulateError, match="no run has a value of y"):
         drawn_runs(none, "svg")
+    half = study(OVER_ISHIGAMI, "random", 9, lambda *x: {"y": np.full(9, np.nan), "z": np.arange(9.0)})
+    assert "z (no run has a value of y)" in drawn_runs(half, "svg").decode()
 
 
 @pytest.mark.long

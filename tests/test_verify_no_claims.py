@@ -105,7 +105,7 @@ def test_a_target_that_nothing_reads_back_is_measured_alone() -> None:
 def test_an_empty_list_of_targets_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     asked = ["verify", str(EXAMPLES / "pendulum.toml"), "--functions", "mass_matrix"]
 
-    assert main([*asked, "--targets", ""]) == 1
+    assert main([*asked, "--targets", ","]) == 1
     assert "no target is asked for" in capsys.readouterr().err
 
 
@@ -168,3 +168,13 @@ def test_a_formulation_that_is_refused_for_a_scene_is_told(monkeypatch: pytest.M
 
     assert found.passed
     assert "formulation lagrange of inverse_dynamics: M is singular" in map(str, found.absent)
+
+
+@pytest.mark.usefixtures("numpy_alone")
+def test_what_was_not_looked_at_is_not_told_as_what_does_not_apply(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The run of a hopper ends where it lands: the rest of its second is no claim, and none that holds."""
+    why = {"run of 1 s, all of it": "it ends at t = 0.2 s"}
+    monkeypatch.setattr("symdyn.verify.natural_positions.contact_checks", lambda scene, seed: ({}, why))
+    found = symdyn.certify(symdyn.example("hopper"), ["mass_matrix", "k_C", "delassus", "gap:floor"])
+    assert found.lines == ["Not looked at: run of 1 s, all of it: it ends at t = 0.2 s"]
+    assert not any("run of 1 s" in one.what for one in (*found.claims, *found.absent))

@@ -52,7 +52,8 @@ RENAMED = {"--road": "--formulation", "--transfer": "--show transfer", "--reach"
 PLOT = "simulate, inverse and sweep write one, --plot FILE, linearize others; draw makes a picture of the mechanism"
 
 ELSEWHERE = {"--margins": "give --show margins", "--step": "give --show step", "--to": "give --outputs",
-             "--from": "inputs are all drives and inputs of the scene, and --bode FILE has each",
+             **dict.fromkeys(("--from", "--input", "--inputs"), "inputs are all drives and inputs of the scene, "
+                             "each of them in --bode FILE; another one is declared there, [inputs.u]"),
              "--poles": "they are told without it, as eigenvalues", "plot": PLOT,
              "--latex": "give --format latex, which is usual",
              **dict.fromkeys(("animate", "film", "movie", "video"), "simulate writes one, --animate FILE"),
@@ -61,6 +62,9 @@ ELSEWHERE = {"--margins": "give --show margins", "--step": "give --show step", "
              "--quantisation": "in Python a controller has it: symdyn.Feedback(law, quantisation=...)",
              "--place": "give --lqr, or in Python symdyn.linearize(...).place(poles)"}  # fmt: skip
 """What one asks for that is no verb or no option, of `linearize` mostly, and how it is had, for errors alone."""
+
+EMPTY = ("families", "labels")
+"""Options that mean something where they are empty, as their help says."""
 
 CTRL_C = 130
 """Exit status of what was interrupted."""
@@ -105,6 +109,12 @@ class Parser(argparse.ArgumentParser):
         unknown = [name for name in (word.partition("=")[0] for word in words) if name not in known]
         if unknown:
             self.error("; ".join(f"{name} is no option{_meant(name, known)}" for name in unknown))
+
+    def _get_values(self, action: argparse.Action, arg_strings: list[str]) -> Any:
+        """Return what an option is given; of nothing nothing would come, in silence."""
+        if action.option_strings and "" in map(str.strip, arg_strings) and action.dest not in EMPTY:
+            self.error(f"{action.option_strings[-1]}: is empty; give {action.metavar or 'a value'}, or leave it out")
+        return super()._get_values(action, arg_strings)
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         if action.choices is not None and value not in action.choices:

@@ -13,7 +13,7 @@ from pathlib import Path
 from symdyn.bounds import BOUNDS
 from symdyn.cli.scene_options import STDIN, read_scene
 from symdyn.cli.talk import Waiting, fail, give, print_text
-from symdyn.errors import SymdynError, TeachError, printable
+from symdyn.errors import SymdynError, TeachError, beside, printable
 from symdyn.teach import check_derivation
 
 LARGEST = BOUNDS["bytes of a student's file"]
@@ -55,4 +55,4 @@ def _text(file: str) -> tuple[str, str]:
     except UnicodeDecodeError as fault:
         raise TeachError(f"{name}: is no text in UTF-8; save it as UTF-8") from fault
     except OSError as fault:
-        raise TeachError(f"{name}: {fault.strerror}") from fault
+        raise TeachError(f"{name}: {fault.strerror}; {beside(Path(file))}") from fault

@@ -18,7 +18,7 @@ from symdyn.draw import Reel
 from symdyn.emit import Contents, write_file
 from symdyn.errors import LinearizeError, choice
 from symdyn.frozen import dataclass, replace
-from symdyn.linear import Margins, System, SystemsFile, locus_over, poles_in_words
+from symdyn.linear import Margins, StateSpace, System, SystemsFile, locus_over, poles_in_words
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene
 from symdyn.scene.values import Faults, split_commas
@@ -90,8 +90,11 @@ def _reach(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
 
 
 def _bode(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
-    found = system.linearization.bode(hertz=options.hertz or True)
+    one: StateSpace = system.linearization if options.lqr is None else system.lqr(options.lqr, options.dt).loop
+    found = one.bode(hertz=options.hertz or True)
     lines = [] if options.bode else found.table().csv().splitlines()
+    if options.lqr is not None:
+        say("symdyn: bode: the open loop of the regulator, K (s I - A)^-1 B; without --lqr that of the mechanism")
     return lines + written(options.bode or (), found.table().csv, found.picture), found.as_json()
 
 
@@ -295,7 +298,7 @@ def run(options: argparse.Namespace) -> int:
         systems, notes = _systems(scene, options)
         check_one(systems, options)
         told = [_json(one, options) if options.json else _text(one, options) for one in systems]
-    for note in notes:
+    for note in (*notes, *_without_formulas(systems, scene)):
         say(f"symdyn: {note}")
     if file is not None:
         file.write([one.linearization for one in systems])
@@ -322,6 +325,16 @@ def _systems(scene: Scene, options: argparse.Namespace) -> tuple[list[System], S
     )
     problem = replace(problem, start=start)  # type: ignore[arg-type]
     return System.find(problem, "start", outputs, independent, options.anywhere, mode)
+
+
+def _without_formulas(systems: Sequence[System], scene: Scene) -> Lines:
+    """Return why no formulas are printed, and what has them."""
+    if len(systems) == 1 and not scene.parameters:
+        return ["no formulas of A and B: the scene has numbers and no parameters; --symbolic all gives them names"]
+    if len(systems) == 1 and systems[0].formulas is None:
+        where = "symdyn.linearize(...).formulas in Python has them of any size"
+        return [f"formulas of A and B are printed where these are short, at rest; {where}"]
+    return []
 
 
 def _text(system: System, options: argparse.Namespace) -> str:

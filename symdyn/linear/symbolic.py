@@ -211,9 +211,12 @@ def symbolic(prepared: Prepared, system: Linearization) -> Symbolic | None:
         small = all(x.size <= MOST_TERMS for matrix in (A, B, C, D) for row in matrix for x in row)
         if not small or not _true(field, (A, B, C, D), prepared, system):
             return None
-        roots = _roots(field, A)
     except (ZeroDivisionError, OverflowError):
         return None
+    try:
+        roots = _roots(field, A)
+    except OverflowError:  # entries may be short and eigenvalues long
+        roots = ()
     forms = [tuple(tuple(map(field.form, row)) for row in matrix) for matrix in (A, B, C, D)]
     return Symbolic(forms[0], forms[1], forms[2], forms[3], roots, held)
 

@@ -25,7 +25,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.draw import Reel
 from symdyn.emit import Contents, write_file
-from symdyn.errors import EmitError, LinearizeError
+from symdyn.errors import EmitError, LinearizeError, beside
 from symdyn.frozen import dataclass, replace
 from symdyn.linear.compensator import Observer
 from symdyn.linear.contact_mode import read_mode
@@ -66,7 +66,7 @@ def read_run(scene: Scene, path: Path) -> Trajectory:
     if reader is None:
         raise LinearizeError(f"{path}: runs are read from {' or '.join(READERS)} files, as simulate -o writes them")
     if not path.is_file():
-        raise LinearizeError(f"{path}: there is no such file")
+        raise LinearizeError(f"{path}: there is no such file; {beside(path)}")
     t, columns = reader(path, [one.name for one in scene.given])
     missing = [name for name in (*scene.coordinates, *scene.velocities) if name not in columns]
     if missing:

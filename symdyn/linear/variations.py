@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array, Batches, Floats
-from symdyn.arguments import SympyExpression
+from symdyn.arguments import SympyExpression, argument
 from symdyn.dynamics import LoopChoices, Workspace, derive_one
 from symdyn.dynamics.mechanism import refuse_ideal_friction
 from symdyn.dynamics.outputs import Moving
@@ -232,7 +232,10 @@ def _written(
     scene = scene_in_mode(scene, mode)
     refuse_ideal_friction(scene)
     if not mode:
-        scene.refuse_contacts("linearization without a mode", DerivationError)
+        scene.refuse_contacts(
+            f"linearization without a mode, {argument('mode', {one.name: 'open' for one in scene.unilaterals})},",
+            DerivationError,
+        )
     w = Workspace(scene, closing)
     graph, state, n = w.graph, w.state, w.state.n
     places = dict(formulas)

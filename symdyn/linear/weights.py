@@ -16,7 +16,7 @@ from symdyn.bounds import BOUNDS
 from symdyn.errors import LinearizeError, quoted, suggestion
 from symdyn.frozen import dataclass
 from symdyn.linear.locus import array_of, number_in
-from symdyn.scene.values import Faults, FormulaError
+from symdyn.scene.values import Faults, FormulaError, split_commas
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,9 @@ def read_weights(option: str, specified: Sequence[str], names: Sequence[str]) ->
         if name in found:
             faults.add(option, f"{name} is given twice")
         found[name] = {}
-        for part in filter(None, (one.strip() for one in rest.split(";"))):
+        if not rest:
+            faults.add(option, f"{name}: weighs nothing; write {name}=NAME:1, or leave it out")
+        for part in filter(None, split_commas(rest.replace(";", ","))):
             key, colon, value = (one.strip() for one in part.rpartition(":"))
             if not colon and part.startswith(("diag", "eye", "[")):
                 write = f"write {name}=NAME:1;NAME:2, or matrices in an .npz file"
@@ -102,9 +104,6 @@ def read_weights(option: str, specified: Sequence[str], names: Sequence[str]) ->
                 continue
             if key in found[name]:
                 faults.add(option, f"{name}: {key} is named twice")
-            if "," in key:
-                faults.add(option, f'{name}: "{part}": semicolons stand between weights: {part.replace(",", ";")}')
-                continue
             try:
                 found[name][key] = number_in(value)
             except FormulaError as error:

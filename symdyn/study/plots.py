@@ -261,7 +261,8 @@ def _filled(runs: Runs, measures: Sequence[str], kind: str | None) -> FilledFigu
         possible = [name for name, row in PLOTS.items() if not row.fault(runs)]
         raise SimulateError(f"{runs.scene}: {fault}; of these runs there are {', '.join(possible)}")
     empty = [name for name in names if not np.isfinite(runs[name]).any()]
-    if empty:
+    names, many = [name for name in names if name not in empty], len(names)
+    if len(empty) == many:
         raise SimulateError(f"{runs.scene}: no run has a value of {', '.join(empty)}, so that there is nothing to plot")
     shown = names[:MOST_PANELS]
 
@@ -269,14 +270,15 @@ def _filled(runs: Runs, measures: Sequence[str], kind: str | None) -> FilledFigu
         axes = made.subplots(len(shown), 1, squeeze=False)[:, 0]
         for axis, name in zip(axes, shown, strict=True):
             PLOTS[kind].draw(axis, runs, name)
-            _plain(axis.set_title(_title(runs, name, len(names) - len(shown)), loc="left", fontsize=9))
+            _plain(axis.set_title(_title(runs, name, len(names) - len(shown), empty), loc="left", fontsize=9))
 
     height = 0.5 + PLOTS[kind].height(len(runs.names)) * len(shown)
     return FilledFigure(runs.scene, (8.0, max(2.4, height)), fill)
 
 
-def _title(runs: Runs, measure: str, more: int) -> str:
+def _title(runs: Runs, measure: str, more: int, empty: Sequence[str]) -> str:
     missing = int(np.count_nonzero(~np.isfinite(runs[measure])))
     parts = [f"{missing} of {len(runs)} runs without a value left out"] if missing else []
     parts += [f"{more} more measures not shown"] if more else []
+    parts += [f"no run has a value of {', '.join(empty)}"] if empty else []
     return measure + (f" ({'; '.join(parts)})" if parts else "")

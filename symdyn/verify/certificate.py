@@ -28,7 +28,7 @@ from symdyn.program import Program, lower, prepare as prepare_program, shared
 from symdyn.rounding import finite
 from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.shown import Shown
-from symdyn.verdict import Claims, Judged, Unclaimed, Verdict
+from symdyn.verdict import Claims, Judged, NotLookedAt, Unclaimed, Verdict
 from symdyn.verify.accuracy import Accuracy, measure, remarks
 from symdyn.verify.building import (
     WAYS,
@@ -326,6 +326,7 @@ def certify(
     if code.is_prepared:
         modules = {name: _Composed(module) for name, module in modules.items()}
     looked, nowhere = look(Seen(workspace, outputs, program, {} if sines else modules, seed), progress)
+    unseen = [one for one in nowhere if isinstance(one, NotLookedAt)]
     progress("measuring against 50 digits")
     measured = measure(program, modules, seed=seed, real=real, accuracy=accuracy)
     missing = (*texts.missing, *made.missing)
@@ -339,10 +340,10 @@ def certify(
         made.refused,
         texts.written,
         blocks,
-        (*absent, *nowhere),
+        (*absent, *(one for one in nowhere if one not in unseen)),
         () if asked else missing,
         (*(missing if asked else ()), *texts.unshown, *unrun),
-        (*unmeasured(targets), *(unread(targets) if asked else ())),
+        (*unseen, *unmeasured(targets), *(unread(targets) if asked else ())),
     )
 
 

@@ -35,7 +35,7 @@ from symdyn.runtime import RUNNERS
 from symdyn.scene import SceneUnits
 from symdyn.scene.values import velocity_name
 from symdyn.simulation import contact_checks
-from symdyn.verdict import Unclaimed, Verdict
+from symdyn.verdict import NotLookedAt, Unclaimed, Verdict
 from symdyn.verify.claims import Look, Looked, Seen
 from symdyn.verify.equality import Finding
 
@@ -318,7 +318,7 @@ def positive_definite(seen: Seen) -> Looked:
     scene, mass = seen.program.scene, seen.program["mass_matrix"].function
     signed = [parameter.name for parameter in scene.free_parameters if not parameter.positive]
     if signed:
-        return [], [Unclaimed(DEFINITE, f"{', '.join(signed)} may be negative; declare it with positive = true")]
+        return [], [NotLookedAt(DEFINITE, f"{', '.join(signed)} may be negative; declare it with positive = true")]
     rng = random.Random(seen.seed)
     states = [Sampling(mass.arguments, rng).state(1.0 + k % 4 * 8) for k in range(4 * STATES)]
     begin = scene.at_time(seen.program.graph)  # of masses that change; one that starts at zero has a size alone
@@ -347,13 +347,13 @@ def contact_findings(seen: Seen) -> Looked:
     try:
         checks, lacking = contact_checks(seen.workspace.scene, seen.seed)
     except SymdynError as fault:
-        return [], [Unclaimed("contacts at natural states", str(fault))]
+        return [], [NotLookedAt("contacts at natural states", str(fault))]
     found = []
     for claim, places in checks.items():
         wrong = [where for where, holds in places.items() if not holds]
         title, first = ": ".join((claim, *wrong[:1])), [*places].index(wrong[0]) if wrong else -1
         found.append(Finding(title, Verdict.of(len(places), bool(wrong)), len(places), 0, 0.0, first))
-    return found, [Unclaimed(claim, why) for claim, why in lacking.items()]
+    return found, [NotLookedAt(claim, why) for claim, why in lacking.items()]
 
 
 LOOKS: list[Look] = [

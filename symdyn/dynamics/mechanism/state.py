@@ -205,9 +205,9 @@ def refuse_ideal_friction(scene: Scene) -> None:
         plural = "s" * (len(ideal) > 1)
         raise DerivationError(
             f"forward dynamics does not exist: dry friction in joint{plural} {', '.join(ideal)} is an ideal sign of "
-            "the rate, and at rest it takes whatever value keeps the joint at rest, which no formula gives; write a "
-            "smoothing (a rate well below those of interest) to have tanh(rate / smoothing), or ask for inverse "
-            "dynamics, where the sign is enough"
+            "the rate, and at rest it takes whatever value keeps the joint at rest, which no formula gives; runs "
+            "stick and slip by it, linearize takes a mode; for a formula write a smoothing (a rate well below those "
+            "of interest) to have tanh(rate / smoothing), or ask for inverse dynamics, where the sign is enough"
         )
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Protocol
 
 from symdyn.bounds import BOUNDS
-from symdyn.errors import SceneError
+from symdyn.errors import SceneError, beside
 from symdyn.frozen import dataclass
 from symdyn.resources import example_files
 from symdyn.scene.forces.force_table import FORCES, place_of
@@ -101,6 +101,7 @@ def read_bounded(path: Path | Opened, most: int, requested: str, advice: str, mi
     except FileNotFoundError:
         if missing == BEGIN and isinstance(path, Path) and path.stem in example_files():  # as pages name it
             missing = f"symdyn new --example {path.stem} writes the scene of that name that comes with the package"
+        missing = beside(Path(str(path)), missing)
         raise SceneError(f"{path}: there is no such file; {missing}") from None
     except IsADirectoryError:
         raise SceneError(f"{path}: is a folder; give {requested}") from None
