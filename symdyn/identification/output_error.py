@@ -285,6 +285,7 @@ def _found(scene: Scene, search: Search, unknowns: Array, names: tuple[str, ...]
     scale = np.concatenate([search.sizes, np.ones(len(unknowns) - n)])
     inverse = (ways.T / sizes) / length[:, None] * scale[:, None]
     spread = _spread(missed, base)
+    spread *= dof / max(every.size - np.trace(spread), 0.1 * every.size)  # of coloured noise a fit takes more
     bases = [piece.start for piece in search.pieces]
     state = [*scene.coordinates, *scene.first_order]
     places = [state.index(one) if one in state else -1 for one in search.pieces[0].unknowns]  # a turn starts from zero

@@ -187,8 +187,8 @@ def linearize(
         independent: coordinates that determine the others where loops close; nothing takes the best conditioned.
         t: time, s, of what depends on it.
         anywhere: take points too that are neither of rest nor of a steady motion.
-        mode: what contacts, stops and dry friction do there, by name: closed (without friction), stick, slip+ or slip-;
-            others are open. A and B are those of the motion that they leave.
+        mode: what contacts, stops and dry friction do there, by name: open, closed (without friction), stick, slip+
+            or slip-; those without a word are open. A and B are those of the motion that they leave.
 
     Raises:
         LinearizeError: there is no one linear motion there, or no equilibrium and no steady motion.

@@ -234,10 +234,20 @@ class Transfer(Answer):
         }  # fmt: skip
 
 
-def transfers(one: StateSpace) -> tuple[Transfer, ...]:
+class Transfers(tuple[Transfer, ...], Answer):
+    """All transfer functions of a system, output by output."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        lines = (f"\n    {repr(one).removeprefix('<Transfer ')[:-1]}" for one in self)
+        return f"<{len(self)} transfer functions:{''.join(lines)}>"
+
+
+def transfers(one: StateSpace) -> Transfers:
     """Return all transfer functions, output by output."""
     A, B, C, _ = balanced(one)
-    return tuple(
+    return Transfers(
         _transfer(output, name, A, B[:, [k]], C[[i]], one.D[[i]][:, [k]])
         for i, output in enumerate(one.outputs.names)
         for k, name in enumerate(one.inputs.names)

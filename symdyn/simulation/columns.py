@@ -15,6 +15,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from symdyn.algebra import Array
+from symdyn.arguments import argument
 from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.reactions import why_no_reactions
 from symdyn.emit import in_latex
@@ -215,6 +216,15 @@ def missing(name: object, names: Sequence[str]) -> str:
     if "+" in name and set(name.split("+")) <= set(names):
         one = ", ".join(f'"{part}"' for part in name.split("+"))
         return f"there is no column {name}; a list of names is one panel: plot([[{one}]])"
+    if "," in name and {one.strip() for one in name.split(",")} <= {*names}:
+        one = ", ".join(f'"{part.strip()}"' for part in name.split(","))
+        return f"there is no column {name}; names stand apart, {one}, and a list of them is one panel: plot([[{one}]])"
+    if name.startswith(LETTERS.reaction) and not any(one.startswith(LETTERS.reaction) for one in names):
+        axes = next((one for one in ("ground", "joint") if one in name.split("_")), "body")
+        return (
+            f"there is no column {name}: reactions are those that a run is asked for, "
+            f"{argument('reactions', axes)}; then there are {LETTERS.reaction}JOINT_fx and others, along axes of {axes}"
+        )
     return f"there is no column {name}; {choice(name, names)}"
 
 

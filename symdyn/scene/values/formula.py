@@ -320,7 +320,8 @@ class _Reader:
             return self.binary(node, depth)
         if isinstance(node, ast.Call):
             return self.call(node, depth)
-        raise FormulaError(HINTS.get(type(node), "only numbers, names, + - * / **, brackets and functions are known"))
+        here = f", here if({ast.unparse(node)}, 1, 0)" if isinstance(node, ast.Compare | ast.BoolOp) else ""
+        raise FormulaError(HINTS.get(type(node), "only numbers, names, + - * / **, brackets and functions are known") + here)
 
     def literal(self, node: ast.Constant) -> Quantity:
         digits = self.text[node.col_offset : node.end_col_offset]
