@@ -56,7 +56,7 @@ INSTEAD: dict[str, dict[str, str]] = {
         ),
     },
     "held": {
-        **dict.fromkeys(("info", "describe", "summary"), "print(run), run.notes, run.events and run.columns tell of it"),
+        "info": "print(run), run.notes, run.events and run.columns tell of it",
         "reactions": 'columns have them, run["reaction_JOINT_fx"], where reactions=True is asked for',
         "sol": "run(0.5) has all columns at a time",
         **dict.fromkeys(("y", "x"), 'run.q and run.qd, or columns by name, run["theta"]'),

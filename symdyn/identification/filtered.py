@@ -105,7 +105,7 @@ def floor(x: Array, step: float) -> Array:
 
 
 def reach(log: Log) -> float:
-    """Return the highest frequency of the motion and its harmonics, that stand above the noise of positions; Hz, or 0."""
+    """Return the highest frequency of the motion and its harmonics, above the noise of positions; Hz, or 0."""
     frequency, power = spectrum(log.q, step := float(np.median(np.diff(log.t))))
     clear = np.where(power > ABOVE * floor(log.q, step), power, 0.0) * frequency[:, None] ** 4
     summed = np.cumsum(clear, axis=0).T

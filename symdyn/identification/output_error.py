@@ -292,8 +292,9 @@ def _found(scene: Scene, search: Search, unknowns: Array, names: tuple[str, ...]
     first = np.concatenate([np.zeros(n), *([0.0 if k < 0 else float(base[k]) for k in places] for base in bases)])
     return OutputFit(
         scene, tuple(labels), _units(scene, search), search.before * scale + first, unknowns * scale + first,
-        inverse @ spread @ inverse.T, n, names, noise, _correlations(missed), tuple(missed), tuple(one.t for one in search.data),
-        float(sizes[0] / sizes[-1]), dof, search.runs, (*notes, *_doubts(search, missed, names, noise)),
+        inverse @ spread @ inverse.T, n, names, noise, _correlations(missed), tuple(missed),
+        tuple(one.t for one in search.data), float(sizes[0] / sizes[-1]), dof, search.runs,
+        (*notes, *_doubts(search, missed, names, noise)),
     )  # fmt: skip
 
 
@@ -340,7 +341,7 @@ def _autoregressive(columns: Sequence[Array]) -> Array:
 
 
 def _spread(missed: Sequence[Array], base: Array) -> Array:
-    """Return the covariance of residuals over their scatter along directions, shape (k, k): the identity of white noise.
+    """Return the covariance of residuals over their scatter along directions, shape (k, k): of white noise 1.
 
     Args:
         missed: by piece, shape (N, m).
@@ -350,7 +351,7 @@ def _spread(missed: Sequence[Array], base: Array) -> Array:
 
     columns = range(missed[0].shape[1])
     filters = [_autoregressive([one[:, j] for one in missed]) for j in columns]
-    white = [np.column_stack([lfilter(filters[j], 1, one[:, j]) for j in columns]) for one in missed]
+    white = [np.column_stack([lfilter(filters[j], [1.0], one[:, j]) for j in columns]) for one in missed]
     every, whole = np.concatenate(white), np.concatenate(missed)
     size, all_of = (np.sqrt(np.maximum(np.mean(x**2, axis=0), 1e-300)) for x in (every, whole))
     together = every.T @ every / len(every) / np.outer(size, size)
@@ -379,7 +380,6 @@ def _doubts(search: Search, missed: Sequence[Array], names: Sequence[str], noise
             )
             found.append(
                 f"residuals of {name} are correlated ({r:.2f} from sample to sample){far}: the scene lacks "
-                "something, forces are noisy, or the search ended in a local minimum; standard errors allow for coloured "
-                "noise alone"
+                "something, forces are noisy, or it is a local minimum; standard errors allow for noise alone"
             )
     return found

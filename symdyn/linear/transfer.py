@@ -39,7 +39,7 @@ from symdyn.algebra import Array
 from symdyn.errors import LinearizeError
 from symdyn.frozen import asdict, dataclass, replace
 from symdyn.linear.modes import Complexes, balance, pairs_of, spectrum
-from symdyn.linear.plots import Answer
+from symdyn.linear.plots import Answer, Transfers
 from symdyn.rounding import in_digits
 from symdyn.table import Table
 
@@ -232,16 +232,6 @@ class Transfer(Answer):
             "poles": pairs_of(self.poles), "numerator": self.numerator.tolist(),
             "denominator": self.denominator.tolist(),
         }  # fmt: skip
-
-
-class Transfers(tuple[Transfer, ...], Answer):
-    """All transfer functions of a system, output by output."""
-
-    __slots__ = ()
-
-    def __repr__(self) -> str:
-        lines = (f"\n    {repr(one).removeprefix('<Transfer ')[:-1]}" for one in self)
-        return f"<{len(self)} transfer functions:{''.join(lines)}>"
 
 
 def transfers(one: StateSpace) -> Transfers:

@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array, Batches, Floats
-from symdyn.arguments import SympyExpression, argument
+from symdyn.arguments import SympyExpression
 from symdyn.dynamics import LoopChoices, Workspace, derive_one
 from symdyn.dynamics.mechanism import refuse_ideal_friction
 from symdyn.dynamics.outputs import Moving
@@ -231,12 +231,6 @@ def _written(
 ) -> Variations:
     scene = scene_in_mode(scene, mode)
     refuse_ideal_friction(scene)
-    if not mode and scene.unilaterals:
-        told = argument("mode", dict.fromkeys((one.name for one in scene.unilaterals), "open"))
-        raise DerivationError(
-            f"{scene.name}: contacts open and close, and a linear system is of one mode of theirs: say what each does "
-            f"there, as {told}; or closed, of one with friction stick, slip+ or slip-"
-        )
     if not mode:
         scene.refuse_contacts("linearization without a mode", DerivationError)
     w = Workspace(scene, closing)

@@ -213,18 +213,13 @@ def missing(name: object, names: Sequence[str]) -> str:
     """Return what is said of a name that no column has."""
     if not isinstance(name, str):
         return f"{quoted(name)} is no name of a column; {choice('', names)}"
-    if "+" in name and set(name.split("+")) <= set(names):
-        one = ", ".join(f'"{part}"' for part in name.split("+"))
-        return f"there is no column {name}; a list of names is one panel: plot([[{one}]])"
-    if "," in name and {one.strip() for one in name.split(",")} <= {*names}:
-        one = ", ".join(f'"{part.strip()}"' for part in name.split(","))
-        return f"there is no column {name}; names stand apart, {one}, and a list of them is one panel: plot([[{one}]])"
+    parts = [one.strip() for one in re.split("[+,]", name)]
+    if len(parts) > 1 and {*parts} <= {*names}:
+        one = ", ".join(f'"{part}"' for part in parts)
+        return f"there is no column {name}; names stand apart, {one}; a list of names is one panel: plot([[{one}]])"
     if name.startswith(LETTERS.reaction) and not any(one.startswith(LETTERS.reaction) for one in names):
         axes = next((one for one in ("ground", "joint") if one in name.split("_")), "body")
-        return (
-            f"there is no column {name}: reactions are those that a run is asked for, "
-            f"{argument('reactions', axes)}; then there are {LETTERS.reaction}JOINT_fx and others, along axes of {axes}"
-        )
+        return f"there is no column {name}; {argument('reactions', axes)} adds {LETTERS.reaction}JOINT_fx and others"
     return f"there is no column {name}; {choice(name, names)}"
 
 

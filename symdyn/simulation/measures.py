@@ -301,11 +301,8 @@ def at_peak(kept: Sums, inside: Quantity, sign: int, run: Trajectory) -> Sums:
     with suppress(SymdynError):  # what an integrator cannot pass again
         for look in range(not corners, 1 + ROUNDS if run.dense is not None and np.isfinite(kept.area) else 0):
             k = int(np.searchsorted(t, getattr(kept, when)))
-            t = (
-                np.linspace(t[max(k - 1, 0)], t[min(k + 1, len(t) - 1)], LOOKS)
-                if look
-                else np.union1d(t[[0, k, -1]], corners)
-            )
+            fine = np.linspace(t[max(k - 1, 0)], t[min(k + 1, len(t) - 1)], LOOKS)
+            t = fine if look else np.union1d(t[[0, k, -1]], corners)
             near = sums_over((inside,), run(t))[inside]
             if not sign * getattr(near, value) >= sign * getattr(kept, value):
                 break
