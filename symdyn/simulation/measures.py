@@ -297,9 +297,10 @@ ROUNDS, LOOKS = 2, 33
 def at_peak(kept: Sums, inside: Quantity, sign: int, run: Trajectory) -> Sums:
     """Return sums with the largest value between samples, or the smallest (sign -1), by the run's dense output."""
     value, when, t = "most" if sign > 0 else "least", "when_most" if sign > 0 else "when_least", run.t
-    corners = [one.t for one in run.events if t[0] < one.t < t[-1]]  # of impacts: between them a run is smooth
+    hits = run.dense.run.hits if run.dense is not None and np.isfinite(kept.area) else None
+    corners = [one.t for one in hits or () if t[0] < one.t < t[-1]]  # of impacts: between them a run is smooth
     with suppress(SymdynError):  # what an integrator cannot pass again
-        for look in range(not corners, 1 + ROUNDS if run.dense is not None and np.isfinite(kept.area) else 0):
+        for look in range(not corners, 0 if hits is None else 1 + ROUNDS):
             k = int(np.searchsorted(t, getattr(kept, when)))
             fine = np.linspace(t[max(k - 1, 0)], t[min(k + 1, len(t) - 1)], LOOKS)
             t = fine if look else np.union1d(t[[0, k, -1]], corners)
