@@ -31,6 +31,7 @@ from symdyn.simulation.forward import simulate
 from symdyn.simulation.prescribed.formulas_in_time import read_formula
 from symdyn.simulation.problem import Problem, Run
 from symdyn.simulation.trajectory import Trajectory
+from symdyn.simulation.trajectory_builder import DenseOutput
 from symdyn.simulation.variations import variations
 
 
@@ -297,7 +298,7 @@ ROUNDS, LOOKS = 2, 33
 def at_peak(kept: Sums, inside: Quantity, sign: int, run: Trajectory) -> Sums:
     """Return sums with the largest value between samples, or the smallest (sign -1), by the run's dense output."""
     value, when, t = "most" if sign > 0 else "least", "when_most" if sign > 0 else "when_least", run.t
-    hits = run.dense.run.hits if run.dense is not None and np.isfinite(kept.area) else None
+    hits = run.dense.run.hits if isinstance(run.dense, DenseOutput) and np.isfinite(kept.area) else None
     corners = [one.t for one in hits or () if t[0] < one.t < t[-1]]  # of impacts: between them a run is smooth
     with suppress(SymdynError):  # what an integrator cannot pass again
         for look in range(not corners, 0 if hits is None else 1 + ROUNDS):

@@ -13,7 +13,7 @@ from typing import Any, TypedDict
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import FIELDS, SympyExpression, check_arguments, native, suggesting
+from symdyn.arguments import SympyExpression, check_arguments, native, suggesting
 from symdyn.errors import SimulateError
 from symdyn.frozen import InitVar, dataclass, replace
 from symdyn.scene import Quantity, Scene, scene_of
@@ -99,9 +99,9 @@ class Problem(Suggesting):
             SimulateError: with every argument of another kind; or a field of a Problem beside one.
             SceneError: with every fault of a scene's file, or a value that the scene cannot have.
         """
-        if said := arguments.get(FIELDS):
+        if said := arguments.get("fields"):
             said = {name: _seconds(name, one) if name in ("until", "every") else one for name, one in said.items()}
-            arguments = {**arguments, FIELDS: said}
+            arguments = {**arguments, "fields": said}
         given, usual = check_arguments(function, arguments, SimulateError), inspect.signature(function).parameters
         own, of_run = (
             {
@@ -257,7 +257,7 @@ class Run:
 
 def _seconds(name: str, value: object) -> object:
     """Return a time that is text, "5 s" or "10 ms", in s; what is none as it is."""
-    if not isinstance(value, str):
+    if not isinstance(value, str) or not (value[:1].isdigit() and value[-1:].isalpha()):
         return value
     faults = Faults("")
     formula = read_formula(value, (), name, faults, unit="s")
