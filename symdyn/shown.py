@@ -26,6 +26,8 @@ INSTEAD: dict[str, dict[str, str]] = {
             ("transmissibility", "freqresp", "frequency_response", "frequencyresponse", "evalfr"),
             "abs(lin.bode(output, input).response) has ratios, lin.transfer(output, input).at(s) a value",
         ),
+        **dict.fromkeys(("symbolic", "sympy", "subs"), "formulas has A, B, C and D in SymPy"),
+        "info": "print(lin) shows it; poles, damp(), margins() and step().info() are numbers of it",
     },
     "closed_loop": {
         **dict.fromkeys(
@@ -36,6 +38,7 @@ INSTEAD: dict[str, dict[str, str]] = {
     },
     "observer": dict.fromkeys(("K", "L"), "gains are those of its parts, .regulator.K and .observer.L"),
     "coordinates_of_joints": {
+        "info": "symdyn info FILE in a shell has it; symdyn.equations(scene).text() its equations",
         **dict.fromkeys(
             ("save", "write", "dump", "to_toml", "to_urdf"), 'symdyn.scene.write_text(scene, "toml").text is its file'
         ),
@@ -53,6 +56,7 @@ INSTEAD: dict[str, dict[str, str]] = {
         ),
     },
     "held": {
+        "info": "print(run), run.notes, run.events and run.columns tell of it",
         "reactions": 'columns have them, run["reaction_JOINT_fx"], where reactions=True is asked for',
         "sol": "run(0.5) has all columns at a time",
         **dict.fromkeys(("y", "x"), 'run.q and run.qd, or columns by name, run["theta"]'),

@@ -286,7 +286,10 @@ def test_a_controller_that_raises_ends_the_run_with_its_words(method: str, perio
     ("law", "words"),
     [
         (lambda t, q, u: math.nan, "returned nan for F at t = 0 s"),
-        (lambda t, q, u: [1.0, 2.0], r"returned numbers of shape \(2,\) at t = 0 s; F takes shape \(1,\)"),
+        (
+            lambda t, q, u: [1.0, 2.0],
+            r"returned \[1.0, 2.0\], numbers of shape \(2,\), at t = 0 s; give one number a force",
+        ),
         (lambda t, q, u: "much", "returned 'much', which is no force, at t = 0 s"),
         (lambda t, q, u: None, "returned nan for F|returned None, which is no force"),
         (lambda t: 0.0, "raised|function takes 1 argument; a controller is a function of"),

@@ -146,7 +146,7 @@ def test_a_function_that_fails_is_told_by_its_name_and_what_came_before_stands(s
     for function, words in (
         (lambda t: 1 / 0, "forces: tau1: the function raised ZeroDivisionError: division by zero at t = 0 s"),
         (lambda t: "a", "forces: tau1: the function returned 'a', which is no force, at t = 0 s"),
-        (lambda t: [1, 2], r"forces: tau1: the function returned numbers of shape \(2,\) at t = 0 s"),
+        (lambda t: [1, 2], r"forces: tau1: the function returned \[1, 2\], numbers of shape \(2,\), at t = 0 s"),
     ):
         with pytest.raises(SimulateError, match=words):
             simulate(scene, forces={"tau1": function}, until=1.0)

@@ -79,6 +79,20 @@ def test_a_delay_of_forces_is_estimated_and_told_where_it_is_one(seconds: float)
     assert [("after" in note, "before" in note) for note in told] == [(seconds > 0, seconds < 0)] * (seconds != 0)
 
 
+@pytest.mark.parametrize("band", [0.4, 0.8])
+def test_a_band_below_the_motion_pulls_nothing_and_is_told(band: float) -> None:
+    """Positions were kept up to the band alone: 4 standard errors off where the motion was faster."""
+    data = noisy(log(scara(), until=20), 2, 0.02)
+    found, whole = symdyn.identify(scara(), data, band=band), symdyn.identify(scara(), data)
+    z = (found.after - found.before) / found.errors
+
+    assert np.sqrt(np.mean(z**2)) < 1.7
+    assert (found.errors < 0.004).all()
+    assert abs(found.delay[0]) < 4 * found.delay[1]
+    assert f"Hz, above the band of {band} Hz: what forces tell there is not used" in found.notes[0]
+    assert not whole.notes
+
+
 def test_each_of_several_logs_has_its_own_delay_and_one_at_rest_none() -> None:
     scene, t = symdyn.example("pendulum"), np.linspace(0, 8, 401)
     motion = "q1=sin(t)+0.4*sin(2.7*t)"

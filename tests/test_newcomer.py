@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Callable
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -14,8 +11,6 @@ import pytest
 import symdyn
 from symdyn.algebra.sympy_algebra import sympy_symbol
 from symdyn.arguments import suggesting
-from symdyn.cli import main
-from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.errors import (
     ArgumentError,
     DerivationError,
@@ -32,7 +27,6 @@ from symdyn.linear import root_locus
 from symdyn.linear.weights import read_weights
 from symdyn.scene import body, revolute, scene, spring, table
 from symdyn.scene.toml import read_text
-from symdyn.simulation import read_feedback
 from symdyn.simulation.integrate import integration
 
 pytestmark = pytest.mark.runs("cc")
@@ -115,14 +109,6 @@ def test_of_many_names_the_likest_are_told() -> None:
     assert suggestion("wave", ["c", "b", "a"]) == "known are c, b, a"
 
 
-def test_rows_are_kept_up_to_where_a_controller_has_no_value() -> None:
-    with pytest.warns(RuntimeWarning, match="rows until t = 1 s are kept"):
-        run = symdyn.simulate(CART, until=2, feedback=lambda t, q, u: float("nan") if t > 1 else 0.0)
-    assert 1 - 1e-6 < run.t[-1] <= 1
-    assert len(run.t) >= 100
-    assert "at t = 1" in run.stopped
-
-
 def test_a_run_that_takes_long_warns_and_names_what_grows() -> None:
     said: list[str] = []
     outlook = integration.Outlook(1e6, said.append)
@@ -132,117 +118,14 @@ def test_a_run_that_takes_long_warns_and_names_what_grows() -> None:
     assert said[0].endswith("x_dot has grown to 5e+03 in SI units, so look whether it is unstable")
 
 
-FOUR_BAR = """
-parameters = { a = 0.1, b = 0.3, c = 0.25, d = 0.3 }
-bodies.crank.particles = [{ mass = 0.5, at = ["a/2", 0, 0] }]
-bodies.coupler.particles = [{ mass = 0.8, at = ["b/2", 0, 0] }]
-bodies.rocker.particles = [{ mass = 0.6, at = ["c/2", 0, 0] }]
-joints.A = { type = "revolute", parent = "ground", child = "crank", coordinate = "phi", start = 1 }
-joints.B = { type = "revolute", parent = "crank", child = "coupler", origin = ["a", 0, 0], drive = false }
-joints.C = { type = "revolute", parent = "coupler", child = "rocker", origin = ["b", 0, 0], drive = false }
-[joints.D]
-type = "revolute"
-parent = "rocker"
-child = "ground"
-origin = ["c", 0, 0]
-tip = ["-d", 0, 0]
-drive = false
-"""
-
-
-def test_a_motion_that_begins_where_the_start_does_not_close_is_found_from_other_guesses(tmp_path: Path) -> None:
-    (tmp_path / "four_bar.toml").write_text(FOUR_BAR, encoding="utf-8")
-    run = symdyn.inverse(tmp_path / "four_bar.toml", "phi=10*t", until=0.6)
-    assert run.complete
-    assert "the loops do not close from the start; one of random guesses is taken: start={" in run.notes[0]
-    assert max(abs(run["q2"]).max(), abs(run["q3"]).max()) < 7
-
-
-def test_motions_that_contradict_are_refused_after_other_guesses() -> None:
-    with pytest.raises(SimulateError, match=r"the loops cannot be closed .* and no less from 30 random guesses; give"):
-        symdyn.inverse(symdyn.example("four_bar"), {"phi": "2*pi*t", "psi": "t"}, until=1)
-
-
-def test_gains_act_on_an_ensemble_as_on_each_of_its_runs() -> None:
-    loop = symdyn.linearize(CART).lqr({"x": 1, "theta": 10}, {"F": 0.1})
-    starts, given = [0.1, 0.2], {"until": 1, "measures": ("end(x)", "max(abs(F))")}
-    runs = symdyn.ensemble(CART, start={"theta": starts}, feedback=loop, **given)  # type: ignore[arg-type]
-    assert "lockstep" in runs.notes[0]
-    limited = symdyn.ensemble(CART, start={"theta": starts}, feedback=symdyn.Feedback(loop, limits=100), **given)  # type: ignore[arg-type]
-    for k, theta in enumerate(starts):
-        one = symdyn.simulate(CART, until=1, start={"theta": theta}, feedback=loop)
-        assert runs["end(x)"][k] == pytest.approx(one["x"][-1], abs=1e-7)
-        assert limited["end(x)"][k] == pytest.approx(one["x"][-1], abs=1e-7)
-
-
-def test_a_sweep_takes_a_controller_and_its_store_knows_it(tmp_path: Path) -> None:
-    pytest.importorskip("zarr", reason="needs a store")
-    given = {"over": "mp=[0.1,0.2]", "measure": "end(theta)", "until": 0.1, "start": {"theta": 0.1}}
-    law, other = (symdyn.pid("theta", "F", kp=kp) for kp in (-20, -30))
-    runs = symdyn.sweep(CART, feedback=law, output=tmp_path / "a.zarr", **given)  # type: ignore[arg-type]
-    assert runs["end(theta)"][0] != runs["end(theta)"][1]
-    with pytest.raises(SimulateError, match="feedback"):
-        symdyn.sweep(CART, feedback=other, output=tmp_path / "a.zarr", **given)  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize("reference", [0.3, "0.3*(1 - exp(-t))", lambda t: 0.3])
-def test_a_reference_of_gains_is_another_set_point(reference: object) -> None:
-    loop = symdyn.linearize(CART).lqr({"x": 1, "theta": 10}, {"F": 0.1})
-    run = symdyn.simulate(CART, until=15, feedback=symdyn.Feedback(loop, reference={"x": reference}))
-    assert run["x"][-1] == pytest.approx(0.3, abs=1e-4)
-
-
-def test_gains_over_time_hold_before_and_behind_their_times() -> None:
-    loop = symdyn.linearize(CART).lqr({"x": 1, "theta": 10}, {"F": 0.1})
-    said = {**loop.gains(), "t": [1, 2], "K": [loop.K, 2 * loop.K], "x0": {"x": [0.1, 0.3]}}
-    law = read_feedback(CART, said).law
-    at, still = np.array([0.2, 0.1]), np.zeros(2)
-    for t, K, x0 in ((0, loop.K, 0.1), (1.5, 1.5 * loop.K, 0.2), (3, 2 * loop.K, 0.3)):
-        assert law(t, at, still) == pytest.approx(-K @ [at[0] - x0, at[1], 0, 0])
-    with pytest.raises(SimulateError, match="with t, 2 times, K takes as many matrices"):
-        read_feedback(CART, {**said, "K": [loop.K]})
-    with pytest.raises(SimulateError, match="t: give two times or more that rise"):
-        read_feedback(CART, {**said, "t": [2, 1]})
-
-
-def test_a_motion_that_is_tracked_is_come_back_to() -> None:
-    run = symdyn.simulate(CART, until=2, forces="F=0.1*sin(t)", start={"theta": "pi"}, every=0.05)
-    follows = symdyn.linear.track(run, {"x": 10, "theta": 100}, {"F": 0.1})
-    off = symdyn.simulate(CART, until=2, start={"theta": "pi+0.3"}, feedback=follows)
-    assert abs(off["theta"][-1] - run["theta"][-1]) < 0.02
-    along = symdyn.simulate(CART, until=2, start={"theta": "pi"}, feedback=follows)
-    assert abs(along["x"][-1] - run["x"][-1]) < 1e-4
-
-
-WRONG_CONTROLLERS: dict[str, tuple[object, dict[str, object]]] = {
-    "a controller is a function of (t, q, u)": (lambda t, x: 0, {}),
-    "these are 2 controllers, and a run has one; join them": ([symdyn.pid("x", "F", kp=1)] * 2, {}),
-    "reference: xx is not among x, theta, x_dot, theta_dot; did you mean x?": (
-        [[1, 1, 1, 1]],
-        {"reference": {"xx": 1}},
-    ),
-    "0.1 has 1 entries": ([[1, 1, 1, 1]], {"reference": 0.1}),
-}
-
-
-@pytest.mark.parametrize("told", WRONG_CONTROLLERS)
-def test_controllers_that_cannot_act_are_told_what_would(told: str) -> None:
-    law, settings = WRONG_CONTROLLERS[told]
-    with pytest.raises(SimulateError, match=re.escape(told)):
-        read_feedback(CART, symdyn.Feedback(law, **settings))  # type: ignore[arg-type]
-
-
-def test_one_input_takes_its_limit_as_a_number() -> None:
-    run = symdyn.simulate(CART, until=0.5, feedback=symdyn.Feedback(lambda t, q, u: 100 * t, limits=3))
-    assert abs(run["F"]).max() == 3
-
-
 @pytest.mark.parametrize(
     ("formula", "written"),
     [
         ("step(t)", "write if(t > 1, 1, 0)"),
         ("1 if t > 1 else 0", "write if(x > y, a, b)"),
-        ("t > 1", "write if(x > y, a, b)"),
+        ("t > 1", "write if(t > 1, 1, 0)"),
+        ("5*(t<0.25)", "a comparison is not a number; write if(t < 0.25, 1, 0)"),
+        ("5*(t<2 and t>1)", "a condition is not a number; write if(t < 2 and t > 1, 1, 0)"),
         ("clip(t, -1, 1)", "write max(-1, min(x, 1))"),
         ("np.sin(t)", "write sin(x) alone"),
         ("0.1sin(t)", "write * before sin"),
@@ -271,8 +154,49 @@ joints.story = {{ type = "prismatic", parent = "ground", child = "floor", coordi
 {more}
 """
 
-
 TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
+    "formulas has A, B, C and D in SymPy": (AttributeError, lambda: symdyn.linearize(CART).symbolic()),  # type: ignore[attr-defined]
+    "margins() and step().info() are numbers of it": (AttributeError, lambda: symdyn.linearize(CART).info()),  # type: ignore[attr-defined]
+    "run.notes, run.events and run.columns tell of it": (
+        AttributeError,
+        lambda: symdyn.simulate(CART, until=0.1).info(),  # type: ignore[attr-defined]
+    ),
+    "symdyn.equations(scene).text() its equations": (AttributeError, lambda: CART.info),  # type: ignore[attr-defined]
+    "it is symdyn.identification.output_error": (AttributeError, lambda: symdyn.output_error),  # type: ignore[attr-defined]
+    "called: load(...).mass_matrix(...)": (ArgumentError, lambda: symdyn.load(CART, "mass_matrix")([0, 0])),
+    "'at'; did you mean start?": (ArgumentError, lambda: symdyn.linearize(CART, at="theta=0")),  # type: ignore[call-arg]
+    'reactions="ground" adds reaction_JOINT_fx': (
+        UnknownNameError,
+        lambda: symdyn.inverse(CART, {"x": "t", "theta": 0}, [0, 1])["reaction_x_ground"],
+    ),
+    'names stand apart, "x", "theta"; a list': (
+        UnknownNameError,
+        lambda: symdyn.simulate(CART, until=0.1).plot("x,theta"),
+    ),
+    "positions of rest, symdyn.linear.linearize_at_rest(scene)": (
+        SimulateError,
+        lambda: symdyn.simulate(CART, start="rest"),
+    ),
+    "noise: F drives, and noise is of what is measured; what disturbs it stands in forces": (
+        SimulateError,
+        lambda: symdyn.simulate(CART, feedback=symdyn.Feedback([[1, 1, 1, 1]], period=0.1, noise={"F": 1})),
+    ),
+    "returned [0, 0], numbers of shape (2,), at t = 0 s; give one number a force, in this order: F": (
+        SimulateError,
+        lambda: symdyn.simulate(CART, until=0.1, forces=lambda t, q, u: [0, 0]),
+    ),
+    "as in lin.lqg(..., period=0.01), pid(..., period=0.01) or system.discretize(0.01)": (
+        SimulateError,
+        lambda: symdyn.simulate(CART, feedback=symdyn.Feedback(symdyn.linearize(CART).lqg(), period=0.01)),
+    ),
+    'say what each does there, mode={"floor": "open"}; or closed': (
+        DerivationError,
+        lambda: symdyn.linearize(symdyn.example("hopper")),
+    ),
+    'write "com" (centre of mass) or "frame"': (
+        SceneError,
+        lambda: _with(body="mass = 1\ncom = [0, 0, 0.1]\ninertia = [1, 1, 1]"),
+    ),
     "a unit stands behind a number alone: in a formula write SI": (
         SimulateError,
         lambda: symdyn.inverse(CART, {"x": "0 m", "theta": "1500 rpm*t"}, until=1),
@@ -535,34 +459,6 @@ def test_what_one_writes_who_knows_another_tool_works(words: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("words", "meant"),
-    [
-        (["equations", "a.toml", "--latex"], "give --format latex"),
-        (["plot", "a.toml"], "simulate, inverse and sweep write one, --plot FILE"),
-        (["animate", "a.toml"], "simulate writes one, --animate FILE"),
-        (["linearize", "a.toml", "--from", "F"], "inputs are all drives and inputs of the scene"),
-        (["linearize", "a.toml", "--to", "theta"], "give --outputs"),
-        (["bode", "a.toml"], "did you mean linearize?"),
-        (["simulate", "a.toml", "--noise", "x=1"], "in Python a controller has it: symdyn.Feedback(law, noise=...)"),
-        (["sweep", "a.toml", "--noise", "x=1"], "in Python a controller has it: symdyn.Feedback(law, noise=...)"),
-        (["identify", "a.toml", "--output-error", "m"], "--output-error is no option; give --by output-error"),
-        (["linearize", "a.toml", "--transmissibility", "z"], "give --bode FILE"),
-        (["generate", "a.toml", "--language", "c"], "did you mean --target?"),
-        (["eom", "a.toml"], "did you mean equations?"),
-        (["equilibrium", "a.toml"], "did you mean linearize?"),
-        (["trim", "a.toml"], "did you mean linearize?"),
-        (["linearize", "a.toml", "--trim", "x"], "did you mean --start?"),
-    ],
-)
-def test_the_shell_guesses_what_is_meant_or_nothing(
-    words: list[str], meant: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with pytest.raises(SystemExit):
-        main(words)
-    assert meant in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
     ("motion", "told"),
     [
         ("hinge=sin(t)", "hinge is not a coordinate, but a joint: it has theta"),
@@ -576,23 +472,6 @@ def test_motions_as_one_would_write_them_are_told_how(motion: str, told: str) ->
         symdyn.inverse(CART, [motion], until=1)
 
 
-def test_weights_as_one_would_write_them_are_told_how() -> None:
-    for text, told in (
-        ("Q=diag(1,10,0,0)", "write Q=NAME:1;NAME:2"),
-        ("Q=x:1,theta:10", "semicolons stand between weights: x:1;theta:10"),
-    ):
-        with pytest.raises(LinearizeError, match=re.escape(told)):
-            read_weights("--lqr", [text], ("Q", "R"))
-
-
-def test_complex_weights_are_no_real_ones() -> None:
-    """The imaginary part was left out with no word of ours."""
-    lin = symdyn.linearize(CART)
-    for given, told in (({"N": 1j * np.ones((4, 1))}, "N: is no matrix of 4 x 1"), ({"Q": 1j * np.eye(4)}, "Q: is no")):
-        with pytest.raises(LinearizeError, match=told):
-            lin.lqr(**given)  # type: ignore[arg-type]
-
-
 def test_equations_are_printed_by_other_formulations_in_python() -> None:
     pendulum = symdyn.example("pendulum")
     page = symdyn.equations(pendulum, "dalembert")
@@ -603,13 +482,6 @@ def test_equations_are_printed_by_other_formulations_in_python() -> None:
         symdyn.equations(pendulum, "d'alembert")
 
 
-def test_a_problem_without_a_solution_warns() -> None:
-    pytest.importorskip("casadi", reason="needs IPOPT")
-    problem = symdyn.collocation(CART, until=0.2, cost="F**2", end={"x": 1}, bounds={"F": (-1, 1)}, intervals=4)
-    with pytest.warns(RuntimeWarning, match="no solution was found: .*Infeasible"):
-        assert not problem.solve().success
-
-
 def test_a_plot_may_be_over_another_column_than_time() -> None:
     pytest.importorskip("matplotlib", reason="draws")
     run = symdyn.simulate(CART, until=0.5, start={"theta": 0.3})
@@ -618,30 +490,6 @@ def test_a_plot_may_be_over_another_column_than_time() -> None:
     assert "rad" in axis.get_xlabel()
     with pytest.raises(UnknownNameError, match="thet"):
         run.plot("x", x="thet")
-
-
-def test_what_a_problem_leaves_open_at_its_end_is_shown() -> None:
-    given = symdyn.collocation(CART, until=2, cost="F**2", end={"x": 1}, intervals=4)
-    assert repr(given).endswith("at the end x = 1, x_dot = 0; not given: theta, theta_dot>")
-    assert "the end" not in repr(symdyn.collocation(CART, until=2, intervals=4))
-    whole = symdyn.collocation(CART, until=2, end={"x": 1, "theta": 0}, intervals=4)
-    assert repr(whole).endswith("at the end x = 1, theta = 0, x_dot = 0, theta_dot = 0>")
-    pytest.importorskip("casadi", reason="needs IPOPT")
-    assert repr(given.solve()).endswith("; not given at the end: theta, theta_dot>")
-
-
-MIRRORED = "tip is the child's frame seen from the joint, child_origin the joint seen from that"
-
-
-def test_a_tip_that_was_meant_as_a_child_origin_is_told_where_the_start_shows_it() -> None:
-    right, wrong = 'tip = ["-c", 0, 0]', 'tip = ["c", 0, 0]'
-    text = symdyn.scene.write_text(symdyn.example("four_bar"), "toml").text
-    assert right in text
-    bar = read_text(text.replace(right, wrong))
-    for notes in (symdyn.inverse(bar, {"phi": "2*pi*t"}, until=0.1).notes, Numbers(bar).closed_position().notes):
-        assert any("the loop hinge open by 6.19" in note and note.endswith(MIRRORED) for note in notes)
-    for meant in (text, text.replace(right, wrong.replace("tip", "child_origin"))):
-        assert Numbers(read_text(meant)).closed_position().notes == ()
 
 
 def test_sympy_prints_rates_with_dots_and_they_stay_symbols_of_their_names() -> None:
@@ -669,327 +517,16 @@ def test_sympy_prints_rates_with_dots_and_they_stay_symbols_of_their_names() -> 
     assert pickle.loads(pickle.dumps(cart.M * cart.qdd)) == cart.M * cart.qdd
 
 
-def test_a_regulator_with_a_cross_term_is_that_of_python_control_and_costs_what_it_says() -> None:
-    lin = symdyn.linearize(CART)
-    rng = np.random.default_rng(1)
-    both = rng.normal(size=(5, 5))
-    both = both @ both.T
-    Q, N, R = both[:4, :4], both[:4, 4:], both[4:, 4:]
-    K, S, E = found = lin.lqr(Q, R, N=N)
-    A = lin.A - lin.B @ K
-    assert np.allclose(found.closed_loop.poles, E)
-    assert np.allclose(A.T @ S + S @ A, -(Q - N @ K - K.T @ N.T + K.T @ R @ K), atol=1e-8 * abs(S).max())  # Lyapunov
-    assert np.allclose(K, np.linalg.solve(R, lin.B.T @ S + N.T))
-    control = pytest.importorskip("control", reason="the reference")
-    theirs = control.lqr(lin.A, lin.B, Q, R, N)
-    assert np.allclose(K, theirs[0])
-    assert np.allclose(S, theirs[1])
+def test_a_time_in_text_may_have_its_unit() -> None:
+    assert len(symdyn.simulate(CART, until="0.5 s", every="100 ms").t) == 6  # type: ignore[arg-type]
+    with pytest.raises(SimulateError, match="until: 5 m is in m, and s is asked for"):
+        symdyn.simulate(CART, until="5 m")  # type: ignore[arg-type]
+    with pytest.raises(SimulateError, match="until = '5 s': give a number or None, in SI"):
+        symdyn.inverse(CART, {"x": "t", "theta": 0}, until="5 s")  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("period", [None, 0.05])
-def test_integrals_are_those_of_python_control_and_hold_against_a_push(period: float | None) -> None:
-    lin = symdyn.linearize(CART)
-    Q = np.diag([10.0, 100, 0, 0, 10])
-    K, S, E = found = lin.lqr(Q, 0.1, period, integral="x")
-    assert np.allclose(np.sort_complex(found.closed_loop.poles), np.sort_complex(E))
-    push = read_text(
-        symdyn.scene.write_text(CART, "toml").text + '\n[loads.wind]\nbody = "cart"\nforce = [0.4, 0, 0]\n'
-    )
-    given = {"until": 25, "feedback": symdyn.Feedback(found, reference={"x": 0.3})}
-    assert symdyn.simulate(push, **given)["x"][-1] == pytest.approx(0.3, abs=1e-5)  # type: ignore[arg-type]
-    off = symdyn.simulate(
-        push, until=40, feedback=symdyn.Feedback(lin.lqr(Q[:4, :4], 0.1, period), reference={"x": 0.3})
-    )
-    assert abs(off["x"][-1] - 0.3) > 0.01
-    control = pytest.importorskip("control", reason="the reference")
-    if period is None:
-        theirs = control.lqr(lin.A, lin.B, Q, [[0.1]], integral_action=lin.C[[0]])
-        assert np.allclose(S, theirs[1])
-        assert np.allclose(K, theirs[0])
-        return
-    step, scale = lin.discretize(period), np.diag([1, 1, 1, 1, period])  # it sums x, and not x dt
-    theirs = control.dlqr(step.A, step.B, scale @ Q @ scale, [[0.1]], integral_action=lin.C[[0]])
-    assert np.allclose(K @ scale, theirs[0])
-
-
-def test_a_filter_of_an_accelerometer_keeps_the_poles_of_its_parts() -> None:
-    found = symdyn.linearize(CART, outputs=["x", "x_ddot"]).lqg()
-    assert found.regulator.system.D[1, 0] != 0
-    parts = np.concatenate([found.regulator.poles, found.observer.poles])
-    assert np.allclose(np.sort_complex(found.closed_loop.poles), np.sort_complex(parts), atol=1e-6)
-
-
-def test_what_python_control_unpacks_is_the_same_here() -> None:
-    control = pytest.importorskip("control", reason="the reference")
-    loop = symdyn.linearize(CART).lqr()
-    (mag, phase, omega), theirs = loop.loop.bode(), loop.loop.to_control()
-    expected = control.frequency_response(theirs, omega)
-    assert np.allclose(mag, expected.magnitude)
-    assert np.allclose(np.exp(1j * phase), np.exp(1j * expected.phase))
-    assert np.allclose([*loop.loop.margins()], control.margin(theirs))
-    t, y = loop.closed_loop.step()
-    assert np.allclose(y, control.step_response(loop.closed_loop.to_control(), t).outputs, atol=1e-9)
-
-
-def test_a_motion_that_ends_at_rest_is_held_there_by_the_forces_of_rest() -> None:
-    pendulum = symdyn.example("pendulum")
-    motion = symdyn.inverse(pendulum, "q1=0.5*(1-cos(pi*t))", np.linspace(0, 1, 21))  # which stops at once, at 1 rad
-    run = symdyn.simulate(
-        pendulum, until=4, start={"q1": 0}, feedback=symdyn.linear.track(motion, {"q1": 10}, {"tau1": 1})
-    )
-    rest = float(symdyn.inverse(pendulum, "q1=1", [0.0])["tau1"][0])
-
-    assert abs(motion["tau1"][-1] - rest) > 0.1
-    assert run["q1"][-1] == pytest.approx(1, abs=1e-5)
-    assert run["tau1"][-1] == pytest.approx(rest, abs=1e-4)
-    assert not run.notes
-
-
-def test_a_motion_that_does_not_end_at_rest_tells_what_holds_behind_it() -> None:
-    fall = symdyn.simulate(CART, until=0.5, every=0.05, start={"theta": "0.1"})
-    follows = symdyn.linear.track(fall, {"x": 10, "theta": 100}, {"F": 0.1})
-    (note,) = symdyn.simulate(CART, until=0.6, start={"theta": "0.1"}, feedback=follows).notes
-
-    assert note.startswith("feedback: the motion that is followed ends at t = 0.5 s, not at rest")
-
-
-def test_the_scene_of_an_identification_is_the_one_that_was_found() -> None:
-    pendulum = symdyn.example("pendulum")
-    log = symdyn.inverse(pendulum, "q1=sin(t)+0.4*sin(2.7*t)", np.linspace(0, 10, 501), values={"m": 1.2, "b": 0.03})
-    found = symdyn.identify(pendulum, log)
-    declared, identified, true = (
-        symdyn.simulate(one, until=1, start={"q1": 1})["q1"] for one in (found.declared, found.scene, log.scene)
-    )
-
-    assert found.declared == pendulum
-    assert np.abs(identified - true).max() < 1e-4 < np.abs(declared - true).max()
-
-
-SPRUNG = """
-[bodies.block]
-mass = 1
-[joints.rail]
-type = "prismatic"
-axis = [1, 0, 0]
-parent = "ground"
-child = "block"
-coordinate = "x"
-drive = "F"
-damping = "c"
-[springs.coil]
-joint = "rail"
-stiffness = 100
-[parameters]
-c = 1
-"""
-
-
-def test_peaks_are_those_between_samples_and_settling_times_those_of_the_step_response() -> None:
-    block, measures = read_text(SPRUNG), ["max(x)", "when_max(x)", "min(-abs(x)/2)", "settling_time(x)"]
-    asked: dict[str, Any] = {"forces": "F=100", "until": 6}
-    found = symdyn.sweep(block, "c=[5,8]", measures, every=0.02, **asked)
-    coarse = symdyn.ensemble(block, values={"c": [5, 8]}, measures=measures[:3], every=0.1, **asked)
-    single = symdyn.ensemble(block, values={"c": [5, 8]}, measures=measures[:3], every=0.1, method="radau", **asked)
-    series = symdyn.ensemble(block, values={"c": [5, 8]}, measures="max(x)", every=0.05, method="taylor", **asked)
-
-    z = np.array([0.25, 0.4])
-    exact = 1 + np.exp(-np.pi * z / np.sqrt(1 - z * z))
-    for one, near in ((found, 1e-5), (coarse, 1e-7), (single, 1e-5)):
-        assert not any("peaks" in note for note in one.notes)
-        assert one["max(x)"] == pytest.approx(exact, rel=near)
-        assert one["min(-abs(x)/2)"] == pytest.approx(-exact / 2, rel=near)
-        assert one["when_max(x)"] == pytest.approx(np.pi / (10 * np.sqrt(1 - z * z)), rel=2e-3)
-    assert any("max(x) of one of the runs is 1.4" in note and "give every=" in note for note in series.notes)
-    settled = [symdyn.linearize(block, values={"c": c}).step("x", "F").info()["settling_time"] for c in (5.0, 8.0)]
-    assert found["settling_time(x)"] == pytest.approx(settled, rel=2e-3)
-    short = symdyn.sweep(block, "c=[0.1,8]", "settling_time(x)", every=0.02, **asked)
-    assert np.isnan(short["settling_time(x)"]).tolist() == [True, False]
-    assert repr(short.table()).split()[:3] == ["c", "settling_time(x)", "ended"]
-    assert symdyn.sweep(block, "c=[5]", "settling_time(2)", until=1)["settling_time(2)"] == 0
-
-
-def test_a_saturated_force_has_no_peak_above_its_limit() -> None:
-    asked: dict[str, Any] = {"forces": {"F": "if(30*cos(7*t)>6, 6, 30*cos(7*t))"}, "until": 3}
-    for more in ({}, {"method": "radau"}):
-        found = symdyn.ensemble(read_text(SPRUNG), measures="max(F)", **asked, **more)  # type: ignore[arg-type]
-        assert found["max(F)"] == 6
-
-
-def late(run: symdyn.Trajectory) -> float:
-    """Return when a run is last off its end by more than a fiftieth."""
-    return float(run.t[abs(run["x"] - 1) > 0.02][-1])
-
-
-def test_a_function_of_a_run_is_a_measure(tmp_path: Path) -> None:
-    block, asked = read_text(SPRUNG), {"forces": "F=100", "until": 6, "every": 0.02}
-    found = symdyn.sweep(block, "c=[5,8]", {"peak": "max(x)", "late": late}, **asked)  # type: ignore[arg-type]
-    own = symdyn.sweep(block, "c=[5,8]", ["max(x)", "settling_time(x)"], **asked)  # type: ignore[arg-type]
-    assert found["peak"] == pytest.approx(own["max(x)"], rel=1e-5)
-    assert found["late"] == pytest.approx(own["settling_time(x)"], abs=0.04)
-    each = symdyn.ensemble(block, values={"c": [5, 8]}, measures=late, **asked)  # type: ignore[arg-type]
-    assert (each["late"] == found["late"]).all()
-
-    failed = symdyn.sweep(block, "c=[5,8]", wrong := {"wrong": lambda run: "1.5"}, until=1)  # type: ignore[arg-type]
-    assert "a function takes a run and returns a number" in failed.reasons[1]
-    told = {
-        r'measure=\{"peak": f\}': lambda: symdyn.sweep(block, "c=[5,8]", wrong["wrong"]),  # type: ignore[arg-type]
-        "in Python a measure may be a function of a run": lambda: symdyn.sweep(block, "c=[5,8]", "overshoot(x)"),
-        "is a function of a run, and there is none": lambda: symdyn.sweep(
-            block, "m=[5,8]", late, function="mass_matrix", at="x=0"
-        ),
-    }
-    for words, call in told.items():
-        with pytest.raises(SimulateError, match=words):
-            call()
-
-
-def test_what_was_silent_is_told(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    with pytest.raises(SimulateError, match=r'formulas of the state are forces: forces=\{"F": "-x"\}'):
-        symdyn.simulate(CART, feedback={"F": "-x"}, until=1)
-    with pytest.raises(ArgumentError, match="did you mean bounds"):
-        symdyn.collocation(CART, until=1, limits={"F": 15})  # type: ignore[call-arg]
-    upright = symdyn.linearize(CART)
-    told = 'V misses theta: measured with variance 1; linearize with outputs=["x"] leaves it out'
-    assert upright.kalman({"F": 1}, {"x": 1e-6}).notes == (told,)
-    assert told in repr(upright.kalman({"F": 1}, {"x": 1e-6}))
-    assert told in repr(upright.lqg(W={"F": 1}, V={"x": 1e-6}))
-    assert "misses" not in repr(upright.kalman({"F": 1}, {"x": 1e-6, "theta": 1e-6}))
-
-    assert "no cost: any motion" in repr(symdyn.collocation(CART, until=1, end={"x": 1}, intervals=4))
-    assert "no cost" not in repr(symdyn.collocation(CART, until=1, end={"x": 1}, cost="F**2", intervals=4))
-    with pytest.raises(SimulateError, match="and no force, whose cost is over time: cost"):
-        symdyn.collocation(CART, until=1, end={"x": 1}, final_cost="F**2", intervals=4)
-
-    path = str(tmp_path / "cart.toml")
-    Path(path).write_text(symdyn.scene.write_text(CART, "toml").text)
-    regulator = upright.lqr({"x": 1, "x_integral": 2}, {"F": 0.1}, N={"x*F": 0.05}, integral="x")
-    asked = ["--lqr", "Q=x:1;x_integral:2", "R=F:0.1", "N=x*F:0.05", "integral=x"]
-    assert main(["linearize", path, *asked, "--show", "margins", "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["result"]["lqr"]["K"] == regulator.K.tolist()
-    assert main(["linearize", path, *asked, "--show", "margins"]) == 0
-    shown = capsys.readouterr().out
-    assert f"loop of the regulator, cut open at F, stable: {regulator.margins().words}" in shown
-    assert main(["linearize", path, "--lqr", "N=F*x:1"]) == 1
-    assert "N: F*x is no state times a drive; write such as x*F" in capsys.readouterr().err
-    with pytest.raises(SystemExit):
-        main(["simulate", path, "--quantisation", "theta=0.1"])
-    assert "in Python a controller has it: symdyn.Feedback(law, quantisation=...)" in capsys.readouterr().err
-
-
-def test_a_regulator_of_two_drives_has_the_margins_of_each_loop(capsys: pytest.CaptureFixture[str]) -> None:
-    values = {"m1": 1, "m2": 1, "h1": 1, "h2": 1, "g": 9.81}
-    lin = symdyn.linearize(symdyn.example("two_link"), values=values)
-    reg, lqg = lin.lqr(), lin.lqg()
-    for k, drive in enumerate(reg.inputs):
-        j, found = 1 - k, reg.margins(drive)
-        b, c = lin.B[:, [k]], reg.K[[k]]
-        A = lin.A - lin.B[:, [j]] @ reg.K[[j]]
-        w = np.geomspace(1e-2, 1e3, 20001)
-        loop = np.array([(c @ np.linalg.solve(1j * x * np.eye(len(A)) - A, b))[0, 0] for x in w])
-        near = np.abs(loop) - 1
-        crossed = np.flatnonzero(near[1:] * near[:-1] < 0)
-        assert found.stable
-        assert abs(found.phase) == pytest.approx(min(abs(np.degrees(np.angle(-loop[crossed])))), abs=0.1)
-        assert abs(found.phase) > 60  # Kalman's inequality holds for each loop where R is diagonal
-        assert lqg.margins(drive).stable
-    with pytest.raises(LinearizeError, match=r'margins\("M1"\) of the regulator cuts one open'):
-        reg.loop.margins()
-    path, bound = (
-        str(Path(symdyn.__file__).parents[1] / "examples" / "two_link.toml"),
-        ",".join(f"{k}={x}" for k, x in values.items()),
-    )
-    assert main(["linearize", path, "--bind", bound, "--lqr", "--show", "margins"]) == 0
-    assert (
-        f"cut open at M2 and closed at the other drives, stable: {reg.margins('M2').words}" in capsys.readouterr().out
-    )
-
-
-def test_a_log_without_forces_is_sent_to_output_error() -> None:
-    t = np.linspace(0, 1, 50)
-    with pytest.raises(IdentifyError, match="output_error finds parameters where forces are not measured"):
-        symdyn.identify(symdyn.example("pendulum"), {"t": t, "q1": np.sin(t)})
-    with pytest.raises(SimulateError, match=r'x: each is one of \{"x": "t", "theta": 0\}'):
-        symdyn.inverse(CART, "x=t, theta=0", [0, 1])
-
-
-def test_a_road_may_step_where_no_rate_of_it_acts() -> None:
-    lone = """
-inputs.road = { unit = "m", rates = 2 }
-[bodies.wheel]
-mass = 40
-[joints.up]
-type = "prismatic"
-axis = [0, 0, 1]
-parent = "ground"
-child = "wheel"
-coordinate = "z"
-[springs.tyre]
-from = { body = "ground", at = [0, 0, "road"] }
-to = "wheel"
-stiffness = 4000
-free = 0.3
-"""
-    start: dict[str, Any] = {"start": "z=0.3", "until": 1, "every": 0.01}
-    bare = read_text('gravity = "none"\n' + lone)
-    run = symdyn.simulate(bare, forces="road=if(t>0.5, 0.05, 0)", **start)
-    late = run.t > 0.5
-    assert run["z"][late] == pytest.approx(0.35 - 0.05 * np.cos(10 * (run.t[late] - 0.5)), abs=1e-9)
-    assert [note for note in run.notes if "has a step at t = 0.5 s" in note and "energy balance" in note]
-    damped = lone + lone[lone.index("[springs.tyre]") :].replace("springs", "dampers").replace(
-        "stiffness = 4000\nfree = 0.3", "damping = 1"
-    )
-    with pytest.raises(SimulateError, match="at t = 0.5 s, where road_dot acts".replace(".", "[.]")):
-        symdyn.simulate(read_text(damped), forces="road=if(t>0.5, 0.05, 0)", **start)
-    with pytest.raises(SimulateError, match="road, road_dot, road_ddot; of a formula or a table the rates"):
-        symdyn.simulate(bare, forces={"road": lambda t: 0.1 * t}, **start)
-
-
-def test_a_path_is_a_list_of_formulas_and_numbers() -> None:
-    arm = symdyn.example("two_link")
-    asked: dict[str, Any] = {"until": 1, "values": {"m1": 1, "m2": 1, "h1": 1, "h2": 1, "g": 9.81}}
-    text = symdyn.inverse(arm, path={"tool": "1.2, 0.2*t, _"}, **asked)
-    for path in ([1.2, "0.2*t", "_"], ("1.2", "0.2*t", "_")):
-        assert (symdyn.inverse(arm, path={"tool": path}, **asked).q == text.q).all()
-
-
-def test_a_small_grid_is_shown_row_by_row(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    path = tmp_path / "block.toml"
-    path.write_text(SPRUNG)
-    asked = ["sweep", str(path), "--over", "c=[5,8]", "--start", "x=1", "--until", "1", "--measure", "end(x)"]
-    assert main(asked) == 0
-    rows = capsys.readouterr().out.splitlines()
-    assert [row.split()[0] for row in rows if row.split()[-1:] == ["end"]] == ["5", "8"]
-
-
-ROLLS = """
-gravity = [0, 0, -9.81]
-[bodies.disc]
-mass = 3
-inertia = [0.02, 0.03, 0.02]
-[joints.plane]
-type = "planar"
-parent = "ground"
-child = "disc"
-axis = [0, -1, 0]
-coordinates = ["x", "z", "th"]
-[constraints.track]
-type = "rolling"
-body = "disc"
-axis = [0, 1, 0]
-radius = 0.15
-"""
-
-
-def test_a_time_in_text_is_answered_with_the_units_of_numbers() -> None:
-    with pytest.raises(SimulateError, match="until = '5 s': give a number, in SI"):
-        symdyn.simulate(CART, until="5 s")  # type: ignore[arg-type]
-
-
-def test_a_wheel_that_falls_through_its_plane_is_told_and_one_that_is_held_is_not() -> None:
-    free = symdyn.simulate(read_text(ROLLS), until=1)
-    held = symdyn.simulate(read_text(ROLLS + 'components = ["along", "normal"]'), until=1, start={"z": 0.15})
-
-    assert free["z"][-1] == pytest.approx(-9.81 / 2)
-    assert 'contact track: disc falls by 4.91 m across its plane in this run; "normal" among' in " ".join(free.notes)
-    assert held["z"][-1] == pytest.approx(0.15)
-    assert "across its plane" not in " ".join(held.notes)
+def test_all_transfer_functions_are_shown_line_by_line() -> None:
+    found = symdyn.linearize(CART).transfer()
+    assert [line.split(": ")[0] for line in repr(found).splitlines()[1:]] == ["    x / F", "    theta / F"]
+    assert "x / F: gain 0.97561" in found._repr_mimebundle_()["text/html"]  # type: ignore[attr-defined]
+    assert found == tuple(found)

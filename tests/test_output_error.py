@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 import symdyn
 from symdyn.errors import IdentifyError, SimulateError
@@ -174,3 +175,34 @@ def test_a_scene_of_numbers_alone_is_told_that_nothing_is_looked_for() -> None:
 
     with pytest.raises(IdentifyError, match=r"rod: parameters: none is to be estimated; .* all by symdyn.scene.w"):
         output_error(rod, {"t": np.linspace(0, 2, 41), "q1": np.ones(41), "tau1": np.ones(41)})
+
+
+def coloured(count: int, seed: int, pole: float) -> np.ndarray:
+    """Return noise of scatter one that a filter of first order has passed, shape (count,)."""
+    white = np.random.default_rng(seed).standard_normal(count + 1000)
+    return np.asarray(lfilter([np.sqrt(1 - pole**2)], [1, -pole], white)[1000:])
+
+
+@pytest.mark.long
+def test_errors_tell_of_coloured_noise_as_of_white() -> None:
+    """Taken as independent from sample to sample they were 5 to 12 times too small."""
+    run, sizes = swing(), list[np.ndarray]()
+    for pole in (0.0, 0.95):
+        data = {"t": run.t, "q1": run["q1"] + 10 * SCATTER * coloured(len(run.t), 3, pole)}
+        found = output_error(symdyn.example("pendulum"), data, ["l", "b"])
+        assert within(found, {"l": 0.55, "b": 0.02}, 3)
+        assert (found.errors == found.standard_errors).all()
+        sizes.append(found.errors)
+    assert 2 < (sizes[1] / sizes[0])[:2].max() < np.sqrt((1 + 0.95) / (1 - 0.95)) * 1.2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("pole", [0.0, 0.9])
+def test_intervals_hold_the_truth_of_200_logs_with_coloured_noise(pole: float) -> None:
+    run, truth = swing(10), np.array([0.55, 0.02, 1.0, 0.0])
+    off = []
+    for seed in range(200):
+        data = {"t": run.t, "q1": run["q1"] + 5 * SCATTER * coloured(len(run.t), seed, pole)}
+        found = output_error(symdyn.example("pendulum"), data, ["l", "b"])
+        off.append((found.estimate - truth) / found.errors)
+    assert 0.88 < np.mean(np.abs(off) < 1.96) < 0.98

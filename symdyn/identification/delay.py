@@ -79,4 +79,4 @@ def words(found: tuple[float, float], step: float, source: str) -> list[str]:
         return []
     late = f"as if driving forces came {1e3 * abs(d):.3g} ms {'after' if d > 0 else 'before'} the motion"
     more = f"with a standard error of {1e3 * error:.2g} ms, which pulls what is identified; move their columns by that"
-    return [f"{source}: {late}, {more}, or take a wider band: one that cuts into the motion looks the same"]
+    return [f"{source}: {late}, {more}"]

@@ -35,7 +35,10 @@ ABOVE, SHARE = 30.0, 0.9999
 
 ROOM, LEAST_ROOM = 20.0, 2.0
 """Widths of bands over the motion's highest frequency: what lies above the harmonics of the motion is noise alone, and
-shows how large it is; in the narrowest band the filter takes nothing of the motion."""
+shows how large it is."""
+
+UNBENT = 4.0
+"""Frequency to which positions are kept at least, over the motion's highest: the filter takes 1.5e-5 of it."""
 
 UNEVEN, TOLD = 1e-6, 0.05
 """Part of a step by which steps may differ and are called even, and by which they may without a note."""
@@ -64,8 +67,9 @@ class Motion:
         qd: velocities, shape (N, nv).
         qdd: accelerations, shape (N, nv).
         tau: driving forces as measured, shape (N, nv).
-        noise: of the rates in the band, standard deviations of q, q̇ and q̈, shape (3, nv); zero where they were given.
-        band: Hz.
+        noise: of the rates up to `cut`, standard deviations of q, q̇ and q̈, shape (3, nv); zero where they were given.
+        band: up to which rows are taken, Hz.
+        cut: up to which q was kept, Hz: the band, and no less than the motion takes, whose shape a filter would bend.
     """
 
     source: str
@@ -76,6 +80,7 @@ class Motion:
     tau: Array
     noise: Array
     band: float
+    cut: float
 
 
 def spectrum(x: Array, step: float) -> tuple[Array, Array]:
@@ -99,20 +104,19 @@ def floor(x: Array, step: float) -> Array:
     return least
 
 
+def reach(log: Log) -> float:
+    """Return the highest frequency of the motion and its harmonics, above the noise of positions; Hz, or 0."""
+    frequency, power = spectrum(log.q, step := float(np.median(np.diff(log.t))))
+    clear = np.where(power > ABOVE * floor(log.q, step), power, 0.0) * frequency[:, None] ** 4
+    summed = np.cumsum(clear, axis=0).T
+    found = (frequency[np.searchsorted(column, SHARE * column[-1])] for column in summed if column[-1] > 0)
+    return float(max(found, default=0.0))
+
+
 def usual_bands(logs: Iterable[Log]) -> tuple[float, ...]:
-    """Return bands in Hz, widest first: of the motion and its harmonics, that stand above the noise of positions."""
-    highest, largest = 0.0, np.inf
-    for log in logs:
-        step = float(np.median(np.diff(log.t)))
-        largest = min(largest, 0.4 / step)
-        frequency, power = spectrum(log.q, step)
-        level = floor(log.q, step)
-        clear = np.where(power > ABOVE * level, power, 0.0) * frequency[:, None] ** 4
-        for column in clear.T:
-            summed = np.cumsum(column)
-            if summed[-1] > 0:
-                at = int(np.searchsorted(summed, SHARE * summed[-1]))
-                highest = max(highest, float(frequency[at]))
+    """Return bands in Hz, widest first, down to one that the motions just fit into."""
+    logs = tuple(logs)
+    highest, largest = max(reach(log) for log in logs), 0.4 / max(float(np.median(np.diff(log.t))) for log in logs)
     if not highest:
         return (largest / 4,)
     found, narrowest = [min(largest, ROOM * highest)], min(largest, LEAST_ROOM * highest)
@@ -125,7 +129,13 @@ def motions(log: Log, band: float) -> tuple[tuple[Motion, ...], tuple[str, ...]]
     """Return the motion of a log, filtered, its edges dropped, and notes; a motion for each part between gaps."""
     step = float(np.median(np.diff(log.t)))
     ends = np.flatnonzero(np.diff(log.t) > GAP * step)
-    notes, found = list[str](), list[Motion]()
+    notes, found, highest = list[str](), list[Motion](), reach(log)
+    if band < highest:
+        notes.append(
+            f"{log.source}: the motion reaches {highest:.3g} Hz, above the band of {band:.3g} Hz: what forces tell "
+            "there is not used; a band of twice that, or none given, makes standard errors smaller"
+        )
+    cut = max(band, min(0.4 / step, UNBENT * highest))
     for k in ends[:MOST]:
         notes.append(
             f"{log.source}: a gap from t = {log.t[k]:.6g} s to {log.t[k + 1]:.6g} s; both sides are used apart"
@@ -140,13 +150,13 @@ def motions(log: Log, band: float) -> tuple[tuple[Motion, ...], tuple[str, ...]]
                 f"{band:.3g} Hz and left out"
             )
             continue
-        one, told = _motion(log, part, step, band)
+        one, told = _motion(log, part, step, band, cut)
         found.append(one)
         notes += [line for line in told if line not in notes]
     return tuple(found), tuple(notes)
 
 
-def _motion(log: Log, part: Indices, step: float, band: float) -> tuple[Motion, list[str]]:
+def _motion(log: Log, part: Indices, step: float, band: float, cut: float) -> tuple[Motion, list[str]]:
     """Return the motion of one part of a log, and notes."""
     from scipy.interpolate import make_interp_spline
     from scipy.signal import butter, sosfiltfilt
@@ -172,17 +182,17 @@ def _motion(log: Log, part: Indices, step: float, band: float) -> tuple[Motion, 
         return np.hstack([q, t[:, None], given, make_interp_spline(t, own, k=5)(t, 1)])
 
     if qdd is not None and qd is not None:
-        return Motion(log.source, t, beside(q, given), qd, qdd, tau, noise, band), notes
-    cut = 2 * band * step
-    sections = butter(ORDER, cut, output="sos") if cut < 1 else None
+        return Motion(log.source, t, beside(q, given), qd, qdd, tau, noise, band, cut), notes
+    part_of = 2 * cut * step
+    sections = butter(ORDER, part_of, output="sos") if part_of < 1 else None
 
     def smooth(x: Array) -> Array:
         found: Array = (
-            x if sections is None else sosfiltfilt(sections, x, axis=0, padlen=min(len(x) - 1, int(18 / cut)))
+            x if sections is None else sosfiltfilt(sections, x, axis=0, padlen=min(len(x) - 1, int(18 / part_of)))
         )
         return found
 
-    share, w = min(1.0, cut), 2 * np.pi * band
+    share, w = min(1.0, part_of), 2 * np.pi * cut
     if qd is None:
         level, fit = share * floor(q, step), make_interp_spline(t, smooth(q), k=5)
         q, qd, qdd = fit(t), fit(t, 1), fit(t, 2)
@@ -194,7 +204,7 @@ def _motion(log: Log, part: Indices, step: float, band: float) -> tuple[Motion, 
     q = beside(q, None if given is None else smooth(given))
     edge = min(int(np.ceil(EDGE / (band * step))), len(t) // 10)
     keep = slice(edge, len(t) - edge)
-    return Motion(log.source, t[keep], q[keep], qd[keep], qdd[keep], tau[keep], noise, band), notes
+    return Motion(log.source, t[keep], q[keep], qd[keep], qdd[keep], tau[keep], noise, band, cut), notes
 
 
 def projected(x: Array, rows: int) -> Array:

@@ -5,9 +5,12 @@
 Nothing is differentiated: a coordinate or velocity that was not measured is one that the run finds. The search is that
 of Levenberg and Marquardt by the derivatives of the run itself; it looks at the first eighth of a piece, then at twice
 as much, so that each search begins where the run stays close to the data. σ is the scatter of the residuals, found
-again after every search (maximum likelihood with independent columns).
+again after every search (maximum likelihood with independent columns). Residuals whose samples are correlated, as of
+coloured noise or noisy forces, are told in the errors:
 
-References: Ljung, System Identification (1999), 7.2 to 7.4; Bock (1981).
+    Cov = (J'J)^-1 J' S J (J'J)^-1     S of residuals as autoregressive columns whose innovations may be correlated
+
+References: Ljung, System Identification (1999), 7.2 to 7.4, 9.4; Bock (1981); Burg (1975).
 """
 
 from __future__ import annotations
@@ -42,7 +45,7 @@ class OutputFit(Shown):
         units: likewise.
         before: values that the scene gives, and guesses of starts, shape (k,).
         estimate: shape (k,).
-        covariance: shape (k, k), from the scatter of the residuals, taken as independent from sample to sample.
+        covariance: shape (k, k), from the scatter and the correlation of the residuals.
         parameters: how many of the names are parameters.
         measured: names of the columns that were fitted.
         noise: standard deviation of the residuals of each, shape (m,).
@@ -85,6 +88,8 @@ class OutputFit(Shown):
     def standard_errors(self) -> Array:
         """Of every estimate, shape (k,)."""
         return np.sqrt(np.diag(self.covariance))
+
+    errors = standard_errors
 
     def interval(self, name: str, level: float = 0.95) -> tuple[float, float]:
         """Return the ends of an interval that holds the true value with a probability."""
@@ -268,7 +273,7 @@ def _found(scene: Scene, search: Search, unknowns: Array, names: tuple[str, ...]
         labels += [f"start {number}{name}" for name in piece.unknowns]
     length = np.linalg.norm(J, axis=0)
     length[length == 0] = 1.0
-    _, sizes, ways = np.linalg.svd(J / length, full_matrices=False)
+    base, sizes, ways = np.linalg.svd(J / length, full_matrices=False)
     if sizes[-1] < TELLS * sizes[0]:
         part = np.abs(ways[-1])
         together = [labels[k] for k in np.argsort(-part, kind="stable") if part[k] > 0.05 * part.max()]
@@ -279,14 +284,17 @@ def _found(scene: Scene, search: Search, unknowns: Array, names: tuple[str, ...]
         )
     scale = np.concatenate([search.sizes, np.ones(len(unknowns) - n)])
     inverse = (ways.T / sizes) / length[:, None] * scale[:, None]
+    spread = _spread(missed, base)
+    spread *= dof / max(every.size - np.trace(spread), 0.1 * every.size)  # of coloured noise a fit takes more
     bases = [piece.start for piece in search.pieces]
     state = [*scene.coordinates, *scene.first_order]
     places = [state.index(one) if one in state else -1 for one in search.pieces[0].unknowns]  # a turn starts from zero
     first = np.concatenate([np.zeros(n), *([0.0 if k < 0 else float(base[k]) for k in places] for base in bases)])
     return OutputFit(
         scene, tuple(labels), _units(scene, search), search.before * scale + first, unknowns * scale + first,
-        inverse @ inverse.T, n, names, noise, _correlations(missed), tuple(missed), tuple(one.t for one in search.data),
-        float(sizes[0] / sizes[-1]), dof, search.runs, (*notes, *_doubts(search, missed, names, noise)),
+        inverse @ spread @ inverse.T, n, names, noise, _correlations(missed), tuple(missed),
+        tuple(one.t for one in search.data), float(sizes[0] / sizes[-1]), dof, search.runs,
+        (*notes, *_doubts(search, missed, names, noise)),
     )  # fmt: skip
 
 
@@ -306,6 +314,59 @@ def _correlations(missed: Sequence[Array]) -> Array:
     return np.asarray(above / np.where(below > 0, below, 1.0), dtype=np.float64)
 
 
+MOST = 40
+"""Order of an autoregressive column at most."""
+
+
+def _autoregressive(columns: Sequence[Array]) -> Array:
+    """Return the filter (1, a_1, ..) that leaves white noise of a residual in pieces, shape (order + 1,).
+
+    By Burg's method, whose filters are stable; the order is that of Schwarz' criterion.
+    """
+    ahead, back, a = list(columns), list(columns), np.ones(1)
+    count = sum(len(one) for one in columns)
+    best, least, size = a, 0.0, 0.0
+    for order in range(1, min(MOST, min(len(one) for one in columns) // 4) + 1):
+        pairs = [(f[1:], b[:-1]) for f, b in zip(ahead, back, strict=True)]
+        below = sum(float(f @ f + b @ b) for f, b in pairs)
+        k = -2 * sum(float(f @ b) for f, b in pairs) / below if below > 0 else 0.0
+        if not abs(k) < 1:
+            break
+        ahead, back = [f + k * b for f, b in pairs], [b + k * f for f, b in pairs]
+        a = np.append(a, 0.0) + k * np.append(0.0, a[::-1])
+        size += count * np.log1p(-k * k)
+        if size + order * np.log(count) < least:
+            best, least = a, size + order * np.log(count)
+    return best
+
+
+def _spread(missed: Sequence[Array], base: Array) -> Array:
+    """Return the covariance of residuals over their scatter along directions, shape (k, k): of white noise 1.
+
+    Args:
+        missed: by piece, shape (N, m).
+        base: directions: a row a sample and column, as the Jacobian has them, shape (rows, k).
+    """
+    from scipy.signal import lfilter
+
+    columns = range(missed[0].shape[1])
+    filters = [_autoregressive([one[:, j] for one in missed]) for j in columns]
+    white = [np.column_stack([lfilter(filters[j], [1.0], one[:, j]) for j in columns]) for one in missed]
+    every, whole = np.concatenate(white), np.concatenate(missed)
+    size, all_of = (np.sqrt(np.maximum(np.mean(x**2, axis=0), 1e-300)) for x in (every, whole))
+    together = every.T @ every / len(every) / np.outer(size, size)
+    together = np.where(np.abs(together) > FAR / np.sqrt(len(every)), together, 0.0)
+    np.fill_diagonal(together, 1.0)
+    together *= np.outer(size / all_of, size / all_of)
+    found = np.zeros((base.shape[1], base.shape[1]))
+    rows = np.cumsum([one.size for one in missed])
+    for part, one in zip(np.split(base[: rows[-1]], rows[:-1]), missed, strict=True):
+        cube = part.reshape(*one.shape, -1)
+        along = np.stack([lfilter([1.0], filters[j], cube[::-1, j], axis=0) for j in columns])
+        found += np.einsum("itk,ij,jtl->kl", along, together, along, optimize=True)
+    return found
+
+
 def _doubts(search: Search, missed: Sequence[Array], names: Sequence[str], noise: Array) -> list[str]:
     """Return what residuals show against the result."""
     found = []
@@ -319,6 +380,6 @@ def _doubts(search: Search, missed: Sequence[Array], names: Sequence[str], noise
             )
             found.append(
                 f"residuals of {name} are correlated ({r:.2f} from sample to sample){far}: the scene lacks "
-                "something, forces are noisy, or the search ended in a local minimum; true errors are larger than these"
+                "something, forces are noisy, or it is a local minimum; standard errors allow for noise alone"
             )
     return found

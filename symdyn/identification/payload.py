@@ -356,7 +356,7 @@ def _shaken(motion: Motion) -> tuple[Array, Array, Array]:
     step = float(motion.t[1] - motion.t[0])
     frequency = np.fft.rfftfreq(len(motion.t), step)
     shape = (len(frequency), n := motion.qd.shape[1])
-    white = (rng.normal(size=shape) + 1j * rng.normal(size=shape)) * (frequency <= motion.band)[:, None]
+    white = (rng.normal(size=shape) + 1j * rng.normal(size=shape)) * (frequency <= motion.cut)[:, None]
     turn = 2j * np.pi * frequency[:, None]
     parts = [np.fft.irfft(white * turn**k, len(motion.t), axis=0) for k in range(3)]
     level = motion.noise[1] / np.maximum(np.std(parts[1], axis=0), 1e-300)

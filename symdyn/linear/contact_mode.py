@@ -11,9 +11,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from symdyn.arguments import argument
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.outputs import Row, touching, unilaterals_of, with_modes
-from symdyn.errors import LinearizeError, choice
+from symdyn.errors import DerivationError, LinearizeError, choice
 from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr
 from symdyn.scene import Quantity, Scene
@@ -49,7 +50,13 @@ def _words(law: Unilateral) -> Sequence[str]:
 
 
 def scene_in_mode(scene: Scene, mode: Mode) -> Scene:
-    """Return the scene with stops and dry friction as contacts; itself without a mode."""
+    """Return the scene with stops and dry friction as contacts; itself without a mode, if it has no contacts."""
+    if scene.unilaterals and not mode:
+        told = argument("mode", {one.name: "open" for one in scene.unilaterals})
+        raise DerivationError(
+            f"{scene.name}: contacts open and close, and a linear system is of one mode of theirs: say what each does "
+            f"there, {told}; or closed, or of one with friction stick, slip+ or slip-"
+        )
     return replace(with_modes(scene), states=scene.states) if mode else scene
 
 

@@ -42,6 +42,16 @@ class Answer(Shown):
         return ()
 
 
+class Transfers(tuple[Any, ...], Answer):
+    """All transfer functions of a system, output by output."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        lines = (f"\n    {repr(one).removeprefix('<Transfer ')[:-1]}" for one in self)
+        return f"<{len(self)} transfer functions:{''.join(lines)}>"
+
+
 class Plotted(Answer):
     """An answer that has a plot, which a notebook shows above its tables."""
 

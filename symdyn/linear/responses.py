@@ -261,11 +261,12 @@ class TimeResponse(Plotted):
             final = 0.0
         part = y / (final or math.nan)
         begun, risen = (self._first(part, level) for level in RISES)
-        away = np.flatnonzero(~(np.abs(part - 1) < SETTLES))
-        last = int(away[-1]) if len(away) else -1
-        edge = 1 + math.copysign(SETTLES, part[last] - 1)
-        settled = math.nan if last == len(y) - 1 else 0.0 if last < 0 else self._crossing(part, last, edge)
         top = int(np.abs(y).argmax())
+        off = part - 1 if final else y / (y[top] or 1.0)  # of one that comes back to zero, of its peak
+        away = np.flatnonzero(~(np.abs(off) < SETTLES))
+        last = int(away[-1]) if len(away) else -1
+        edge = math.copysign(SETTLES, off[last])
+        settled = math.nan if last == len(y) - 1 else 0.0 if last < 0 else self._crossing(off, last, edge)
         return {
             "rise_time": risen - begun,
             "settling_time": settled,

@@ -39,7 +39,7 @@ from symdyn.algebra import Array
 from symdyn.errors import LinearizeError
 from symdyn.frozen import asdict, dataclass, replace
 from symdyn.linear.modes import Complexes, balance, pairs_of, spectrum
-from symdyn.linear.plots import Answer
+from symdyn.linear.plots import Answer, Transfers
 from symdyn.rounding import in_digits
 from symdyn.table import Table
 
@@ -234,10 +234,10 @@ class Transfer(Answer):
         }  # fmt: skip
 
 
-def transfers(one: StateSpace) -> tuple[Transfer, ...]:
+def transfers(one: StateSpace) -> Transfers:
     """Return all transfer functions, output by output."""
     A, B, C, _ = balanced(one)
-    return tuple(
+    return Transfers(
         _transfer(output, name, A, B[:, [k]], C[[i]], one.D[[i]][:, [k]])
         for i, output in enumerate(one.outputs.names)
         for k, name in enumerate(one.inputs.names)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
-from typing import Any, overload
+from typing import Any, NoReturn, overload
 
 from symdyn.arguments import check_arguments, suggesting
 from symdyn.dynamics import Function, LoopChoices, Requested, Workspace, called, request_of, row_of
 from symdyn.emit import TARGETS, C, emit
-from symdyn.errors import EmitError, SceneError, UnknownNameError, choice, nearest, quoted, suggestion
+from symdyn.errors import ArgumentError, EmitError, SceneError, UnknownNameError, choice, nearest, quoted, suggestion
 from symdyn.frozen import dataclass, field, replace
 from symdyn.graph import growing
 from symdyn.program import Program, formulate, identifier, lower, prepare as prepare_program
@@ -79,6 +79,11 @@ class Loaded(Shown):
         if found is None:
             raise UnknownNameError(self._missing(request))
         return found
+
+    def __call__(self, *values: object, **named: object) -> NoReturn:
+        """Raise ArgumentError: its functions are called."""
+        one = next(iter(self.calls))
+        raise ArgumentError(f"load returns functions by name, and they are called: load(...).{one}(...)")
 
     def __contains__(self, request: object) -> bool:
         """Tell whether a function is there, by what it was asked for as or by its name."""

@@ -15,6 +15,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from symdyn.algebra import Array
+from symdyn.arguments import argument
 from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.reactions import why_no_reactions
 from symdyn.emit import in_latex
@@ -212,9 +213,13 @@ def missing(name: object, names: Sequence[str]) -> str:
     """Return what is said of a name that no column has."""
     if not isinstance(name, str):
         return f"{quoted(name)} is no name of a column; {choice('', names)}"
-    if "+" in name and set(name.split("+")) <= set(names):
-        one = ", ".join(f'"{part}"' for part in name.split("+"))
-        return f"there is no column {name}; a list of names is one panel: plot([[{one}]])"
+    parts = [one.strip() for one in re.split("[+,]", name)]
+    if len(parts) > 1 and {*parts} <= {*names}:
+        one = ", ".join(f'"{part}"' for part in parts)
+        return f"there is no column {name}; names stand apart, {one}; a list of names is one panel: plot([[{one}]])"
+    if name.startswith(LETTERS.reaction) and not any(one.startswith(LETTERS.reaction) for one in names):
+        axes = next((one for one in ("ground", "joint") if one in name.split("_")), "body")
+        return f"there is no column {name}; {argument('reactions', axes)} adds {LETTERS.reaction}JOINT_fx and others"
     return f"there is no column {name}; {choice(name, names)}"
 
 

@@ -31,6 +31,7 @@ from symdyn.simulation.forward import simulate
 from symdyn.simulation.prescribed.formulas_in_time import read_formula
 from symdyn.simulation.problem import Problem, Run
 from symdyn.simulation.trajectory import Trajectory
+from symdyn.simulation.trajectory_builder import DenseOutput
 from symdyn.simulation.variations import variations
 
 
@@ -44,8 +45,8 @@ class Sums:
         when_least, when_most: when these were met first, s.
         area, squares: integrals of it and of its square, by trapezoids.
         span: how long the runs took, s.
-        settled: when the formula stays within `BAND` of its way from the first to the last value, s; NaN where it still
-            leaves that in the last tenth of the run.
+        settled: when the formula stays within `BAND` of its way from the first to the last value, s, and of its peak
+            where it comes back to the first; NaN where it still leaves that in the last tenth of the run.
     """
 
     first: Array
@@ -244,7 +245,8 @@ def sums_of(t: Array, y: Array) -> Sums:
 def _settled(t: Array, y: Array) -> Array:
     """Return from when on formulas stay near their ends, straight between samples, as of `Sums`."""
     off = y - y[..., -1:]
-    band = BAND * np.abs(off[..., 0])
+    way, peak = np.abs(off[..., 0]), np.abs(off).max(axis=-1)
+    band = BAND * np.where(way > BAND * peak, way, peak)
     out = np.abs(off) > band[..., None]
     last = len(t) - 1 - out[..., ::-1].argmax(axis=-1)
     k = np.minimum(last, len(t) - 2)
@@ -296,10 +298,13 @@ ROUNDS, LOOKS = 2, 33
 def at_peak(kept: Sums, inside: Quantity, sign: int, run: Trajectory) -> Sums:
     """Return sums with the largest value between samples, or the smallest (sign -1), by the run's dense output."""
     value, when, t = "most" if sign > 0 else "least", "when_most" if sign > 0 else "when_least", run.t
+    hits = run.dense.run.hits if isinstance(run.dense, DenseOutput) and np.isfinite(kept.area) else None
+    corners = [one.t for one in hits or () if t[0] < one.t < t[-1]]  # of impacts: between them a run is smooth
     with suppress(SymdynError):  # what an integrator cannot pass again
-        for _ in range(ROUNDS if run.dense is not None and np.isfinite(kept.area) else 0):
+        for look in range(not corners, 0 if hits is None else 1 + ROUNDS):
             k = int(np.searchsorted(t, getattr(kept, when)))
-            t = np.linspace(t[max(k - 1, 0)], t[min(k + 1, len(t) - 1)], LOOKS)
+            fine = np.linspace(t[max(k - 1, 0)], t[min(k + 1, len(t) - 1)], LOOKS)
+            t = fine if look else np.union1d(t[[0, k, -1]], corners)
             near = sums_over((inside,), run(t))[inside]
             if not sign * getattr(near, value) >= sign * getattr(kept, value):
                 break

@@ -24,7 +24,13 @@ from symdyn.simulation.initial import Start, Values, by_name, read_start
 from symdyn.simulation.integrate import FINEST, named
 from symdyn.simulation.prescribed.entries import Entries
 from symdyn.simulation.prescribed.forces import Forces, at_start, read_forces, read_inputs
-from symdyn.simulation.prescribed.formulas_in_time import parameter_values, read_seen, sample_times
+from symdyn.simulation.prescribed.formulas_in_time import (
+    number_of,
+    parameter_values,
+    read_formula,
+    read_seen,
+    sample_times,
+)
 from symdyn.unlocked import cached_property
 
 SMALLEST = 1e-300
@@ -93,6 +99,9 @@ class Problem(Suggesting):
             SimulateError: with every argument of another kind; or a field of a Problem beside one.
             SceneError: with every fault of a scene's file, or a value that the scene cannot have.
         """
+        if said := arguments.get("fields"):
+            said = {name: _seconds(name, one) if name in ("until", "every") else one for name, one in said.items()}
+            arguments = {**arguments, "fields": said}
         given, usual = check_arguments(function, arguments, SimulateError), inspect.signature(function).parameters
         own, of_run = (
             {
@@ -244,6 +253,16 @@ class Run:
         times = sample_times(self.until, self.every, faults)
         faults.close(SimulateError)
         return tuple(event for event in events if event is not None), times
+
+
+def _seconds(name: str, value: object) -> object:
+    """Return a time that is text, "5 s" or "10 ms", in s; what is none as it is."""
+    if not isinstance(value, str) or not (value[:1].isdigit() and value[-1:].isalpha()):
+        return value
+    faults = Faults("")
+    formula = read_formula(value, (), name, faults, unit="s")
+    faults.close(SimulateError)
+    return value if formula is None else number_of(formula, {}, name, faults)
 
 
 def _check_one(specified: Mapping[str, object]) -> None:

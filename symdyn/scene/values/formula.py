@@ -60,9 +60,9 @@ HINTS: Mapping[type[ast.AST], str] = {
     ast.FloorDiv: "// is not known; write /",
     ast.Mod: "% is not known",
     ast.MatMult: "@ is not known",
-    ast.Compare: "a comparison is not a number; write if(x > y, a, b)",
+    ast.Compare: "a comparison is not a number; write if({}, 1, 0)",
     ast.IfExp: "a choice is a function; write if(x > y, a, b)",
-    ast.BoolOp: "a condition is not a number; write if(x > 0 and y > 0, a, b)",
+    ast.BoolOp: "a condition is not a number; write if({}, 1, 0)",
     ast.Attribute: "a dot may stand inside a number only",
     ast.Tuple: "a comma may stand between arguments only, as in atan2(y, x); write decimals with a point",
 }
@@ -320,7 +320,8 @@ class _Reader:
             return self.binary(node, depth)
         if isinstance(node, ast.Call):
             return self.call(node, depth)
-        raise FormulaError(HINTS.get(type(node), "only numbers, names, + - * / **, brackets and functions are known"))
+        told = HINTS.get(type(node), "only numbers, names, + - * / **, brackets and functions are known")
+        raise FormulaError(told.format(ast.unparse(node)))
 
     def literal(self, node: ast.Constant) -> Quantity:
         digits = self.text[node.col_offset : node.end_col_offset]

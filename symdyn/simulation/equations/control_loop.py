@@ -26,7 +26,7 @@ import numpy.typing as npt
 
 from symdyn.algebra import Array
 from symdyn.arguments import argument
-from symdyn.errors import SimulateError
+from symdyn.errors import SimulateError, quoted
 from symdyn.scene import Scene
 from symdyn.simulation.equations.controller import Feedback, Placed
 from symdyn.simulation.equations.linear_law import LinearLaw
@@ -256,8 +256,8 @@ class Loop:
             raise ControllerError(f"{title} returned {said!r:.80}, which is no force, {when}") from None
         if found.shape != (len(names),) and not (found.shape == () and len(names) == 1):
             raise ControllerError(
-                f"{title} returned numbers of shape {found.shape} {when}; "
-                f"{', '.join(names)} {'takes' if len(names) == 1 else 'take'} shape ({len(names)},)"
+                f"{title} returned {quoted(said)}, numbers of shape {found.shape}, {when}; give one number a force, in "
+                f"this order: {', '.join(names)}"
             )
         return self._finite(t, found.reshape(len(names)))
 

@@ -259,7 +259,7 @@ def _of_system(scene: Scene, asked: Feedback, matrices: Mapping[str, Array]) -> 
         faults.add("", "the system is sampled, but says not how often; give it a dt, or a period, in seconds")
     period = given if dt is True else None if not dt else float(dt)
     if given is not None and given != period:
-        why = "is continuous; discretise it (c2d of python-control, cont2discrete of SciPy)"
+        why = f"is continuous; discretise it: c2d(system, {given!r}) of python-control, cont2discrete of SciPy"
         faults.add("period", f"the system {why if period is None else f'has samples every {period:g} s'}; leave it out")
     faults.close(SimulateError)
     law = LinearLaw.read(matrices, measures, names, faults)
@@ -298,7 +298,7 @@ def placed(scene: Scene, feedback: Feedback, until: float, beside: bool = False)
     signals = _signals(scene, feedback, names, faults)
     state = (*scene.coordinates, *scene.first_order)
     measures, labels = (state, state) if signals is None else (signals.measures, signals.labels)
-    noise, steps = (_sizes(feedback, name, measures, faults) for name in ("noise", "quantisation"))
+    noise, steps = (_sizes(scene, feedback, name, measures, faults) for name in ("noise", "quantisation"))
     faults.close(SimulateError)
     least, most = zip(*(ranges[name] for name in names), strict=True)
     at, units = tuple(k for k in found if k is not None), force_units(scene)
@@ -329,10 +329,15 @@ def _signals(scene: Scene, feedback: Feedback, names: Sequence[str], faults: Fau
     return Signals.read(scene, measures, feedback.reference, law.y0, faults)
 
 
-def _sizes(feedback: Feedback, name: str, measures: Sequence[str], faults: Faults) -> tuple[float, ...]:
+def _sizes(scene: Scene, feedback: Feedback, name: str, measures: Sequence[str], faults: Faults) -> tuple[float, ...]:
     """Return the noise, or the steps, of what is measured, shape (p,)."""
     where, seed = f"feedback: {name}", feedback.seed
-    found = numbers_by_signal(getattr(feedback, name), measures, where, faults)
+    sizes = getattr(feedback, name)
+    for drive in [one for one in force_names(scene) if isinstance(sizes, Mapping) and one in sizes]:
+        told = f"what disturbs it stands in {argument('forces')}, numbers over time"
+        faults.add(where, f"{drive} drives, and {name} is of what is measured; {told}")
+        sizes = {one: size for one, size in sizes.items() if one != drive}
+    found = numbers_by_signal(sizes, measures, where, faults)
     for signal in (one for one, size in found.items() if size < 0):
         faults.add(where, f"{signal} = {found[signal]:g} is below 0")
     if found and feedback.period is None:

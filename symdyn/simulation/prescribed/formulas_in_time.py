@@ -155,7 +155,9 @@ def words(entries: Iterable[str], what: str, faults: Faults) -> dict[str, str]:
         if not name or not equals or not text:
             files = what in ("forces", "motion")
             known = "is neither a file nor name=formula" if files else "is not name=formula"
-            faults.add(what, f'"{entry}" {known}')
+            finder = argument("start", "rest", "symdyn.linear.linearize_at_rest(scene)")
+            rest = f"; linearize finds positions of rest, {finder}; start at one of them" * (entry == "rest")
+            faults.add(what, f'"{entry}" {known}{rest}')
         elif name in found:
             faults.add(what, f"{name} is given twice, as {found[name]} and as {text}")
         elif what in ("forces", "motion") and text.endswith((".csv", ".toml")):
