@@ -42,10 +42,11 @@ class Title(str):
         return made
 
     def sentence(self, words: Mapping[str, str]) -> str:
-        """Return the sentence by a table from English: sentences, types of joints, "body NAME" and "joint NAME"."""
+        """Return the sentence by a table from English: sentences, types of joints, "body NAME", "spring NAME"."""
         filled = {key: words.get(value, value) if key in TRANSLATED else value for key, value in self.places.items()}
         if "name" in filled:
-            part = "joint" if "joint" in self.template else "body"
+            named = (one for one in ("joint", "contact") if one in self.template)
+            part = next(named, self.places.get("type", "body"))
             filled["name"] = words.get(f"{part} {filled['name']}", filled["name"])
         return words.get(self.template, self.template).format(**filled)
 

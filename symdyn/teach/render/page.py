@@ -143,7 +143,7 @@ def exerted(scene: Scene, computed: Live, words: Mapping[str, str]) -> list[dict
     driven = [k for k, drive in enumerate(scene.drives) if drive]
     for k, (joint, drive, unit) in zip(driven, SceneUnits(scene).each_drive(), strict=True):
         if k in computed.held.drives:
-            text = words["drive"].format(joint=joint.name)
+            text = words["drive"].format(joint=joint.text or joint.name)
             rows.append(
                 _exerted(
                     inline(symbols[drive]), text, scene.shown_unit(unit).replace(" ", "\u202f"), "inverse_dynamics", k
