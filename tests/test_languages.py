@@ -217,8 +217,8 @@ name = "cart"
 gravity = "none"
 units = "none"
 bodies.cart = { mass = 2, text = { en = "trolley", sk = "vozík" } }
-joints.rail = { type = "prismatic", axis = [1, 0, 0], parent = "ground", child = "cart", coordinate = "x", drive = false }
-springs.s = { from = "ground", to = { body = "cart", at = [1, 1, 0] }, stiffness = 3, text = { en = "buffer", sk = "nárazník" } }
+joints.rail = { type = "prismatic", axis = [1, 0, 0], parent = "ground", child = "cart", coordinate = "x" }
+springs.s = { from = "ground", to = "cart", stiffness = 3, text = { en = "buffer", sk = "nárazník" } }
 dampers.d = { joint = "rail", damping = 1, text = { en = "oil", sk = "olej" } }
 loads.w = { body = "cart", force = [3, 0, 0], text = { en = "gust", sk = "poryv" } }
 """

@@ -57,7 +57,7 @@ def test_paper_has_questions_whole_formulas_and_no_solution(
         page.evaluate(MARKED)
         asked = page.evaluate("document.querySelectorAll('.blank').length")
         page.emulate_media(media="print")
-        paper.write_bytes(page.pdf(format="A4", margin={side: "15mm" for side in ("top", "bottom", "left", "right")}))
+        paper.write_bytes(page.pdf(format="A4", margin=dict.fromkeys(("top", "bottom", "left", "right"), "15mm")))
     told = subprocess.run(["pdftotext", "-raw", str(paper), "-"], capture_output=True, text=True, check=True).stdout
     pages = told.rstrip("\f").split("\f")
     found = {mark: k for k, text in enumerate(pages, 1) for mark in re.findall(r"\[([azlsq]\d+)\]", text)}

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symdyn.draw.outlines import Outlined, touching
+from symdyn.draw.outlines import Outlined, gears, touching
 from symdyn.draw.places import Array, JointAxis, Placed, Places, across, unit
 from symdyn.frozen import dataclass, field
 from symdyn.scene import Scene
@@ -266,7 +266,7 @@ def link(scene: Scene, places: Places, body: Placed, view: View, colour: int) ->
         limbs += [np.stack([view.flat(start), view.flat(tip)], axis=1) for tip in tips]
         width = view.size * 0.7
         shapes += [path("halo", *limbs, size=width + 3), path(f"link body{colour}", *limbs, size=width)]
-    for row in touching(scene):
+    for row in (*touching(scene), *gears(scene)):
         if row.name in places.wheels and row.place.body == body.name:
             centre, axis, radius = places.wheels[row.name]
             rims = [axis] if axis is not None else [np.broadcast_to(view.toward, centre.shape), body.frame.R[:, :, 2]]

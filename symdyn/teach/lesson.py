@@ -39,7 +39,7 @@ def called(scene: Scene) -> str:
 
 
 def described(scene: Scene) -> dict[str, dict[str, str]]:
-    """Return descriptions of bodies, joints and elements by names, by the places of a text or table where they stand."""
+    """Return descriptions of bodies, joints, elements by names, by the places of a text or table where they stand."""
     bodies = {one.name: one.text for one in scene.bodies if one.text}
     joints = {one.name: one.text for one in (*scene.joints, *scene.loops) if one.text}
     places = dict.fromkeys(("body", "bodies", "parent", "child", "on", "carries"), bodies)

@@ -193,7 +193,9 @@ def spring(
         text: a description, which lessons and pictures call it by.
     """
     check_arguments(spring, locals(), SceneError)
-    return entry("springs", name, joint=joint, **as_keys(ends), stiffness=stiffness, free=free, preload=preload, text=text)
+    return entry(
+        "springs", name, joint=joint, **as_keys(ends), stiffness=stiffness, free=free, preload=preload, text=text
+    )
 
 
 # Dampers

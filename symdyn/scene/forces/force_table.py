@@ -41,7 +41,8 @@ _ROWS: dict[str, ForceKind] = {
     "one_way": ONE_WAY,
 }
 FORCES = {
-    name: row if isinstance(row.law, Rub) else replace(row, parts=(*row.parts, DESCRIBED)) for name, row in _ROWS.items()
+    name: row if isinstance(row.law, Rub) else replace(row, parts=(*row.parts, DESCRIBED))
+    for name, row in _ROWS.items()
 }
 """Every kind of element; scenes hold elements in this order, and joints what stands in their own tables."""
 

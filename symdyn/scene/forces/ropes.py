@@ -147,9 +147,7 @@ DAMPING = replace(
 )
 
 
-def rope(
-    name: str, through: Sequence[End], length: Number, restitution: Number | None = None, text: str = ""
-) -> Entry:
+def rope(name: str, through: Sequence[End], length: Number, restitution: Number | None = None, text: str = "") -> Entry:
     """Declare a rope that keeps its length, or, with a restitution, one that may be slack.
 
     Args:
@@ -177,8 +175,6 @@ def elastic_rope(
     return entry("ropes", type="elastic", **locals())
 
 
-def rope_damping(
-    name: str, through: Sequence[End], damping: Number | Sequence[Number], text: str = ""
-) -> Entry:
+def rope_damping(name: str, through: Sequence[End], damping: Number | Sequence[Number], text: str = "") -> Entry:
     """Declare what resists the rate of the length along the places of `rope`, as `damper` does."""
     return entry("ropes", type="damping", **locals())

@@ -45,7 +45,7 @@ class Point:
 
 
 _Described = TypeVar("_Described", Parameter, Input, Signal, StateVariable, Body, Joint, Element, "Scene")
-DESCRIBED = (*"bodies joints loops elements parameters derived inputs outputs states signals".split(),)
+DESCRIBED = ("bodies", "joints", "loops", "elements", "parameters", "derived", "inputs", "outputs", "states", "signals")
 """Lists of a scene whose members take a `text`, as the scene does: all but points."""
 
 
