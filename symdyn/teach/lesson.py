@@ -188,15 +188,12 @@ class Prose:
 
     def say(self, key: str, **places: str | Form | Words) -> Words:
         """Return the prose of a key in the language, its places filled; bodies and joints by their descriptions."""
-        shown = {place: self.shown(place, value) for place, value in places.items()}
-        return Words(fill(self.tongue.lesson[key], shown))
+        return Words(fill(self.tongue.lesson[key], {place: self.shown(place, x) for place, x in places.items()}))
 
     def shown(self, place: str, value: str | Form | Words) -> str | Form | Words:
         """Return what stands in a place of a text: names of bodies and joints, commas between, as described."""
-        known = self._described.get(place)
-        if not known or not isinstance(value, str):
-            return value
-        return ", ".join(known.get(name, name) for name in value.split(", "))
+        known = self._described.get(place, {})
+        return ", ".join(known.get(x, x) for x in value.split(", ")) if isinstance(value, str) else value
 
     @cached_property
     def _described(self) -> dict[str, dict[str, str]]:

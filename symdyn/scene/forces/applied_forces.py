@@ -8,8 +8,6 @@ A viscous damper: c1 v + c3 v³ + … against the rate v of its way.
 
 Dry friction follows Coulomb's and Stribeck's curve, and stands in the joint's own table, under `friction`. Reference:
 Olsson et al., Friction models and friction compensation, European Journal of Control 4 (1998).
-
-A load is a wrench on a body.
 """
 
 from __future__ import annotations
