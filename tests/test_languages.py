@@ -41,7 +41,8 @@ KEPT = re.compile(r"(\{\w*\}|<[^>]*>|\\\w+)")
 CODE = "xx"
 SILENT = ("script", "style", "math", "code")
 SPOKEN = ("aria-label", "title", "alt", "placeholder", "data-text")
-UNITS = {"rad"}
+UNITS = {"rad", "sin", "cos", "tan"}
+"""And functions, which formulas have in every language."""
 
 
 def pseudo(text: str) -> str:
