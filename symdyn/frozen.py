@@ -82,7 +82,7 @@ def _code(count: int, made: tuple[int, ...], post: bool) -> CodeType:
 
 def _initial(cls: type) -> Callable[..., None]:
     """Return `__init__` of a class: the code that all with as many fields share, with the names of its own."""
-    every = fields(cls)
+    every = sorted(fields(cls), key=lambda one: one.kw_only is True)  # last, as they all have defaults
     made = {one.name: one.default_factory for one in every if one.default_factory is not MISSING}
     taken = {one.name: one for one in every if one.init}
     names = [*taken, *(name for name in made if name not in taken)]

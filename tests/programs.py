@@ -26,6 +26,7 @@ PROGRAMS: Mapping[str, tuple[str, ...]] = {
     "pdflatex": ("pdflatex",),
     "rsvg-convert": ("rsvg-convert",),
     "pdftoppm": ("pdftoppm",),
+    "pdftotext": ("pdftotext",),
     "npm": ("npm",),
     "bash": ("bash",),
     "zsh": ("zsh",),

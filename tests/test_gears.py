@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from math import atanh, pi
 
 import numpy as np
@@ -224,6 +225,20 @@ axis = [0, 0, 1]
 origin = ["d", 0, 0]
 mimic = { joint = "shaft", radii = [0.1, 0.2], mesh = "internal" }
 """
+
+
+@pytest.mark.parametrize(("mesh", "apart", "sign"), [("external", "r1 + r2", 1), ("internal", "r2 - r1", -1)])
+def test_wheels_that_mesh_are_drawn_by_pitch_circles_that_touch(mesh: str, apart: str, sign: int) -> None:
+    pair = read_text(PAIR.replace('"r2"] }', f'"r2"], mesh = "{mesh}" }}').replace("r1 + r2", apart))
+    known = {"r1": 0.05, "r2": 0.2}
+    (pinion, _, r), (wheel, _, s) = places(pair, np.zeros((2, 2)), known).wheels.values()
+    assert (r, s) == (0.05, 0.2)
+    assert_allclose(np.linalg.norm(wheel - pinion, axis=1), s + sign * r)
+    assert not strings(pair), "no belt runs around them"
+    apart_ones = read_text(PAIR.replace("r1 + r2", "r1 + r2 + 0.1"))
+    assert not places(apart_ones, np.zeros((2, 2)), known).wheels, "an idler between them is not in the scene"
+    drawn = re.findall(r'<g id="body-(\w+)">.*\n<ellipse class="link', str(symdyn.picture(pair)))
+    assert drawn == ["pinion", "wheel"]
 
 
 def test_a_belt_touches_both_wheels_and_a_ring_gear_has_none() -> None:

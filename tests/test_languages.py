@@ -16,10 +16,14 @@ from lessons import lesson_of
 
 from symdyn.cli import main
 from symdyn.errors import SceneError
-from symdyn.scene import read
+from symdyn.frozen import fields
+from symdyn.scene import Scene, read
 from symdyn.scene.forces import FORCES
+from symdyn.scene.forces.force_table import sections
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.toml import read_text, write_text
+from symdyn.scene.values import model
+from symdyn.scene.values.key import keys_of
 from symdyn.teach import rendered, walkthrough
 
 room = import_module("symdyn.teach.languages")  # a name that its package offers for something else
@@ -37,7 +41,8 @@ KEPT = re.compile(r"(\{\w*\}|<[^>]*>|\\\w+)")
 CODE = "xx"
 SILENT = ("script", "style", "math", "code")
 SPOKEN = ("aria-label", "title", "alt", "placeholder", "data-text")
-UNITS = {"rad"}
+UNITS = {"rad", "sin", "cos", "tan"}
+"""And functions, which formulas have in every language."""
 
 
 def pseudo(text: str) -> str:
@@ -206,6 +211,44 @@ def test_a_scene_may_say_what_its_letters_are_in_several_languages() -> None:
     only = read_text(BOB.format(text='{ sk = "hmotnosť závažia" }'))
     assert only.parameters[0].text == "hmotnosť závažia"
     assert read_text(write_text(only).text) == only
+
+
+SPRUNG = """
+name = "cart"
+gravity = "none"
+units = "none"
+bodies.cart = { mass = 2, text = { en = "trolley", sk = "vozík" } }
+joints.rail = { type = "prismatic", axis = [1, 0, 0], parent = "ground", child = "cart", coordinate = "x" }
+springs.s = { from = "ground", to = "cart", stiffness = 3, text = { en = "buffer", sk = "nárazník" } }
+dampers.d = { joint = "rail", damping = 1, text = { en = "oil", sk = "olej" } }
+loads.w = { body = "cart", force = [3, 0, 0], text = { en = "gust", sk = "poryv" } }
+"""
+
+
+def test_what_acts_is_called_in_lessons_and_pictures_as_its_scene_says_in_each_language() -> None:
+    scene = read_text(SPRUNG)
+    assert read_text(write_text(scene).text) == scene
+    words = {code: [one.text for one in scene.in_language(code).elements] for code in ("en", "sk")}
+    assert words == {"en": ["buffer", "oil", "gust"], "sk": ["nárazník", "olej", "poryv"]}
+    for code, other in (("en", "sk"), ("sk", "en")):
+        lesson = rendered(walkthrough(scene, code, detail="full"), "md")
+        (page,) = (text for name, text in lesson.items() if name.endswith(".md"))
+        (drawn,) = (text for name, text in lesson.items() if name.endswith("-scene.svg"))
+        for one, strange in zip(words[code], words[other], strict=True):
+            assert one in page
+            assert one in re.sub("<title>.*?</title>", "", drawn), "its label"
+            assert one in "".join(re.findall("<title>.*?</title>", drawn)), "what is told to who points at it"
+            assert strange not in page + drawn
+
+
+def test_what_takes_a_description_is_said_once() -> None:
+    """The lists of `DESCRIBED` are those of a scene whose members have a text, and sections of files with that key."""
+    lists = {one.name: one.type[6:-6] for one in fields(Scene) if str(one.type).endswith(", ...]")}
+    nouns = {name: getattr(model, noun) for name, noun in lists.items() if noun != "tuple[str, str]"}
+    assert [name for name in nouns if name in model.DESCRIBED] == [
+        name for name, noun in nouns.items() if "text" in {one.name for one in fields(noun)}
+    ]
+    assert all("text" in keys_of(kind.parts) for kind in FORCES.values() if kind.section in sections())
 
 
 @pytest.mark.parametrize("text", ['{ english = "mass" }', "{ en = 1 }", "{}", '{ en = "a", sk = ["b"] }', "3"])

@@ -12,7 +12,6 @@ from xml.etree import ElementTree
 import pytest
 from browser import OVERLAPS, opened
 from lessons import lesson_of
-from npm_packages import packages
 
 from symdyn.algebra.numeric import Floats
 from symdyn.cli import main
@@ -495,23 +494,3 @@ def test_a_page_reads_answers_as_the_command_line_does(browser: Any, shown: Path
 @pytest.mark.parametrize(("key", "text", "says"), [one for one in OTHER_WAYS if "1.00001" not in one[1]])
 def test_a_notebook_reads_answers_as_the_command_line_does(key: str, text: str, says: str, lesson: Document) -> None:
     assert agree(judge(lesson, key, text), says.replace("Derivatives are read", "derivatives are read"))
-
-
-AXE = """async () => (await axe.run(document)).violations.map(one => [one.id, one.nodes.map(node => node.html)])"""
-
-
-@pytest.mark.slow
-@pytest.mark.long(0)
-@pytest.mark.runs("chromium", "npm")
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize("width", [1280, 390])
-@pytest.mark.parametrize("name", ["two_link", "slider_crank"])
-def test_axe_finds_nothing(name: str, width: int, scheme: str, tmp_path: Path, browser: Any) -> None:
-    axe = packages() / "axe-core" / "axe.min.js"
-    path = tmp_path / "lesson.html"
-    path.write_text(html_page(with_exercises(lesson_of(read(EXAMPLES / f"{name}.toml")))), encoding="utf-8")
-    with opened(browser, path, width, scheme) as page:
-        page.evaluate("document.querySelectorAll('details').forEach(d => d.open = true)")
-        page.evaluate(axe.read_text(encoding="utf-8"))
-
-        assert page.evaluate(AXE) == []

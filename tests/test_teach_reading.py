@@ -265,9 +265,9 @@ def test_formulas_are_said_in_words() -> None:
 
     english, slovak = (with_words(f"<th><math>{math}</math></th>", language_of(one).page) for one in ("en", "sk"))
 
-    assert 'alttext="q double dot equals minus g over (l squared)"' in english
+    assert 'aria-label="q double dot equals minus g over (l squared)"' in english
     assert re.sub("<.*?>", "", english).startswith("q double dot equals")
-    assert 'alttext="q s dvomi bodkami rovná sa mínus g lomeno (l na druhú)"' in slovak
+    assert 'aria-label="q s dvomi bodkami rovná sa mínus g lomeno (l na druhú)"' in slovak
 
 
 @pytest.mark.runs

@@ -234,7 +234,10 @@ def test_what_is_wanted_is_not_given() -> None:
 
 
 def test_without_the_prescribed_rate_the_hoop_is_a_pendulum() -> None:
-    said = r"| $\Omega$ → 0 | $\tfrac{1}{2} m a^2 \dot{\theta}^2$ | $-9.81 m a \cos \theta$ | $\phi$ stands still:"
+    said = (
+        "| $\\Omega$\u00a0→\u00a00 | "
+        r"$\tfrac{1}{2} m a^2 \dot{\theta}^2$ | $-9.81 m a \cos \theta$ | $\phi$ stands still:"
+    )
     assert said in page("hoop")
 
 

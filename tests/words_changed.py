@@ -9,6 +9,7 @@ from typing import Any
 from fuzz.mutate import toml
 
 from symdyn.scene.declaration.declare import schema
+from symdyn.scene.forces.force_table import sections
 
 PIN: dict[str, Any] = {"type": "revolute", "parent": "cart", "child": "arm", "axis": [1, 2, 2], "origin": [0.1, 0, 0.2]}
 PIN["drive"] = False
@@ -356,6 +357,7 @@ SILENT: dict[str, str] = {
     "bodies/text": "likewise",
     "joints/text": "likewise",
     "loop/text": "likewise",
+    **{f"{one}/text": "likewise" for one in sections()},
 }
 """Words that have no row, and why."""
 

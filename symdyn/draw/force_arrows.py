@@ -118,7 +118,8 @@ def links(scene: Scene, places: Places, view: View) -> tuple[tuple[Item, ...], t
             Item(f"{one.kind}-{one.name}", Title("{type} {name}", type=one.kind, name=one.name), 1, depth, shapes)
         )
         if one in scene.elements:  # a belt has no name
-            labels.append(Label(f"label-{one.name}", Text.of_name(one.name), at, view.size * 1.2, None, "link-text"))
+            text = Text.as_written(one.text) if one.text else Text.of_name(one.name)
+            labels.append(Label(f"label-{one.name}", text, at, view.size * 1.2, None, "link-text"))
     return tuple(items), tuple(labels)
 
 

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.draw.ground import patches
-from symdyn.draw.outlines import Outlined
+from symdyn.draw.outlines import Outlined, gears
 from symdyn.draw.places import Array, Frame, JointAxis, Placed, Places
 from symdyn.draw.shapes import COLOURS, between_ends, carrier, outer, spots
 from symdyn.draw.stage import View, vertical
@@ -385,7 +385,7 @@ def _outlined(outline: Outlined, body: Placed, view: View, colour: str) -> tuple
 def _wheels(scene: Scene, places: Places, body: Placed, view: View, colour: str) -> tuple[Solid, ...]:
     """Return rims of what rolls, with a spoke that shows how it turns."""
     made: list[Solid] = []
-    for row in scene.contacts:
+    for row in (*scene.contacts, *gears(scene)):
         if row.name not in places.wheels or row.place.body != body.name:
             continue
         centre, axis, radius = places.wheels[row.name]

@@ -24,12 +24,13 @@ from symdyn.graph import Expr, Graph, Op, evaluate, substitute
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.forces import FORCES, in_plane
 from symdyn.scene.joints import JOINTS, joint_motion, unit
-from symdyn.scene.values import OUTLINES, Body, Contact, Element, Joint, Load, PlaneContact
+from symdyn.scene.values import OUTLINES, Body, Contact, Element, Joint, Load, Place, PlaneContact
 from symdyn.spatial import Mat, Transform, Vec, cross, dot, scale, sub, zero_vector
 
 BEYOND = 1e150  # what is drawn, m or N, whose squares still are doubles
 
 ALIKE = 0.01  # share of the largest principal moment within which moments are equal, as of rounded ones
+TOUCH = 1e-6  # of the sum of two radii, by which their circles may miss each other
 LARGEST = 1.5  # half a size, or a radius, that is guessed: in extents of the mechanism
 
 
@@ -258,7 +259,7 @@ def drawn(scene: Scene, graph: Graph, values: Mapping[str, float] = {}) -> dict[
         wanted |= _joint(joint, joint in scene.loops, placed, graph)
     for point in scene.points:
         wanted["point", point.name] = _flat(placed[point.body] @ point.at.transform(graph))
-    for one in (*scene.elements, *touching(scene), *belts(scene, values)):
+    for one in (*scene.elements, *touching(scene), *gears(scene, values), *belts(scene, values)):
         wanted |= _element(one, scene, placed, graph)
     return wanted
 
@@ -274,8 +275,8 @@ def strings(scene: Scene, values: Mapping[str, float] = {}) -> tuple[Element, ..
     return (*scene.struts, *scene.lasting_ropes, *slack, *belts(scene, values))
 
 
-def belts(scene: Scene, values: Mapping[str, float]) -> Iterator[Element]:
-    """Yield the belts of joints that follow others by radii: around both wheels, where neither is inside the other."""
+def _pairs(scene: Scene, values: Mapping[str, float]) -> Iterator[tuple[tuple[Place, Place], float, float, float]]:
+    """Yield the wheels of joints that follow others by radii, how far their centres are apart, and their radii, m."""
     joints = {joint.child: joint for joint in scene.joints}
     fixed = ((x.name, x.value.at({})) for x in scene.parameters if x.value is not None)
     values = {name: float(x) for name, x in fixed if x is not None} | dict(values)
@@ -287,11 +288,28 @@ def belts(scene: Scene, values: Mapping[str, float]) -> Iterator[Element]:
         near, far = (joints[end.body].origin.transform(graph).p for end in (first, second))
         apart, radii = sub(far, near), [end.radius.express(graph) for end in (first, second)]
         known = _numbers([graph.sqrt(dot(apart, apart)), *radii], values)
-        if known is None or known[0] <= known[1] + known[2]:
+        if known is not None:
+            yield (first, second), known[0], known[1], known[2]
+
+
+def gears(scene: Scene, values: Mapping[str, float] = {}) -> tuple[Contact, ...]:
+    """Return the pitch circles of wheels that mesh, as what rolls: two a pair, which touch."""
+    return tuple(
+        Contact(f"{one.body}_{other.body}_{end.body}", "rolling", Place(end.body), end.axis, end.radius)
+        for (one, other), apart, r, s in _pairs(scene, values)
+        if min(abs(apart - r - s), abs(apart - abs(r - s))) < TOUCH * (r + s)
+        for end in (one, other)
+    )
+
+
+def belts(scene: Scene, values: Mapping[str, float]) -> Iterator[Element]:
+    """Yield the belts of joints that follow others by radii: around both wheels, where neither is inside the other."""
+    for (first, second), apart, r, s in _pairs(scene, values):
+        if apart <= (1 + TOUCH) * (r + s) or second.turn < 0:
             continue
         belt = FORCES["rope"].noun(f"{first.body}_{second.body}", ends=(first, second, first))
         try:
-            Taut(scene, graph).tangents(belt.ends, body_placements(scene, graph))
+            Taut(scene, graph := Graph()).tangents(belt.ends, body_placements(scene, graph))
         except DerivationError:  # they do not lie in one plane
             continue
         yield belt

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Batches
-from symdyn.draw.outlines import BEYOND, Key, Outlined, drawn, outlines, strings, touching
+from symdyn.draw.outlines import BEYOND, Key, Outlined, drawn, gears, outlines, strings, touching
 from symdyn.draw.style import FONT, Text
 from symdyn.errors import DrawError
 from symdyn.frozen import dataclass
@@ -261,7 +261,7 @@ def _gathered(scene: Scene, graph: Graph, arrays: Mapping[Key, Array], count: in
             if ("tangent", one, 0) in arrays
         },
         {load: (arrays["force", load], arrays["couple", load]) for load in scene.loads},
-        {row.name: wheel for row in touching(scene) if (wheel := _wheel(row, arrays)) is not None},
+        {row.name: wheel for row in (*touching(scene), *gears(scene)) if (wheel := _wheel(row, arrays)) is not None},
         {row.name: _touch(row, arrays) for row in touching(scene)},
         arrays["gravity",][0],
         {},

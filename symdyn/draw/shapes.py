@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symdyn.draw.outlines import Outlined, touching
+from symdyn.draw.outlines import Outlined, gears, touching
 from symdyn.draw.places import Array, JointAxis, Placed, Places, across, unit
 from symdyn.frozen import dataclass, field
 from symdyn.scene import Scene
@@ -42,10 +42,11 @@ class Title(str):
         return made
 
     def sentence(self, words: Mapping[str, str]) -> str:
-        """Return the sentence by a table from English: sentences, types of joints, "body NAME" and "joint NAME"."""
+        """Return the sentence by a table from English: sentences, types of joints, "body NAME", "spring NAME"."""
         filled = {key: words.get(value, value) if key in TRANSLATED else value for key, value in self.places.items()}
         if "name" in filled:
-            part = "joint" if "joint" in self.template else "body"
+            named = (one for one in ("joint", "contact") if one in self.template)
+            part = next(named, self.places.get("type", "body"))
             filled["name"] = words.get(f"{part} {filled['name']}", filled["name"])
         return words.get(self.template, self.template).format(**filled)
 
@@ -265,7 +266,7 @@ def link(scene: Scene, places: Places, body: Placed, view: View, colour: int) ->
         limbs += [np.stack([view.flat(start), view.flat(tip)], axis=1) for tip in tips]
         width = view.size * 0.7
         shapes += [path("halo", *limbs, size=width + 3), path(f"link body{colour}", *limbs, size=width)]
-    for row in touching(scene):
+    for row in (*touching(scene), *gears(scene)):
         if row.name in places.wheels and row.place.body == body.name:
             centre, axis, radius = places.wheels[row.name]
             rims = [axis] if axis is not None else [np.broadcast_to(view.toward, centre.shape), body.frame.R[:, :, 2]]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping, Sequence
 
 from symdyn.draw.force_arrows import from_zero
-from symdyn.draw.outlines import drawn, outline, strings
+from symdyn.draw.outlines import drawn, gears, outline, strings
 from symdyn.dynamics.mechanism import vector
 from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph
@@ -86,7 +86,7 @@ class Sheet:
         self.marks += [*self._planes(scene), *self._outlines(scene, graph, values, outlined)]
         joints = list(self._joints(scene, starts, tips))
         self._strings = strings(scene, values)
-        masses = [*self._wheels(scene), *self._masses(scene, starts, tips)]
+        masses = [*self._wheels(scene, values), *self._masses(scene, starts, tips)]
         acting = list(self._acting(scene, tips))
         for body in scene.bodies:
             for tip in tips[body.name]:
@@ -154,9 +154,9 @@ class Sheet:
             rows = (self._direction(self.found["plane", row]), self._direction(self.found["end", row, 0]), *ways)
             yield self._made("plane", rows, row.plane.body)
 
-    def _wheels(self, scene: Scene) -> Iterator[Mark]:
-        """Yield the rims of what rolls: the centre, and two points a quarter turn apart that turn with the body."""
-        for row in scene.contacts:
+    def _wheels(self, scene: Scene, values: Mapping[str, float]) -> Iterator[Mark]:
+        """Yield rims of what rolls or meshes: the centre, and two points a quarter turn apart that turn with it."""
+        for row in (*scene.contacts, *gears(scene, values)):
             if ("radius", row) not in self.found:
                 continue
             (radius,), at = self.found["radius", row], self.found["end", row, 0]

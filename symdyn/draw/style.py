@@ -173,15 +173,15 @@ def _wide(run: LetterRun) -> float:
 LIGHT = {
     "paper": "#ffffff", "ink": "#1b1f24", "soft": "#5c6672", "shade": "#e9edf2", "mark": "#00665f",
     "force": "#b3261e", "couple": "#7a3aa8", "x": "#b3261e", "y": "#1f7a3d", "z": "#2456b8",
-    "body0": "#2f66b0", "body1": "#b4540f", "body2": "#2a7f50", "body3": "#86479f", "body4": "#8a6500",
-    "body5": "#b5375a",
+    "body0": "#2f66b0", "body1": "#b4540f", "body2": "#2a7f50", "body3": "#98658c", "body4": "#4b3300",
+    "body5": "#69003e",
 }  # fmt: skip
 
 DARK = {
     "paper": "#12171d", "ink": "#e8ebef", "soft": "#a3adb8", "shade": "#2a323c", "mark": "#58d1c4",
     "force": "#ff8a7d", "couple": "#d0a2f2", "x": "#ff8a7d", "y": "#74d394", "z": "#8db8ff",
-    "body0": "#86b4f2", "body1": "#f2a06e", "body2": "#73cc9c", "body3": "#cba4e2", "body4": "#dcbb55",
-    "body5": "#f090ae",
+    "body0": "#86b4f2", "body1": "#f2a06e", "body2": "#73cc9c", "body3": "#ffc8e8", "body4": "#f5ff79",
+    "body5": "#a27596",
 }  # fmt: skip
 
 SCHEMES = {"light": LIGHT, "dark": DARK}

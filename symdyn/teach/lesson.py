@@ -20,6 +20,7 @@ from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass, field, replace
 from symdyn.graph import Expr, Graph, evaluate, gradient, tangents
 from symdyn.scene import Scene
+from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Body, Joint
 from symdyn.spatial import Mat, Transform, Vec
@@ -38,11 +39,13 @@ def called(scene: Scene) -> str:
 
 
 def described(scene: Scene) -> dict[str, dict[str, str]]:
-    """Return descriptions of bodies and joints by their names, by the places of a text or table where they stand."""
+    """Return descriptions of bodies, joints, elements by names, by the places of a text or table where they stand."""
     bodies = {one.name: one.text for one in scene.bodies if one.text}
     joints = {one.name: one.text for one in (*scene.joints, *scene.loops) if one.text}
     places = dict.fromkeys(("body", "bodies", "parent", "child", "on", "carries"), bodies)
-    places |= dict.fromkeys(("joint", "joints", "leader", "owner"), joints)
+    places |= dict.fromkeys(("joint", "joints", "leader"), joints)
+    acting = joints | {one.name: one.text for one in scene.elements if one.text}
+    places |= dict.fromkeys((*FORCES, "owner", "contact", "force", "couple"), acting)
     return places | {"scene": {scene.name: called(scene)}}
 
 
@@ -185,15 +188,12 @@ class Prose:
 
     def say(self, key: str, **places: str | Form | Words) -> Words:
         """Return the prose of a key in the language, its places filled; bodies and joints by their descriptions."""
-        shown = {place: self.shown(place, value) for place, value in places.items()}
-        return Words(fill(self.tongue.lesson[key], shown))
+        return Words(fill(self.tongue.lesson[key], {place: self.shown(place, x) for place, x in places.items()}))
 
     def shown(self, place: str, value: str | Form | Words) -> str | Form | Words:
         """Return what stands in a place of a text: names of bodies and joints, commas between, as described."""
-        known = self._described.get(place)
-        if not known or not isinstance(value, str):
-            return value
-        return ", ".join(known.get(name, name) for name in value.split(", "))
+        known = self._described.get(place, {})
+        return ", ".join(known.get(x, x) for x in value.split(", ")) if isinstance(value, str) else value
 
     @cached_property
     def _described(self) -> dict[str, dict[str, str]]:
@@ -230,7 +230,7 @@ class Prose:
     @cached_property
     def titles(self) -> Mapping[str, str]:
         """What parts of pictures are called, from English, where types are called as they are; and descriptions."""
-        told = {f"{part} {name}": text for part in ("body", "joint") for name, text in self._described[part].items()}
+        told = {f"{part} {name}": text for part, known in self._described.items() for name, text in known.items()}
         kinds = {type: self.kind(type, row.words) for type, row in JOINTS.items()}
         return told if self.language == "en" else {**kinds, **self.tongue.picture, **told}
 

@@ -291,7 +291,7 @@ def _character(match: re.Match[str]) -> str:
     return match[0] if character in "<>&" else character
 
 
-# What a screen reader says: `alttext` of MathML, and hidden words in heads of tables
+# What a screen reader says: names of formulas (browsers make none of `alttext`), hidden words in heads of tables
 
 _MATH = re.compile(r"<math>(.*?)</math>", re.DOTALL)
 _HEAD = re.compile(r"<th(| [^>]*)>((?:(?!</th>).)*?</math>)</th>", re.DOTALL)
@@ -316,7 +316,7 @@ def with_words(page: str, words: Mapping[str, str]) -> str:
         return f'<th{found[1]}><span class="said">{label}</span><span aria-hidden="true">{found[2]}</span></th>'
 
     page = _HEAD.sub(head, page)
-    return _MATH.sub(lambda found: f'<math alttext="{text(found[1])}">{found[1]}</math>', page)
+    return _MATH.sub(lambda found: f'<math aria-label="{text(found[1])}">{found[1]}</math>', page)
 
 
 def _said(element: ElementTree.Element, words: Mapping[str, str]) -> str:

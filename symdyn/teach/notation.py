@@ -82,10 +82,12 @@ def acting_steps(lesson: Prose) -> list[Step]:
             for end in one.ends
         )
         where = ends or lesson.text("acting.joint", joint=getattr(one, "joint", ""))
-        rows.append((lesson.kind(one.kind, FORCES[one.kind].words), f"{one.name}: {where}"))
+        rows.append((lesson.kind(one.kind, FORCES[one.kind].words), f"{one.text or one.name}: {where}"))
         for at in (at for strut, at in scene.supports if strut == one):
             x, y, z = (Form.of(entry.express(Graph())) for entry in at)
-            rows.append((lesson.say("acting.support"), lesson.say("acting.moves", name=one.name, x=x, y=y, z=z)))
+            rows.append(
+                (lesson.say("acting.support"), lesson.say("acting.moves", name=one.text or one.name, x=x, y=y, z=z))
+            )
     if not rows:
         return []
     reason = lesson.say("acting.reason") if any(joint.motion is not None for joint in scene.joints) else Words(())

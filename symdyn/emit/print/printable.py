@@ -61,7 +61,7 @@ class NamedLength:
     def text(self) -> str:
         """What it is, in words, such as "distance of the ends of spring sf and damper df"."""
         what = "length along" if self.struts[0].is_rope else "distance of the ends of"
-        return f"{what} {' and '.join(f'{one.kind} {one.name}' for one in self.struts)}"
+        return f"{what} {' and '.join(one.text or f'{one.kind} {one.name}' for one in self.struts)}"
 
 
 @dataclass(frozen=True)

@@ -298,11 +298,13 @@ def _check_wheels(name: str, one: _Leader, joint: Joint, joints: Sequence[Joint]
 
 
 def _wheels(mimic: Mimic, one: _Leader, joint: Joint, joints: Sequence[Joint]) -> tuple[Place, ...]:
-    """Return the wheels that turn in one direction about origins of their bodies; none that turn in both."""
+    """Return the wheels, about origins of their bodies, and which way they turn when the first turns left; or none."""
     leader, (led, own) = _followed(one, joints), mimic.radii
-    if leader is None or leader.tip.steps or joint.tip.steps or mimic.ratios[0][1] != folding.div(led, own):
+    turns = {folding.div(led, own): 1, folding.neg(folding.div(led, own)): -1}
+    if leader is None or leader.tip.steps or joint.tip.steps or mimic.ratios[0][1] not in turns:
         return ()
-    return tuple(Place(x.child, radius=r, axis=x.axis, turn=1) for x, r in ((leader, led), (joint, own)))
+    wheels = ((leader, led, 1), (joint, own, turns[mimic.ratios[0][1]]))
+    return tuple(Place(x.child, radius=r, axis=x.axis, turn=turn) for x, r, turn in wheels)
 
 
 def _chain(mimic: Mimic, leaders: Sequence[_Leader], settled: Mapping[int, Coupling], table: EntryReader) -> Coupling:

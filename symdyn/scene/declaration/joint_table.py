@@ -13,10 +13,10 @@ from typing import Any, TypeGuard
 from symdyn.errors import choice
 from symdyn.frozen import dataclass, field, replace
 from symdyn.scene.declaration.coupling import LOCKED, MIMIC, RATIOS, Mimic, couple, read_mimic, said_mimic
-from symdyn.scene.declaration.description import DESCRIBED
 from symdyn.scene.forces.force_kind import Scope
 from symdyn.scene.forces.force_table import read_rubbing, table_of
 from symdyn.scene.joints.joint_table import ARMATURE, BEHIND, DAMPING, DRY, JOINTS, LIMITED, ORIGIN, own_keys
+from symdyn.scene.values.description import DESCRIBED
 from symdyn.scene.values.dimensional_analysis import fits_place
 from symdyn.scene.values.entry import Entry, EntryReader, Faults, as_list, plain, quantities, show
 from symdyn.scene.values.folding import mul

@@ -8,9 +8,9 @@ from typing import Any
 
 from symdyn.bounds import BOUNDS
 from symdyn.errors import suggestion
-from symdyn.scene.declaration.description import DESCRIBED
 from symdyn.scene.declaration.reading import read_coherent, read_valued, said_value
 from symdyn.scene.values.body import OUTLINES, Body, Outline, Particle
+from symdyn.scene.values.description import DESCRIBED
 from symdyn.scene.values.entry import Entry, EntryReader, plain, show, shown, vector
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.joint import acceleration_name, velocity_name

@@ -10,9 +10,9 @@ from dataclasses import replace
 
 from symdyn.errors import suggestion
 from symdyn.graph import Op
-from symdyn.scene.declaration.description import DESCRIBED
 from symdyn.scene.declaration.reading import read_coherent
 from symdyn.scene.declaration.scene_table import LATEX
+from symdyn.scene.values.description import DESCRIBED
 from symdyn.scene.values.entry import EntryReader, Faults, shown
 from symdyn.scene.values.folding import substituted
 from symdyn.scene.values.formula import DEEPEST, MOST_NODES

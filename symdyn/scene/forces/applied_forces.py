@@ -8,8 +8,6 @@ A viscous damper: c1 v + c3 v³ + … against the rate v of its way.
 
 Dry friction follows Coulomb's and Stribeck's curve, and stands in the joint's own table, under `friction`. Reference:
 Olsson et al., Friction models and friction compensation, European Journal of Control 4 (1998).
-
-A load is a wrench on a body.
 """
 
 from __future__ import annotations
@@ -179,6 +177,7 @@ def spring(
     stiffness: Number | Sequence[Number] | None = None,
     free: Number | None = None,
     preload: Number | None = None,
+    text: str = "",
 ) -> Entry:
     """Declare a spring.
 
@@ -189,9 +188,12 @@ def spring(
         stiffness: k1, or k1, k2, ... of the force k1 x + k2 x^2 + ..., x the way from `free`.
         free: position or length at which that vanishes, rad or m; zero when left out.
         preload: force there, N m or N.
+        text: a description, which lessons and pictures call it by.
     """
     check_arguments(spring, locals(), SceneError)
-    return entry("springs", name, joint=joint, **as_keys(ends), stiffness=stiffness, free=free, preload=preload)
+    return entry(
+        "springs", name, joint=joint, **as_keys(ends), stiffness=stiffness, free=free, preload=preload, text=text
+    )
 
 
 # Dampers
@@ -269,10 +271,11 @@ def damper(
     joint: str | None = None,
     ends: tuple[End, End] | None = None,
     damping: Number | Sequence[Number],
+    text: str = "",
 ) -> Entry:
     """Declare a viscous damper: c1, or c1, c3, ... of the force c1 v + c3 v^3 + ...; ends as in `spring`."""
     check_arguments(damper, locals(), SceneError)
-    return entry("dampers", name, joint=joint, **as_keys(ends), damping=damping)
+    return entry("dampers", name, joint=joint, **as_keys(ends), damping=damping, text=text)
 
 
 @dataclass(frozen=True)
@@ -429,6 +432,7 @@ def load(
     force: Three | None = None,
     couple: Three | None = None,
     frame: Literal["ground", "body"] | None = None,
+    text: str = "",
 ) -> Entry:
     """Declare a wrench on a body.
 
@@ -440,5 +444,6 @@ def load(
         force: N, formulas in t, parameters, coordinates and velocities.
         couple: N m, the same.
         frame: "ground" or "body", whose axes the components are along; the ground's when left out.
+        text: as of `spring`.
     """
     return entry("loads", **locals())

@@ -216,6 +216,7 @@ def knife_edge(
     point: str | None = None,
     axis: Three,
     plane: Mapping[str, object] | None = None,
+    text: str = "",
 ) -> Entry:
     """Declare a point of a body that has no velocity along an axis of the body, the one across the blade.
 
@@ -237,6 +238,7 @@ def rolling(
     plane: Mapping[str, object] | None = None,
     normal: Three | None = None,
     components: Sequence[str] | None = None,
+    text: str = "",
 ) -> Entry:
     """Declare a wheel, disc or ball that rolls on a plane without slip, see `Row`.
 
@@ -252,6 +254,7 @@ def rolling(
         normal: of the plane, in place of `plane`: then the scene does not say where it lies.
         components: of the velocity of its lowest point, those that vanish: of "along", "across" and "normal", the last
             of which holds it at its height too; for a wheel the first two when left out, for a ball all.
+        text: a description, as of `spring`.
     """
     return entry("constraints", type="rolling", **locals())
 
@@ -374,10 +377,12 @@ FORMULA = ForceKind(
 
 
 @suggesting
-def constraint(name: str, formula: str | Quantity, *, acts_in: Literal["joints"] | None = None) -> Entry:
+def constraint(
+    name: str, formula: str | Quantity, *, acts_in: Literal["joints"] | None = None, text: str = ""
+) -> Entry:
     """Declare a constraint on velocities: a formula, linear in them, that vanishes.
 
     With `acts_in` "joints" the force that keeps it acts in the joints of its velocities, as drives would; else nothing
     says where, and the scene has no reactions.
     """
-    return entry("constraints", name, formula=formula, acts_in=acts_in)
+    return entry("constraints", name, formula=formula, acts_in=acts_in, text=text)

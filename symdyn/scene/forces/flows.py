@@ -188,6 +188,7 @@ def flow(
     point: str | None = None,
     rate: Number | None = None,
     frame: Literal["body", "ground"] | None = None,
+    text: str = "",
 ) -> Entry:
     """Declare matter that leaves a body or arrives at it, whose mass is a formula in a state.
 
@@ -199,5 +200,6 @@ def flow(
         point: where, in place of body and place.
         rate: kg/s, negative where it leaves; one flow of a body leaves it out, and has the rest of the mass's rate.
         frame: "body", so that the velocity is relative to the place, or "ground"; the body's when left out.
+        text: as of `spring`.
     """
     return entry("flows", **locals())

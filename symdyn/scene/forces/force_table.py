@@ -5,19 +5,21 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from symdyn.errors import suggestion
+from symdyn.frozen import replace
 from symdyn.scene.forces.applied_forces import DAMPER, FRICTION, LOAD, SPRING
 from symdyn.scene.forces.constraints import FORMULA, KNIFE_EDGE, ROLLING, Formula, lacks_place
 from symdyn.scene.forces.flows import FLOW
 from symdyn.scene.forces.force_kind import ForceKind, Rub, Scope
 from symdyn.scene.forces.ropes import DAMPING, ELASTIC, ROPE, SLACK
 from symdyn.scene.forces.unilateral import BALL, DRY_JOINT, GAP, ONE_WAY, POINT, STOP, WHEEL
+from symdyn.scene.values.description import DESCRIBED
 from symdyn.scene.values.entry import Entry, EntryReader, Faults, show
 from symdyn.scene.values.joint import Element, Strut
 from symdyn.scene.values.key import fields_of, keys_of, raw_of
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import NULL
 
-FORCES: dict[str, ForceKind] = {
+_ROWS: dict[str, ForceKind] = {
     "spring": SPRING,
     "damper": DAMPER,
     "friction": FRICTION,
@@ -37,6 +39,10 @@ FORCES: dict[str, ForceKind] = {
     "joint_stop": STOP,
     "joint_friction": DRY_JOINT,
     "one_way": ONE_WAY,
+}
+FORCES = {
+    name: row if isinstance(row.law, Rub) else replace(row, parts=(*row.parts, DESCRIBED))
+    for name, row in _ROWS.items()
 }
 """Every kind of element; scenes hold elements in this order, and joints what stands in their own tables."""
 

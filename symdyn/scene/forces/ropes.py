@@ -147,7 +147,7 @@ DAMPING = replace(
 )
 
 
-def rope(name: str, through: Sequence[End], length: Number, restitution: Number | None = None) -> Entry:
+def rope(name: str, through: Sequence[End], length: Number, restitution: Number | None = None, text: str = "") -> Entry:
     """Declare a rope that keeps its length, or, with a restitution, one that may be slack.
 
     Args:
@@ -156,6 +156,7 @@ def rope(name: str, through: Sequence[End], length: Number, restitution: Number 
             a wheel {"body": name, "at": centre, "radius": r, "axis": [0, 0, 1], "turn": "left" or "right"}.
         length: from the first place to the last, m.
         restitution: 0 to 1, with which it becomes taut.
+        text: a description, as of `spring`.
     """
     return entry("ropes", type=None if restitution is None else "slack", **locals())
 
@@ -167,12 +168,13 @@ def elastic_rope(
     stiffness: Number | Sequence[Number] | None = None,
     free: Number | None = None,
     preload: Number | None = None,
+    text: str = "",
 ) -> Entry:
     """Declare a rope that pulls as `spring` does by its length along the places of `rope`."""
     check_arguments(elastic_rope, locals(), SceneError)
     return entry("ropes", type="elastic", **locals())
 
 
-def rope_damping(name: str, through: Sequence[End], damping: Number | Sequence[Number]) -> Entry:
+def rope_damping(name: str, through: Sequence[End], damping: Number | Sequence[Number], text: str = "") -> Entry:
     """Declare what resists the rate of the length along the places of `rope`, as `damper` does."""
     return entry("ropes", type="damping", **locals())

@@ -207,6 +207,7 @@ def contact(
     static: Number | None = None,
     law: str | None = None,
     active: Number | None = None,
+    text: str = "",
 ) -> Entry:
     """Declare a contact of a body with a plane that opens and closes, see `Unilateral`.
 
@@ -223,6 +224,7 @@ def contact(
         static: while it sticks; the same when left out.
         law: of impacts, "poisson" when left out, or "newton".
         active: what is open may strike where this formula in coordinates is above zero, and passes elsewhere.
+        text: a description, as of `spring`.
     """
     said = dict(locals())
     return entry("contacts", type="point" if radius is None else "ball" if axis is None else "wheel", **said)
@@ -239,6 +241,7 @@ def gap_contact(
     static: Number | None = None,
     law: str | None = None,
     active: Number | None = None,
+    text: str = "",
 ) -> Entry:
     """Declare a contact by formulas: `gap`, in coordinates, m, and `tangent`, the velocity with which it slips."""
     said = dict(locals())

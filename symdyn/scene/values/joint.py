@@ -1,7 +1,6 @@
 """Joints and elements of a scene: what connects its bodies, and what acts on them beside gravity and drives.
 
-A joint says what it connects, where, its coordinates, and what is known of its motion. An element is one of three, by
-the way in which it acts; what it is beyond that, its kind tells, a row of `FORCES`:
+An element is one of three by the way in which it acts; what it is beyond that, its kind tells, a row of `FORCES`:
 
     strut   pulls along one way: the position of a joint, or the distance of two points
     load    is a wrench on a body
@@ -48,9 +47,11 @@ class Place:
 
 @dataclass(frozen=True)
 class Element:
-    """What acts, by name; names of one section of a file differ."""
+    """What acts, by name, with a description as of a joint; names of one section of a file differ."""
 
     name: str
+    text: str = field(default="", kw_only=True)
+    texts: tuple[tuple[str, str], ...] = field(default=(), kw_only=True)
 
     @property
     def kind(self) -> str:
@@ -446,5 +447,4 @@ def _inside(joint: Joint, quaternion: str) -> list[int]:
     places = list(range(len(joint.coordinates)))
     if len(places) == len(joint.rates):
         return places
-    before = places[:-4]
-    return [*before, *(len(before) + k for k in QUATERNIONS[quaternion])]
+    return [*places[:-4], *(len(places) - 4 + k for k in QUATERNIONS[quaternion])]

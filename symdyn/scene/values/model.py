@@ -44,7 +44,9 @@ class Point:
     at: Pose = UNMOVED
 
 
-_Described = TypeVar("_Described", Parameter, Input, Signal, StateVariable, Body, Joint, "Scene")
+_Described = TypeVar("_Described", Parameter, Input, Signal, StateVariable, Body, Joint, Element, "Scene")
+DESCRIBED = ("bodies", "joints", "loops", "elements", "parameters", "derived", "inputs", "outputs", "states", "signals")
+"""Lists of a scene whose members take a `text`, as the scene does: all but points."""
 
 
 @dataclass(frozen=True)
@@ -257,8 +259,7 @@ class Scene(Shown):
         def described(one: _Described) -> _Described:
             return replace(one, text=dict(one.texts).get(code, one.text))
 
-        lists = ("bodies", "joints", "loops", "parameters", "derived", "inputs", "outputs", "states", "signals")
-        every: dict[str, Any] = {name: tuple(map(described, getattr(self, name))) for name in lists}
+        every: dict[str, Any] = {name: tuple(map(described, getattr(self, name))) for name in DESCRIBED}
         return replace(described(self), **every)
 
     def in_numbers(self, names: Collection[str]) -> Scene:

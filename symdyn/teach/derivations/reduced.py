@@ -219,7 +219,7 @@ def _energies(lesson: Lesson) -> Step | None:
             continue
         if max(map(length, shown)) > LONGEST:
             continue
-        rows.append((Words((named(symbol), " → 0")), *shown, _left(lesson, symbol, K, P)))
+        rows.append((Words((named(symbol), "\u00a0→\u00a00")), *shown, _left(lesson, symbol, K, P)))
         if body := smaller_by(lesson, symbol, K, P):
             checks.append(lesson.say("limits.smaller", parameter=named(symbol), body=body))
     rows += _stopped(lesson)
@@ -242,7 +242,7 @@ def _stopped(lesson: Lesson) -> Iterator[tuple[Words, Form | Words, Form | Words
             shown = (kinetic_form(lesson, K), with_squares(lesson.short(lesson.energy.P)))
             names = together([named(lesson.state.q[k]) for k in led.place])
             if max(map(length, shown)) <= LONGEST:
-                yield Words((named(symbol), " → 0")), *shown, lesson.say("limits.still", names=names)
+                yield Words((named(symbol), "\u00a0→\u00a00")), *shown, lesson.say("limits.still", names=names)
 
 
 def vanishing(lesson: Lesson) -> Iterator[tuple[Expr, Expr, Expr]]:

@@ -253,6 +253,7 @@ def _attribute(name: str, entries: list[str]) -> str:
     return f' data-{name}="{in_html("|".join(entries))}"'
 
 
+_KEPT = re.compile("<math(?:(?!<math).)*?</math>(?:\u00a0[^\\s<]+)+")  # else browsers part a line at the formula
 SHORT = 150.0  # of a formula between words
 
 
@@ -326,7 +327,8 @@ class _Page:
         return " ".join(str(self.blanks.index(key)) for key in keys)
 
     def words(self, words: Words) -> str:
-        return "".join(in_html(x, quote=False) if isinstance(x, str) else self._inline(x) for x in words.parts)
+        text = "".join(in_html(x, quote=False) if isinstance(x, str) else self._inline(x) for x in words.parts)
+        return _KEPT.sub(r'<span class="kept">\g<0></span>', text)
 
     def _inline(self, form: Form) -> str:
         """Return a formula in a line of text; a long one in pieces."""

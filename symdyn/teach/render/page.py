@@ -30,7 +30,7 @@ from symdyn.scene.values import StateVariable, acceleration_name
 from symdyn.teach.derivations.equation_steps import coefficient_unit
 from symdyn.teach.languages import language_of
 from symdyn.teach.lesson import called
-from symdyn.teach.mathematics import inline
+from symdyn.teach.mathematics import inline, with_words
 from symdyn.teach.render.controls import UNITS, controls, start
 from symdyn.teach.render.live import Live, Term, by_hand, live
 
@@ -143,7 +143,7 @@ def exerted(scene: Scene, computed: Live, words: Mapping[str, str]) -> list[dict
     driven = [k for k, drive in enumerate(scene.drives) if drive]
     for k, (joint, drive, unit) in zip(driven, SceneUnits(scene).each_drive(), strict=True):
         if k in computed.held.drives:
-            text = words["drive"].format(joint=joint.name)
+            text = words["drive"].format(joint=joint.text or joint.name)
             rows.append(
                 _exerted(
                     inline(symbols[drive]), text, scene.shown_unit(unit).replace(" ", "\u202f"), "inverse_dynamics", k
@@ -301,7 +301,7 @@ def interactive_page(scene: Scene, parameters: Mapping[str, float] | None = None
     """Return the interactive part as a page of its own, which needs nothing else; see `interactive`."""
     parts = interactive(scene, parameters, language)
     values = {"title": in_html(called(scene)), "language": language, **parts._asdict(), "body": parts.body}
-    return render("teach/interactive_page.html.jinja", values)
+    return with_words(render("teach/interactive_page.html.jinja", values), language_of(language).page)
 
 
 def _choices(computed: Live) -> list[tuple[str, list[tuple[str, str]]]]:

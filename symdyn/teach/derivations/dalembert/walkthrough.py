@@ -309,7 +309,7 @@ def _count(lesson: Balance) -> Step:
     for row in lesson.scene.constraints:
         if row.name in counts:
             kind = Words((lesson.kind(row.kind, FORCES[row.kind].words),))
-            rows.append((row.name, kind, str(counts.count(row.name))))
+            rows.append((row.text or row.name, kind, str(counts.count(row.name))))
     classes = [counts.count(name) for name in dict.fromkeys(counts)]
     places: dict[str, str | Form] = {
         "equations": str(system.equations),

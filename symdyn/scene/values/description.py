@@ -1,4 +1,4 @@
-"""What a scene, its bodies, joints, parameters, inputs and outputs are in words, in one language or in several.
+"""What a scene and the nouns of its lists in `DESCRIBED` are in words, in one language or in several.
 
 text = "crank"
 text = { en = "crank", sk = "kľuka" }
