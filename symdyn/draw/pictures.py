@@ -369,7 +369,9 @@ def body_names(places: Places, view: View) -> list[Label]:
 def with_descriptions(scene: Scene, labels: Sequence[Label]) -> list[Label]:
     """Return labels of bodies, joints, loads and contacts that have a description by that, in place of the name."""
     words = {f"label-body-{one.name}": one.text for one in scene.bodies}
-    words |= {f"label-joint-{one.name}": one.text for one in (*scene.joints, *scene.loops, *scene.elements)}
+    words |= {f"label-joint-{one.name}": one.text for one in scene.joints}
+    words |= {f"label-joint-{one.name}": one.text for one in scene.loops}
+    words |= {f"label-joint-{one.name}": one.text for one in scene.elements}
     words |= {f"load-{one.name}{turn}-label": one.text for one in scene.loads for turn in ("", "-couple")}
     return [replace(one, text=Text.as_written(words[one.id])) if words.get(one.id) else one for one in labels]
 
