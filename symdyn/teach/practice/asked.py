@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import null_space
 
+from symdyn import linear
 from symdyn.algebra import Form, Symbol
 from symdyn.dynamics.mechanism import TIME
 from symdyn.graph import reachable, substitute, tangents
-from symdyn.linear import rests
 from symdyn.scene import SceneUnits, without_hidden_zeros
 from symdyn.scene.values import force_unit
 from symdyn.table import Table
@@ -54,7 +54,7 @@ class TurningQuestions(PhysicsQuestions):
 
     def rest(self) -> Asked:
         """Where it rests stably, of the rests that the lesson tells in words."""
-        found, options = rests(self.scene), list[Option]()
+        found, options = linear.rests(self.scene), list[Option]()
         tables = [step.blocks[0] for part in self.document.sections for step in part.steps if step.key == "equilibria"]
         rows = tables[0].rows if tables and isinstance(tables[0], Table) else ()
         for row, system in zip(rows, found.systems, strict=False):
@@ -146,7 +146,7 @@ class TiedQuestions(PhysicsQuestions):
 
     def stable(self) -> Asked:
         """Which places of rest are stable, in numbers."""
-        found, options = rests(self.scene), list[Option]()
+        found, options = linear.rests(self.scene), list[Option]()
         shown = [k for k, name in enumerate(self.scene.coordinates) if name not in found.idle]
         for place, system in zip(found.places, found.systems, strict=False):
             grows = max((mode.value.real for mode in system.modes), default=0.0)
