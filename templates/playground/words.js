@@ -10,7 +10,7 @@ export const WORDS = {
     faulty: n => (n === 1 ? "1 mistake; what is shown is the scene before it" : `${n} mistakes; what is shown is the scene before them`),
     counts: s => `${one(s.bodies, "body", "bodies")}, ${one(s.joints + s.loops, "joint", "joints")}, ` +
       one(s.freedoms, "velocity", "velocities"),
-    line: n => `line ${n}`, working: "working …", python: "loading Python, 13.5 MB the first time …", ended: "symdyn has ended; start it again to go on",
+    line: n => `line ${n}`, working: "working …", python: "loading Python, 13 MB the first time …", ended: "symdyn has ended; start it again to go on",
     saved: name => `${name} is written`, copied: "The link is copied; the scene is in it", linked: "The link stands in the address; the scene is in it",
     local: "It opens wherever this page runs",
     changed: name => `${name} was changed by another program`, unreadable: why => `The link cannot be read: ${why}`,
@@ -27,7 +27,7 @@ export const WORDS = {
     faulty: n => `${n} ${n === 1 ? "chyba" : n < 5 ? "chyby" : "chýb"}; zobrazená je scéna predtým`,
     counts: s => `${few(s.bodies, "teleso", "telesá", "telies")}, ${few(s.joints + s.loops, "väzba", "väzby", "väzieb")}, ` +
       few(s.freedoms, "rýchlosť", "rýchlosti", "rýchlostí"),
-    line: n => `riadok ${n}`, working: "počíta sa …", python: "načítava sa Python, prvý raz 13,5 MB …", ended: "symdyn skončil; spustite ho znova",
+    line: n => `riadok ${n}`, working: "počíta sa …", python: "načítava sa Python, prvý raz 13 MB …", ended: "symdyn skončil; spustite ho znova",
     saved: name => `${name} je zapísaný`, copied: "Odkaz je skopírovaný; scéna je v ňom", linked: "Odkaz je v adrese; scéna je v ňom",
     local: "Otvorí sa všade, kde beží táto stránka",
     changed: name => `${name} zmenil iný program`, unreadable: why => `Odkaz sa nedá prečítať: ${why}`,
