@@ -6,8 +6,10 @@ export const WORDS = {
     reload: "Load it", loading: "loading …", hint: "Ctrl+Space completes, Ctrl+S saves", picture: "Picture", pull: "Pull it",
     back: "As it is written", equations: "Equations of motion", coefficients: "Coefficients", motion: "Motion",
     motion_is: "sliders, energy, phase portrait", lesson: "Lesson", lesson_is: "the derivation, step by step",
+    exercises: "with exercises: results to be found, and checked",
     code: "Code", target: "Language of the code", copy: "Copy", download: "Download", editor: "The scene, in TOML",
-    faulty: n => (n === 1 ? "1 mistake; what is shown is the scene before it" : `${n} mistakes; what is shown is the scene before them`),
+    faulty: (n, before) => `${one(n, "mistake", "mistakes")}; ` +
+      (before ? `what is shown is the scene before ${n === 1 ? "it" : "them"}` : `without ${n === 1 ? "it" : "them"} the scene is shown`),
     counts: s => `${one(s.bodies, "body", "bodies")}, ${one(s.joints + s.loops, "joint", "joints")}, ` +
       one(s.freedoms, "velocity", "velocities"),
     line: n => `line ${n}`, working: "working …", python: "loading Python, 13 MB the first time …", ended: "symdyn has ended; start it again to go on",
@@ -23,8 +25,9 @@ export const WORDS = {
     reload: "Načítať", loading: "načítava sa …", hint: "Ctrl+medzera dopĺňa, Ctrl+S ukladá", picture: "Obrázok",
     pull: "Pohnúť", back: "Ako je napísané", equations: "Pohybové rovnice", coefficients: "Koeficienty", motion: "Pohyb",
     motion_is: "posuvníky, energia, fázový portrét", lesson: "Lekcia", lesson_is: "odvodenie, krok za krokom",
+    exercises: "s úlohami: výsledky treba nájsť a skontrolujú sa",
     code: "Kód", target: "Jazyk kódu", copy: "Kopírovať", download: "Stiahnuť", editor: "Scéna v TOML",
-    faulty: n => `${n} ${n === 1 ? "chyba" : n < 5 ? "chyby" : "chýb"}; zobrazená je scéna predtým`,
+    faulty: (n, before) => `${few(n, "chyba", "chyby", "chýb")}; ${before ? "zobrazená je scéna predtým" : "scéna sa zobrazí po oprave"}`,
     counts: s => `${few(s.bodies, "teleso", "telesá", "telies")}, ${few(s.joints + s.loops, "väzba", "väzby", "väzieb")}, ` +
       few(s.freedoms, "rýchlosť", "rýchlosti", "rýchlostí"),
     line: n => `riadok ${n}`, working: "počíta sa …", python: "načítava sa Python, prvý raz 13 MB …", ended: "symdyn skončil; spustite ho znova",

@@ -16,6 +16,7 @@ from symdyn.scene import SceneUnits, without_hidden_zeros
 from symdyn.scene.values import force_unit
 from symdyn.table import Table
 from symdyn.teach.derivations.constrained import Constrained
+from symdyn.teach.derivations.elsewhere import elsewhere
 from symdyn.teach.derivations.multipliers import choose_tied_motion
 from symdyn.teach.derivations.quaternion_steps import Turning
 from symdyn.teach.derivations.reduced import zero
@@ -54,6 +55,8 @@ class TurningQuestions(PhysicsQuestions):
 
     def rest(self) -> Asked:
         """Where it rests stably, of the rests that the lesson tells in words."""
+        if elsewhere(self.prose, "rests"):
+            return
         found, options = linear.rests(self.scene), list[Option]()
         tables = [step.blocks[0] for part in self.document.sections for step in part.steps if step.key == "equilibria"]
         rows = tables[0].rows if tables and isinstance(tables[0], Table) else ()
@@ -146,6 +149,8 @@ class TiedQuestions(PhysicsQuestions):
 
     def stable(self) -> Asked:
         """Which places of rest are stable, in numbers."""
+        if elsewhere(self.prose, "rests"):
+            return
         found, options = linear.rests(self.scene), list[Option]()
         shown = [k for k, name in enumerate(self.scene.coordinates) if name not in found.idle]
         for place, system in zip(found.places, found.systems, strict=False):
