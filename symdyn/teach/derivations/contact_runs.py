@@ -118,8 +118,8 @@ def _followed(scene: Scene, chosen: Chosen, until: Sequence[float] = HORIZONS) -
 
 def _numbers(lesson: Lesson, struck: Sequence[Struck], scene: Scene) -> Iterator[Step]:
     """Yield what happens in a run, whether the formulas say the same of its first impact, and flights without end."""
-    if told := elsewhere(lesson, "run"):
-        yield Step("contacts:run", told, ())
+    if left_out := elsewhere(lesson, "run"):
+        yield Step("contacts:run", left_out, ())
         return
     run = _followed(scene, struck[0].chosen)
     if run is None:
