@@ -173,9 +173,7 @@ def test_the_page_shows_an_example_at_once_then_whatever_is_written_and_needs_no
         page.check("#exercises")
         asked = lesson.locator("form.blank:not(.choice)").first
         asked.wait_for(state="attached", timeout=HANG * 1000)
-        asked.evaluate(
-            "form => form.closest('details').setAttribute('open', '')"
-        )
+        asked.evaluate("form => form.closest('details').setAttribute('open', '')")
         asked.locator("input[name=answer]").fill("m1 + 7")
         asked.locator("button[type=submit]").click()  # judged in its frame
         assert "wrong" in asked.locator(".verdict").get_attribute("class")
