@@ -61,11 +61,12 @@ def test_code_is_shown_in_every_target_of_texts(target: str) -> None:
     assert (target in known) == (str in TARGETS[target].files.values())
 
 
-def test_a_lesson_is_a_page_in_the_language_of_the_reader() -> None:
-    page = answer("lesson", TWO_LINK, {"language": "sk"})["page"]
+def test_a_lesson_is_a_page_in_the_language_of_the_reader_with_exercises_where_they_are_asked_for() -> None:
+    page = answer("lesson", TWO_LINK, {"language": "sk", "exercises": True})["page"]
 
     assert page.startswith("<!DOCTYPE html>")
     assert '<html lang="sk">' in page
+    assert page.count('<form class="blank') > 9
 
 
 def test_faults_come_with_their_places_and_without_the_name_of_a_file() -> None:
@@ -87,6 +88,7 @@ def test_faults_come_with_their_places_and_without_the_name_of_a_file() -> None:
         ("example", "", {"name": "../../etc/passwd"}, "faults", "there is no example"),
         ("code", TWO_LINK, {"target": "cobol"}, "refused", "cobol"),
         ("code", TWO_LINK, {}, "refused", "target"),
+        ("lesson", TWO_LINK, {"exercises": 1}, "refused", "exercises is true or false"),
         ("code", TWO_LINK, {"target": "fmu"}, "refused", "have no value"),
     ],
 )

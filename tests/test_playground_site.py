@@ -167,7 +167,16 @@ def test_the_page_shows_an_example_at_once_then_whatever_is_written_and_needs_no
         page.frame_locator("#motion iframe").locator("[data-do=play]").click()
         turned(page, "motion")
         turned(page, "lesson")
-        until(page, "document.querySelector('#lesson').textContent.includes('symdyn walkthrough')")
+        lesson = page.frame_locator("#lesson iframe")
+        lesson.locator("#step-numbers, #step-state").first.wait_for(state="attached", timeout=HANG * 1000)
+        assert "symdyn play" in lesson.locator("#step-equilibria").text_content()
+        page.check("#exercises")
+        asked = lesson.locator("form.blank:not(.choice)").first
+        asked.wait_for(state="attached", timeout=HANG * 1000)
+        asked.evaluate("form => form.closest('details').setAttribute('open', '')")
+        asked.locator("input[name=answer]").fill("m1 + 7")
+        asked.locator("button[type=submit]").click()  # judged in its frame
+        assert "wrong" in asked.locator(".verdict").get_attribute("class")
         turned(page, "lesson")
 
         until(page, "navigator.serviceWorker.controller !== null", 30)
@@ -180,6 +189,45 @@ def test_the_page_shows_an_example_at_once_then_whatever_is_written_and_needs_no
         edited(page, text.replace('"-h2"', '"-3*h2"'))
         assert page.locator("#equations math").count() > 3
     assert not said
+
+
+SEEN = """(([inner, outer]) => {
+  const [a, b] = [inner, outer].map(one => document.querySelector(one).getBoundingClientRect());
+  const isInside = a.top >= b.top && a.bottom <= b.bottom + 1 && a.left >= b.left && a.left < b.right;
+  return a.height > 0 && isInside && scrollX === 0;
+})(%s)"""
+"""Whether one element stands inside another, and the page at its left edge."""
+
+
+@pytest.mark.runs("chromium")
+@pytest.mark.parametrize("width", [1280, 390])
+def test_an_editor_shows_its_focus_a_mistake_that_is_tapped_and_what_completes(address: str, width: int) -> None:
+    """Each of these was out of sight once: behind a long line, below the last one, under a list of mistakes."""
+    wide = "point = { at = [" + ", ".join(["0.25"] * 40) + ", 1..5] }"
+    with chromium() as browser:
+        page = window(browser, viewport={"width": width, "height": 844})
+        page.goto(address)
+        until(page, "document.body.dataset.shown", 50)
+        page.fill("#text", 'name = "arm"\n')
+        until(page, "document.querySelector('#state').textContent.includes('Python')")  # as it is on its way
+        until(page, "document.documentElement.dataset.python")
+        edited(page, "\n".join(['name = "arm"', *["# below"] * 60, wide]))
+        page.locator("#faults button").first.click()
+        until(page, SEEN % '["#editor .wrong", "#editor"]')
+        assert page.evaluate("getSelection().toString() || text.value.slice(text.selectionStart, text.selectionEnd)")
+        assert page.evaluate("getComputedStyle(document.querySelector('#editor .numbers')).boxShadow") != "none"
+        until(page, SEEN % '["#editor .numbers div.wrong", "#editor"]')  # its number, too, which has the focus's mark
+
+        edited(page, "\n".join(["gravity = 1 1", *["nme = 1"] * 30, "[bodies.arm]", ""]))
+        page.focus("#text")
+        page.keyboard.press("Control+End")
+        page.keyboard.type("ma")
+        until(page, "!document.querySelector('#choices').hidden")
+        until(page, "document.querySelectorAll('#faults li').length")
+        time.sleep(0.5)  # the rest of a hand, after which mistakes take their room
+        until(page, SEEN % '["#choices li[aria-selected=true]", "#editor"]')
+        page.keyboard.press("Enter")
+        assert page.input_value("#text").endswith("mass = ")
 
 
 INSIDE = """html => {

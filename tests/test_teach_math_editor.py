@@ -59,6 +59,12 @@ def test_what_a_field_gives_is_judged_as_what_is_typed(name: str, tmp_path: Path
     page.locator(FIRST).first.click()
     page.keyboard.type("x")  # the first key after the focus may be lost
     pictured(page, 3)
+    page.evaluate(f"document.querySelector('{FIRST}').value = ''")
+    page.keyboard.type("2/", delay=KEEN)  # and nothing below the line
+    pictured(page, 3)
+    given = page.evaluate(VALUE)
+    assert "frac" in given
+    assert "placeholder" not in given
     for blank in asked[:4]:
         typed = text_of(blank.answer).replace("_", "").replace("**", "^")
         page.evaluate(f"document.querySelector('{FIRST}').value = ''")

@@ -101,6 +101,7 @@ KINDS: Mapping[str, tuple[type, str]] = {
     "target": (str, "a text"),
     "language": (str, "a text"),
     "pulled": (dict, "a table"),
+    "exercises": (bool, "true or false"),
 }
 """What each of it is, where it is said."""
 
@@ -152,10 +153,11 @@ def _motion(asked: Asked, how: How) -> dict[str, Any]:
 
 
 def _lesson(asked: Asked, how: How) -> dict[str, Any]:
-    """Return the lesson as a page."""
-    from symdyn.teach import rendered, walkthrough
+    """Return the lesson as a page, with its results to be found where exercises are asked for."""
+    from symdyn.teach import Handout, rendered
 
-    return {"page": "".join(map(str, rendered(walkthrough(asked.scene, _language(how)), "html").values()))}
+    lesson = Handout(asked.scene, _language(how), exercises=how.get("exercises", False)).document()
+    return {"page": "".join(map(str, rendered(lesson, "html").values()))}
 
 
 def _code(asked: Asked, how: How) -> dict[str, Any]:

@@ -7,7 +7,7 @@ hold thousands of formulas, so the markup is short: thin spaces stand in the tok
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
 from functools import cache
 from itertools import accumulate
@@ -140,6 +140,15 @@ def written(value: float, decimal: str = ".") -> str:
     mantissa, _, exponent = text.partition("e")
     mantissa = mantissa.replace(".", decimal)
     return (f"{mantissa} · 10^{int(exponent)}" if exponent else mantissa).replace("-", "−")
+
+
+def eigenvalues(values: Iterable[complex], written: Callable[[float], str]) -> str:
+    """Return eigenvalues in print, 1/s, of a pair the one above; "0" where there are none."""
+    told = []
+    for x in values:
+        real = written(x.real) if not x.imag or abs(x.real) > 1e-9 * abs(x) else ""
+        told.append(f"{real} ± {written(x.imag)} i".strip() if x.imag else real)
+    return "; ".join(told) or "0"
 
 
 def about(value: float, decimal: str = ".") -> str:

@@ -37,7 +37,7 @@ function listed(place, lines) {
 
 function framed(place, page) {
   const frame = document.createElement("iframe");
-  frame.setAttribute("sandbox", "allow-scripts");
+  frame.setAttribute("sandbox", "allow-scripts allow-forms"); // answers are judged in the frame; its policy sends them nowhere
   frame.title = place.id;
   frame.src = "frame.html";
   frame.addEventListener("load", () => frame.contentWindow.postMessage({ page }, "*"), { once: true });
@@ -90,7 +90,7 @@ const SHOWS = {
 const HOW = {
   picture: () => ({ pulled }),
   motion: () => ({ language }),
-  lesson: () => ({ language }),
+  lesson: () => (find("exercises").checked ? { language, exercises: true } : { language }),
   code: () => ({ target: find("target").value }),
 };
 
@@ -125,7 +125,7 @@ function faulty(faults) {
   const places = faults.map(one => inUnits(one, lines[one.line - 1] ?? ""));
   document.body.classList.toggle("stale", scene !== null);
   writing.mark(places);
-  state(say().faulty(faults.length), true);
+  state(say().faulty(faults.length, scene !== null), true);
   listed(find("notes"), []);
   find("faults").replaceChildren(...faults.map((one, k) => {
     const item = document.createElement("li"), button = document.createElement("button");
@@ -350,6 +350,8 @@ find("copy").addEventListener("click", () => navigator.clipboard?.writeText(find
   setTimeout(() => { find("copy").textContent = say().copy; }, 1500);
 }));
 find("download").addEventListener("click", () => { if (files[shownFile]) downloaded(shownFile, files[shownFile]); });
+
+find("exercises").addEventListener("change", () => { if (scene) shows("lesson", version); });
 
 // What is folded is not asked for
 

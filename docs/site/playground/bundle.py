@@ -14,6 +14,7 @@ import gzip
 import hashlib
 import io
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -55,18 +56,30 @@ def __getattr__(name):
 FIRST = "two_link"
 """The example that the page begins with."""
 
-USED = """
-import json, sys
-from symdyn.playground import answer
-text = answer("example", "", {"name": sys.argv[1]})["text"]
-for what in ("begin", "scene", "equations"):
-    answer(what, text, {})
-print(json.dumps([one.__file__ for name, one in sys.modules.items() if getattr(one, "__file__", None)]))
-"""
-"""Prints what is imported up to the first equations, which travels first."""
+READ = ("symdyn/emit/targets/player.py", "symdyn/shell.py")
+"""Modules that are read as texts, or looked for by name."""
+
+IDLE = (
+    *(
+        "_pyio",
+        "_pyrepl",
+        "_sysconfigdata.*",
+        "bdb",
+        "compileall",
+        "cProfile",
+        "ctypes",
+        "doctest",
+        "ftplib",
+        "imaplib",
+    ),
+    *("mailbox", "modulefinder", "multiprocessing", "optparse", "pdb", "pickletools", "poplib", "profile", "pstats"),
+    *("pydoc", "smtplib", "sqlite3", "trace", "tracemalloc", "unittest", "wsgiref", "xmlrpc", "encodings/cp.*"),
+    *("encodings/iso.*", "encodings/koi.*", "encodings/mac.*", "encodings/.*_codec"),
+)
+"""Modules of Python's own library that no question reaches."""
 
 APART = (
-    *("symdyn/bench/", "symdyn/cli/", "symdyn/study/", "symdyn/transcription/"),
+    *("symdyn/bench/", "symdyn/cli/", "symdyn/identification/", "symdyn/study/", "symdyn/transcription/"),
     *(f"symdyn/templates/{one}/" for one in ("bench", "ensemble", "gauss", "identify", "playground", "plot")),
 )
 """Folders that no question reaches."""
@@ -111,7 +124,7 @@ def _taken(name: str) -> bool:
         return any(name.startswith(f"flint/{one}.cp") for one in FLINT)
     if ".dist-info/" in name:
         return name.endswith("METADATA")
-    return "/test/" not in name and "linux-gnu.so" not in name and not name.endswith((".pyi", ".typed", "/", ".c"))
+    return not re.search(r"/tests?/|^packaging/|linux-gnu\.so|\.(pyi|typed|c)$|/$", name)
 
 
 def _lazy(source: str) -> str:
@@ -140,16 +153,39 @@ def own() -> dict[str, bytes]:
     return found
 
 
-def used() -> set[str]:
-    """Return the paths, below a folder of packages, of what the first equations import."""
-    done = subprocess.run([sys.executable, "-c", USED, FIRST], check=True, capture_output=True, text=True, cwd=ROOT)
-    found = set()
-    for name in json.loads(done.stdout.splitlines()[-1]):
-        path = Path(name)
-        known = path.relative_to(ROOT) if path.is_relative_to(ROOT) else path
-        parts = known.parts
-        found.add("/".join(parts[parts.index("site-packages") + 1 :] if "site-packages" in parts else parts))
-    return found
+def compiled(every: Mapping[str, bytes], aside: Path) -> tuple[dict[str, bytes], dict[str, bytes], set[str]]:
+    """Return packages and what is loaded of Python's own library, by path, compiled, and what the first equations load.
+
+    Who compiles is the Python of the page, which reads no other's modules. The rest of its library is with packages.
+    """
+    given, written = aside / "given.zip", aside / "written.zip"
+    given.write_bytes(zipped(every))
+    command = ["node", HERE / "compiled.mjs", aside / "node_modules" / "pyodide", HERE / "questions.py", given, written]
+    subprocess.run(command, check=True)
+    found: dict[str, bytes] = {name: text for name, text in every.items() if not name.endswith(".py") or name in READ}
+    own = dict[str, bytes]()
+    with zipfile.ZipFile(written) as out:
+        loaded = json.loads(out.read("loaded.json"))
+        for name in out.namelist():
+            if name.startswith("packages/"):
+                found[name.removeprefix("packages/")] = out.read(name)
+            elif name.startswith("lib/"):
+                own[name.split("/", 2)[2]] = out.read(name)
+    kept = {name.split(".")[0] for name in loaded["names"]}  # a package is in one place
+    idle = rf"({'|'.join(IDLE)})[/.]"
+    own = {name: text for name, text in own.items() if not re.match(idle, name)}
+    apart = [name for name in own if name.split("/")[0].removesuffix(".pyc") not in kept]
+    found |= {name: own.pop(name) for name in apart}
+    return found, own, {f"{name}c".removeprefix("/packages/") for name in loaded["files"]}
+
+
+def zipped(files: Mapping[str, bytes]) -> bytes:
+    """Return files as a zip, the same bytes each time."""
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as out:
+        for name in sorted(files):
+            out.writestr(zipfile.ZipInfo(name), files[name], zipfile.ZIP_DEFLATED, 9)
+    return packed.getvalue()
 
 
 def archive(files: Mapping[str, bytes]) -> bytes:
@@ -195,11 +231,11 @@ def bundle(place: Path) -> None:
     """Write the playground into an empty folder."""
     place.mkdir(parents=True)
     with tempfile.TemporaryDirectory() as aside:
-        every = packages(Path(aside)) | own()
+        every, library, first = compiled(packages(Path(aside)) | own(), Path(aside))
         contents: dict[str, bytes] = {
             f"pyodide/{name}": (Path(aside) / "node_modules" / "pyodide" / name).read_bytes() for name in PYODIDE
         }
-    first = used()
+    contents["pyodide/python_stdlib.zip"] = zipped(library)
     small = {name: text for name, text in every.items() if not name.startswith(("flint/", "python_flint"))}
     parts = {
         "flint": {name: text for name, text in every.items() if name not in small},

@@ -2,10 +2,6 @@
 // once; what takes too long ends with its worker, and another one begins.
 
 const LONGEST = 60000; // ms that an answer may take
-const NUMERICAL = {
-  en: "A lesson takes NumPy and SciPy, which this page does not load; symdyn play shows it, and symdyn walkthrough writes it. The lesson of the example two_link is here.",
-  sk: "Lekcia potrebuje NumPy a SciPy, ktoré táto stránka nenačítava; ukáže ju symdyn play a napíše symdyn walkthrough. Lekcia príkladu two_link tu je.",
-};
 
 const manifest = fetch("manifest.json").then(found => found.json());
 const before = manifest.then(async ({ parts }) => {
@@ -40,7 +36,6 @@ export async function ask(what, text, how = {}) {
   const known = (await before)[question];
   if (!worker) started();
   if (known) return known;
-  if (what === "lesson") return { refused: [NUMERICAL[how.language] ?? NUMERICAL.en] };
   const id = ++number;
   const late = setTimeout(() => stopped(`it takes longer than ${LONGEST / 1000} s`), LONGEST);
   const answer = await new Promise(done => { waiting.set(id, done); worker.postMessage({ id, question }); });

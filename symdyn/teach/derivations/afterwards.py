@@ -32,6 +32,7 @@ from symdyn.teach.derivations.charts import (
     landscape_step,
     phase_step,
 )
+from symdyn.teach.derivations.elsewhere import elsewhere
 from symdyn.teach.derivations.equation_steps import coefficient_key, momentum_form, node_of
 from symdyn.teach.derivations.equilibria import equilibrium_step, near_rest_steps, places_of_rest
 from symdyn.teach.derivations.forced import forced_steps
@@ -86,6 +87,8 @@ def comparison_step(lesson: Lesson, page: Printable, chosen: Chosen) -> Step | N
     kinds = [kind for kind in ("k_C", "k_D") if any(not c.vanishes for row in page.rows for c in row if c.kind == kind)]
     if not kinds or led_by(lesson):
         return None
+    if told := elsewhere(lesson, "compare"):
+        return Step("compare", told, ())
     found = runs(lesson, page, chosen, [(), *((kind,) for kind in kinds)])
     if found is None:
         return None

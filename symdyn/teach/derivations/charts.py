@@ -19,6 +19,7 @@ from symdyn.emit.print import latex_symbols
 from symdyn.frozen import dataclass
 from symdyn.graph import Expr, evaluate
 from symdyn.scene import SceneUnits
+from symdyn.teach.derivations.elsewhere import elsewhere
 from symdyn.teach.derivations.equilibria import Rests
 from symdyn.teach.derivations.reduced import GRID, Reduced
 from symdyn.teach.document import Block, Letter, Picture, Step
@@ -202,6 +203,8 @@ PLACES, LEVELS = 61, 14
 
 def phase_step(lesson: Lesson, left: Reduced) -> Step | None:
     """Return V over r, and below it the curves of constant energy; None where V has no valley and no hill there."""
+    if told := elsewhere(lesson, "phase"):
+        return Step("phase", told, ())
     low, high = span(left.chosen, left.q, left.turns)
     x = np.linspace(low, high, GRID)
     m, V = left.at(x)
@@ -256,6 +259,8 @@ def landscape_step(lesson: Lesson, rests: Rests, chosen: Chosen) -> Step | None:
     """Return the lines of equal potential energy over two coordinates; None where others decide."""
     if len(rests.q) != 2:
         return None
+    if told := elsewhere(lesson, "landscape"):
+        return Step("landscape", told, ())
     state, units = lesson.state, SceneUnits(lesson.scene).coordinates
     which = [state.q.index(q) for q in rests.q]
     places = np.array([place.q[which] for place in rests.places]).reshape(-1, 2)

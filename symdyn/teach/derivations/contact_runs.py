@@ -14,15 +14,16 @@ from fractions import Fraction
 
 import numpy as np
 
+from symdyn import simulation
 from symdyn.algebra import Form, Number
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.outputs import contact_equations, lacks_modes, with_modes
 from symdyn.errors import SymdynError
 from symdyn.graph import Expr, gradient, reachable, substitute, tangents
 from symdyn.scene import Scene, SceneUnits
-from symdyn.simulation import Trajectory, simulate
 from symdyn.teach.derivations.contact_laws import law_steps, limit_steps
 from symdyn.teach.derivations.contacts import MINUS, ONE, Struck
+from symdyn.teach.derivations.elsewhere import elsewhere
 from symdyn.teach.derivations.joint_percussions import joint_steps
 from symdyn.teach.derivations.lagrange import scene_picture
 from symdyn.teach.derivations.precession import NO_FORM, lowest, shortened
@@ -102,12 +103,12 @@ def _pictured(section: Section, shown: Picture) -> Section:
     return replace(section, steps=tuple(steps))
 
 
-def _followed(scene: Scene, chosen: Chosen, until: Sequence[float] = HORIZONS) -> Trajectory | None:
+def _followed(scene: Scene, chosen: Chosen, until: Sequence[float] = HORIZONS) -> simulation.Trajectory | None:
     """Return a run from the scene's start through what happens first; None where nothing does, or nothing runs."""
     values = {one.name: chosen.parameters[one.name] for one in scene.free_parameters}
     for end in until:
         try:
-            run = simulate(scene, until=end, values=values or None, say=lambda line: None)
+            run = simulation.simulate(scene, until=end, values=values or None, say=lambda line: None)
         except SymdynError:
             return None
         if run.impacts:
@@ -117,6 +118,9 @@ def _followed(scene: Scene, chosen: Chosen, until: Sequence[float] = HORIZONS) -
 
 def _numbers(lesson: Lesson, struck: Sequence[Struck], scene: Scene) -> Iterator[Step]:
     """Yield what happens in a run, whether the formulas say the same of its first impact, and flights without end."""
+    if left_out := elsewhere(lesson, "run"):
+        yield Step("contacts:run", left_out, ())
+        return
     run = _followed(scene, struck[0].chosen)
     if run is None:
         return
@@ -147,7 +151,7 @@ def _shown(lesson: Lesson, value: float, unit: str) -> str:
     return lesson.scene.in_shown_unit(lesson.about(float(f"{value:.9g}") if abs(value) > AGREE**2 else 0.0), unit)
 
 
-def _agree(one: Struck, run: Trajectory, here: Chosen) -> bool:
+def _agree(one: Struck, run: simulation.Trajectory, here: Chosen) -> bool:
     """Tell whether the first impact of a run is as formulas say at the state before it; with friction, as D says."""
     assert one.columns is not None, "asked for where there are forms"
     graph, size, first = one.lesson.graph, len(one.rows), next(x for x in run.impacts if x.what in STRIKES)
@@ -160,7 +164,7 @@ def _agree(one: Struck, run: Trajectory, here: Chosen) -> bool:
     return bool(np.all(np.abs(apart[:2]) <= AGREE) and apart[2] <= AGREE)
 
 
-def _just_before(one: Struck, run: Trajectory, t: float) -> Chosen:
+def _just_before(one: Struck, run: simulation.Trajectory, t: float) -> Chosen:
     """Return the state of a run just before a time."""
     state, at = one.lesson.state, run(max(t - JUST_BEFORE, 0.0))
     values = dict(zip((*state.q, *state.qd), (*at.q.ravel(), *at.qd.ravel()), strict=True))

@@ -14,25 +14,27 @@ those of `symdyn linearize`, of the motion that loops and rolling leave free.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 
 import numpy as np
 
+from symdyn import linear
 from symdyn.algebra import Array, Form, Number, Pi, Ratios, Symbol
 from symdyn.draw import Stage, swing
 from symdyn.dynamics.mechanism import TIME, generalized_forces
 from symdyn.errors import DerivationError, DrawError, LinearizeError, SimulateError
 from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, evaluate, gradient, reachable, substitute
-from symdyn.linear import Equilibrium, Linearization, rests, steady_at_start
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import Joint, Pose
+from symdyn.teach.derivations.elsewhere import elsewhere
 from symdyn.teach.derivations.reduced import zero
 from symdyn.teach.derivations.solved import LONGEST, in_decimals, short_form
 from symdyn.teach.derivations.velocities import length
 from symdyn.teach.document import Block, Formula, Letter, Matrix, Picture, Section, Step, Words
 from symdyn.teach.lesson import Lesson, Prose, named, together
+from symdyn.teach.mathematics import eigenvalues
 from symdyn.teach.shown_state import Chosen
 
 QUARTERS = (0, 2, 1, -1)
@@ -56,19 +58,19 @@ class Rests:
     lesson: Lesson
     forces: Sequence[Expr]
     q: tuple[Expr, ...] = ()
-    places: tuple[Equilibrium, ...] = ()
+    places: tuple[linear.Equilibrium, ...] = ()
     searched: tuple[Words, ...] = ()
     families: tuple[Words, ...] = ()
     why: str = ""
 
-    def shown(self, place: Equilibrium) -> list[str | Form]:
+    def shown(self, place: linear.Equilibrium) -> list[str | Form]:
         """Return a place in print, one entry a coordinate of q."""
         exact, written, state = place.exact, self.lesson.written, self.lesson.state
         if exact is not None:
             return [exact[str(q.value)] for q in self.q]
         return [written(float(place.q[state.q.index(q)])) for q in self.q]
 
-    def where(self, place: Equilibrium) -> list[str | Form]:
+    def where(self, place: linear.Equilibrium) -> list[str | Form]:
         """Return "q1 = 0, q2 ≈ 3.142"."""
         parts: list[str | Form] = []
         for q, x in zip(self.q, self.shown(place), strict=True):
@@ -85,8 +87,10 @@ def places_of_rest(lesson: Lesson, chosen: Chosen) -> Rests:
     driven = any(joint.motion is not None for joint in lesson.scene.joints)
     if driven or graph.symbol(TIME) in reachable(forces):
         return Rests(lesson, forces, why="driven")
+    if elsewhere(lesson, "rests"):
+        return Rests(lesson, forces, tuple(q for q in state.q if q in reachable(forces)), why="elsewhere")
     values = {one.name: chosen.parameters[one.name] for one in lesson.scene.free_parameters}
-    found = rests(lesson.scene, values, np.array(chosen.q), chosen.values.get(graph.symbol(TIME), 0.0))
+    found = linear.rests(lesson.scene, values, np.array(chosen.q), chosen.values.get(graph.symbol(TIME), 0.0))
     places, q = (*found.places, *found.locked), tuple(q for q in state.q if str(q.value) not in found.idle)
     if not q:
         return Rests(lesson, forces, why="all" if places else "never")
@@ -100,7 +104,7 @@ def places_of_rest(lesson: Lesson, chosen: Chosen) -> Rests:
     return replace(listed, searched=(search, *false))
 
 
-def _listed(lesson: Lesson, q: Sequence[Expr], places: Sequence[Equilibrium]) -> tuple[Equilibrium, ...]:
+def _listed(lesson: Lesson, q: Sequence[Expr], places: Sequence[linear.Equilibrium]) -> tuple[linear.Equilibrium, ...]:
     """Return places in the order in which they are listed: exact ones first, quarter turn by quarter turn."""
     units = SceneUnits(lesson.scene).coordinates
     angles = [k for k, one in enumerate(lesson.state.q) if one in q and units[k] == "rad"]
@@ -109,7 +113,7 @@ def _listed(lesson: Lesson, q: Sequence[Expr], places: Sequence[Equilibrium]) ->
     return (*exact, *(place for place in places if place.exact is None))
 
 
-def _left_out(rests: Rests, places: Sequence[Equilibrium]) -> list[Words]:
+def _left_out(rests: Rests, places: Sequence[linear.Equilibrium]) -> list[Words]:
     """Return the sentence about places where coordinates are singular and the bodies are not at rest, if any are."""
     parts: list[str | Form] = []
     for place in places:
@@ -117,7 +121,7 @@ def _left_out(rests: Rests, places: Sequence[Equilibrium]) -> list[Words]:
     return [rests.lesson.say("equilibria.singular", places=Words(tuple(parts)))] if parts else []
 
 
-def families(lesson: Prose, places: Sequence[Equilibrium], more: int) -> tuple[Words, ...]:
+def families(lesson: Prose, places: Sequence[linear.Equilibrium], more: int) -> tuple[Words, ...]:
     """Return what is said where others rest next to places, and `more` starts led to further ones."""
     said = [lesson.say("closed.family")] if any(place.family for place in places) else []
     return (*said, *([lesson.say("closed.more", count=str(more))] if more else []))
@@ -130,7 +134,7 @@ def equilibrium_step(lesson: Lesson, rests: Rests) -> Step:
         return Step("equilibria", lesson.say("equilibria"), blocks, show=("weights", "forces"))
 
     if rests.why:
-        return step(lesson.say(f"equilibria.{rests.why}"))
+        return step(elsewhere(lesson, "rests") or lesson.say(f"equilibria.{rests.why}"))
     if not rests.places:
         return step(lesson.say("equilibria.none"), *rests.searched)
     rows = [
@@ -169,8 +173,10 @@ def closed_sections(
 
 def _rests(lesson: Prose, told: Callable[[Array], bool]) -> tuple[Step | None, Sequence[str]]:
     """Return where it rests, None where that is everywhere, and coordinates that do not matter."""
+    if left_out := elsewhere(lesson, "rests"):
+        return Step("equilibria", left_out, ()), ()
     try:
-        found = rests(lesson.scene)
+        found = linear.rests(lesson.scene)
         places, crossings = (tuple(x for x in some if told(x.q)) for some in (found.places, found.crossings))
         found = replace(found, places=places, crossings=crossings)
         systems = found.systems
@@ -193,7 +199,10 @@ def _rests(lesson: Prose, told: Callable[[Array], bool]) -> tuple[Step | None, S
 
 
 def _places(
-    lesson: Prose, places: Sequence[Equilibrium], idle: Sequence[str], systems: Sequence[Linearization] = ()
+    lesson: Prose,
+    places: Sequence[linear.Equilibrium],
+    idle: Sequence[str],
+    systems: Sequence[linear.Linearization] = (),
 ) -> Block:
     """Return the table of places, without coordinates that do not matter, and what eigenvalues of systems there say."""
     scene, units = lesson.scene, SceneUnits(lesson.scene).coordinates
@@ -212,14 +221,14 @@ def _places(
     for row, one in zip(rows, systems, strict=False):  # there may be none
         states = zip(scene.states, one.point.u[len(scene.velocities) :], strict=True)
         row += [_with_unit(lesson, float(x), state.unit or "1") for state, x in states]
-        row += [lesson.say(f"closed.{one.stability.verdict}"), eigenvalues(lesson, _moving(one))]
+        row += [lesson.say(f"closed.{one.stability.verdict}"), eigenvalues(_moving(one), lesson.written)]
     heads: list[str | Symbol] = [*(Symbol(scene.coordinates[k]) for k in shown), *["closed.attitude"] * len(told)]
     if systems:
         heads += [*(Symbol(one.name) for one in scene.states), "equilibria.kind", "closed.values"]
     return lesson.table(heads, rows)
 
 
-def _attitude(lesson: Prose, joint: Joint, place: Equilibrium) -> str:
+def _attitude(lesson: Prose, joint: Joint, place: linear.Equilibrium) -> str:
     """Return the key of how a body hangs on a ball at a place: its centre of mass above or below; "" where neither."""
     scene = lesson.scene
     body = next(one for one in scene.bodies if one.name == joint.child)
@@ -245,9 +254,11 @@ def _steady(lesson: Prose, idle: Sequence[str]) -> Step | None:
 
     Coordinates that do not matter, `idle`, are not listed.
     """
+    if left_out := elsewhere(lesson, "next"):
+        return Step("steady", left_out, ())
     scene = lesson.scene
     try:
-        found = steady_at_start(scene)
+        found = linear.steady_at_start(scene)
     except FAULTS:
         return None
     if found is None:
@@ -263,7 +274,7 @@ def _steady(lesson: Prose, idle: Sequence[str]) -> Step | None:
     verdict = lesson.say(f"closed.{one.stability.verdict}")
     how = "led" if scene.prescribed_velocities else "driven" if any(scene.drives) else ""
     key = f"closed.next.{how}".rstrip(".")
-    told = lesson.say(key, kind=verdict, values=eigenvalues(lesson, _moving(one)))
+    told = lesson.say(key, kind=verdict, values=eigenvalues(_moving(one), lesson.written))
     blocks = (lesson.table(("table.symbol", "table.value"), rows), told)
     claim, reason = lesson.say("closed.steady"), lesson.say("closed.steady.reason")
     return Step("steady", claim, blocks, reason, show=("centrifugal",))
@@ -273,16 +284,7 @@ def _with_unit(lesson: Prose, x: float, unit: str) -> str:
     return lesson.written(x) if unit == "1" else lesson.scene.in_shown_unit(lesson.written(x), unit)
 
 
-def eigenvalues(lesson: Prose, values: Iterable[complex]) -> str:
-    """Return eigenvalues in print, 1/s, of a pair the one above; "0" where there are none."""
-    told = []
-    for x in values:
-        real = lesson.written(x.real) if not x.imag or abs(x.real) > 1e-9 * abs(x) else ""
-        told.append(f"{real} ± {lesson.written(x.imag)} i".strip() if x.imag else real)
-    return "; ".join(told) or "0"
-
-
-def _moving(one: Linearization) -> list[complex]:
+def _moving(one: linear.Linearization) -> list[complex]:
     """Return the eigenvalues that are not zero."""
     return [mode.value for mode in one.modes if mode.value]
 
@@ -312,7 +314,7 @@ def near_rest_steps(lesson: Lesson, rests: Rests, chosen: Chosen) -> list[Step]:
     return steps
 
 
-def _blocks(lesson: Lesson, rests: Rests, place: Equilibrium, chosen: Chosen) -> tuple[Block, ...]:
+def _blocks(lesson: Lesson, rests: Rests, place: linear.Equilibrium, chosen: Chosen) -> tuple[Block, ...]:
     moved, blocks = place.near.moved, list[Block]()
     near, modes = place.near.of(moved), place.near.of(moved).modes
     idle = [k for k in range(lesson.state.n) if k not in moved]
@@ -328,7 +330,7 @@ def _blocks(lesson: Lesson, rests: Rests, place: Equilibrium, chosen: Chosen) ->
             blocks.append(lesson.say("near.negative"))
     if np.abs(near.D).max() > 0 or not near.symmetric:
         values = [*(mode.value for mode in near.spectrum.modes), *([0j] if near.spectrum.zeros else [])]
-        told = eigenvalues(lesson, sorted(values, key=lambda x: (-x.real, x.imag)))
+        told = eigenvalues(sorted(values, key=lambda x: (-x.real, x.imag)), lesson.written)
         blocks.append(lesson.say("near.damped" if near.symmetric else "near.turned", values=told))
     return tuple(blocks)
 
@@ -336,7 +338,7 @@ def _blocks(lesson: Lesson, rests: Rests, place: Equilibrium, chosen: Chosen) ->
 # Formulas
 
 
-def _formulas(lesson: Lesson, rests: Rests, place: Equilibrium, modes: Modes, chosen: Chosen) -> list[Block]:
+def _formulas(lesson: Lesson, rests: Rests, place: linear.Equilibrium, modes: Modes, chosen: Chosen) -> list[Block]:
     """Return inertia and stiffness, and the frequencies that have a short formula."""
     state, moved, tag = lesson.state, place.near.moved, TAGS[place.kind]
     n, names = len(moved), [str(k + 1) for k in moved]
@@ -411,7 +413,7 @@ def _taken(left: dict[int, float], square: float) -> int:
 # Numbers
 
 
-def _modes(lesson: Lesson, place: Equilibrium, modes: Modes, chosen: Chosen) -> list[Block]:
+def _modes(lesson: Lesson, place: linear.Equilibrium, modes: Modes, chosen: Chosen) -> list[Block]:
     """Return the table of frequencies and shapes, and a picture of every shape that swings; of one freedom a line."""
     rows: list[list[str | Form | Words]] = []
     moved = place.near.moved

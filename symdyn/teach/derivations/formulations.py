@@ -16,6 +16,7 @@ from itertools import islice
 
 import numpy as np
 
+from symdyn import verify
 from symdyn.algebra import Form, Number, Ratios, Symbol
 from symdyn.dynamics.mechanism import TIME, solve
 from symdyn.emit.print import FormulationPage
@@ -38,7 +39,7 @@ from symdyn.teach.lesson import Lesson, Prose, called, named, refuse_quaternions
 from symdyn.teach.notation import scene_step
 from symdyn.teach.shown_state import Chosen, choose_state, picture_letters
 from symdyn.verdict import Verdict
-from symdyn.verify import Claim, on_unit_sphere, prove
+from symdyn.verify import Claim, prove
 
 UNTIL = ("equations", "check", "gains")
 """The parts that it may end with."""
@@ -199,7 +200,7 @@ def proof_step(told: Explained, claims: Mapping[str, Claim]) -> Step:
     """
     lesson, page = told.lesson, told.lesson.page
     positive = [one.name for one in lesson.scene.parameters if one.positive]
-    fields, findings = prove(on_unit_sphere(lesson.scene, list(claims.values())), positive=positive)
+    fields, findings = prove(verify.on_unit_sphere(lesson.scene, list(claims.values())), positive=positive)
     verdicts = {key: one.verdict for key, one in zip(claims, findings, strict=True)}
     wrong = [key for key, verdict in verdicts.items() if verdict == Verdict.DIFFERENT]
     assert not wrong, f"{told.page.formulation} differs from Lagrange's equations: {wrong}"

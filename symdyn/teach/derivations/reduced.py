@@ -26,6 +26,7 @@ from symdyn.errors import DerivationError, NoValueError, SymdynError
 from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, gradient, reachable, repeated, substitute
 from symdyn.scene import Quantity, Scene, SceneUnits
+from symdyn.teach.derivations.elsewhere import elsewhere
 from symdyn.teach.derivations.velocities import kinetic_form, length
 from symdyn.teach.document import Block, Step, Try, Words
 from symdyn.teach.lesson import Lesson, named, together
@@ -337,6 +338,8 @@ def _swings(lesson: Lesson, left: Reduced) -> Step | None:
     """Return periods of swings of finite amplitude about the valley, over that of small ones."""
     if not left.turns:
         return None
+    if told := elsewhere(lesson, "swings"):
+        return Step("swings", told, ())
     valleys = [one for one in left.level(-math.pi, math.pi) if one[1] > 0]
     if not valleys:
         return None

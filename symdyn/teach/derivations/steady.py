@@ -15,6 +15,7 @@ from symdyn.algebra import Form, Function, Number, Power, Ratios, Symbol
 from symdyn.errors import DerivationError
 from symdyn.graph import Op, gradient, reachable, substitute
 from symdyn.scene import SceneUnits
+from symdyn.teach.derivations.elsewhere import elsewhere
 from symdyn.teach.derivations.reduced import Reduced, at_bound
 from symdyn.teach.derivations.solved import in_decimals, in_sines, plus_first, quotient
 from symdyn.teach.derivations.velocities import length
@@ -200,6 +201,8 @@ def _negative(form: Form) -> bool:
 
 def _numbers(lesson: Lesson, left: Reduced) -> list[Block]:
     """Return the table of steady motions for the values of the lesson."""
+    if told := elsewhere(lesson, "steady"):
+        return [told]
     if not left.turns:
         here = left.chosen.values[left.q]
         span = 2 * abs(here) + 1.0

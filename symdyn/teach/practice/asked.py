@@ -8,14 +8,15 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import null_space
 
+from symdyn import linear
 from symdyn.algebra import Form, Symbol
 from symdyn.dynamics.mechanism import TIME
 from symdyn.graph import reachable, substitute, tangents
-from symdyn.linear import rests
 from symdyn.scene import SceneUnits, without_hidden_zeros
 from symdyn.scene.values import force_unit
 from symdyn.table import Table
 from symdyn.teach.derivations.constrained import Constrained
+from symdyn.teach.derivations.elsewhere import elsewhere
 from symdyn.teach.derivations.multipliers import choose_tied_motion
 from symdyn.teach.derivations.quaternion_steps import Turning
 from symdyn.teach.derivations.reduced import zero
@@ -54,7 +55,9 @@ class TurningQuestions(PhysicsQuestions):
 
     def rest(self) -> Asked:
         """Where it rests stably, of the rests that the lesson tells in words."""
-        found, options = rests(self.scene), list[Option]()
+        if elsewhere(self.prose, "rests"):
+            return
+        found, options = linear.rests(self.scene), list[Option]()
         tables = [step.blocks[0] for part in self.document.sections for step in part.steps if step.key == "equilibria"]
         rows = tables[0].rows if tables and isinstance(tables[0], Table) else ()
         for row, system in zip(rows, found.systems, strict=False):
@@ -146,7 +149,9 @@ class TiedQuestions(PhysicsQuestions):
 
     def stable(self) -> Asked:
         """Which places of rest are stable, in numbers."""
-        found, options = rests(self.scene), list[Option]()
+        if elsewhere(self.prose, "rests"):
+            return
+        found, options = linear.rests(self.scene), list[Option]()
         shown = [k for k, name in enumerate(self.scene.coordinates) if name not in found.idle]
         for place, system in zip(found.places, found.systems, strict=False):
             grows = max((mode.value.real for mode in system.modes), default=0.0)

@@ -13,11 +13,11 @@ from dataclasses import replace
 from fractions import Fraction
 from itertools import product
 
+from symdyn import linear
 from symdyn.algebra import Form, Function, Number, Pi, Ratios, Symbol
 from symdyn.dynamics.mechanism import TIME, generalized_forces, vector
 from symdyn.errors import NoValueError
 from symdyn.graph import Expr, Op, gradient, reachable, substitute, tangents
-from symdyn.linear import Equilibrium
 from symdyn.scene import SceneUnits
 from symdyn.scene.values import force_unit
 from symdyn.teach.derivations.equation_steps import coefficient_unit
@@ -242,7 +242,7 @@ class OpenQuestions(PhysicsQuestions):
             if answer != Number.ZERO:
                 yield from self.blank("place", named(q), answer, "place")
 
-    def _quarters(self, place: Equilibrium) -> tuple[int, ...]:
+    def _quarters(self, place: linear.Equilibrium) -> tuple[int, ...]:
         at = [float(place.q[self.lesson.state.q.index(x)]) for x in self.rests.q]
         return tuple((round(2 * x / math.pi) + 1) % 4 - 1 for x in at)
 

@@ -1,4 +1,4 @@
-"""A tiny NumPy in pure Python: enough to see what symdyn's pictures ask of it. Prototype, no product."""
+"""A tiny NumPy in pure Python: what symdyn's pictures, code and lessons ask of it where Python runs in a page."""
 
 import builtins, functools, itertools, math
 from math import pi, inf, nan
@@ -917,7 +917,7 @@ class linalg:
         A = asarray(A)
         m, n = A.shape
         t = m < n
-        W = [list(r) for r in (A if t else A.T).tolist()]
+        W = [list(r) for r in (A if t else A.T).tolist()] if m * n else []
         k = len(W)
         V = [[float(i == j) for j in range(k)] for i in range(k)]
         for _ in range(60):  # one-sided Jacobi on the columns
@@ -945,6 +945,8 @@ class linalg:
         o = sorted(range(k), key=lambda i: -s[i])
         if not compute_uv:
             return asarray([s[i] for i in o])
+        if not k:
+            return eye(m), zeros(0), eye(n)
         U = asarray(
             _completed(
                 [[x / s[i] for x in W[i]] for i in o if s[i] > 1e-14 * s[o[0]]],
@@ -958,6 +960,8 @@ class linalg:
 
     @staticmethod
     def pinv(A, rcond=1e-15):
+        if not asarray(A).size:
+            return zeros(asarray(A).shape[::-1])
         u, s, v = linalg.svd(A, False)
         return (v.T * asarray([1 / x if x > rcond * s.f[0] else 0.0 for x in s.f])) @ u.T
 
