@@ -144,9 +144,7 @@ class Laws:
                     yield evened, found
                     break
 
-    def _of_one_row(
-        self, options: Sequence[Case], d: float, shift: float
-    ) -> Iterator[tuple[tuple[Case, ...], Array]]:
+    def _of_one_row(self, options: Sequence[Case], d: float, shift: float) -> Iterator[tuple[tuple[Case, ...], Array]]:
         """Yield what `solutions` does, of one gap alone."""
         D = float(self.D[0, 0])
         for case in options:
