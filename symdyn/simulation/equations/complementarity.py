@@ -151,10 +151,10 @@ class Laws:
             found = shift if not case.held else -d / D if D else 0.0
             xi, small = D * found + d, CLOSE * (1e-300 + abs(found))
             slow = CLOSE * max(1e-300 + abs(xi), D * abs(found))
-            missed = abs(xi) if case.held else 0.0
-            if missed <= 10 * max(small, slow) and found >= shift - small:
-                if xi >= -(ROUNDS * max(1.0, abs(xi)) if case == OPENS else slow):
-                    yield (case,), np.array([found])
+            zero = ROUNDS * max(1.0, abs(xi)) if case == OPENS else slow
+            missed = case.held and abs(xi) > 10 * max(small, slow)
+            if found >= shift - small and xi >= -zero and not missed:
+                yield (case,), np.array([found])
 
     def _system(self, cases: Sequence[Case], d: Array, shift: Array) -> tuple[Array, Array]:
         """Return A and b of A λ = b, which forces keep in some cases, all rows in the unit of ξ."""
