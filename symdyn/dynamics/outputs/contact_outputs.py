@@ -218,8 +218,8 @@ def touches(scene: Scene) -> bool:
 
 _PLACED = partial(Output, when_constrained="same", place="contact", default_in="verify", exists=touches)
 _SOLVED: dict[str, Any] = {"when_constrained": "same", "may_fail": "reported", "default_in": "verify"}
-_SOLVED |= {"depends": ("independent", "alpha", "beta")}
-_STRUCK, _OF_ALL = partial(_PLACED, **_SOLVED), partial(Output, exists=touches, **_SOLVED)
+_STRUCK = partial(_PLACED, depends=("independent",), **_SOLVED)
+_OF_ALL = partial(Output, exists=touches, depends=("independent", "alpha", "beta"), **_SOLVED)
 _UNITS = "m/s or rad/s"
 
 CONTACTS: Mapping[str, Output] = {
@@ -270,6 +270,7 @@ CONTACTS: Mapping[str, Output] = {
         "D",
         (_contact_rows, _contact_rows),
         "per kg or kg m^2",
+        depends=("independent",),
         formulations=_both(_delassus),
     ),
     "contact_bias": _OF_ALL(

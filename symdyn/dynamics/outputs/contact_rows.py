@@ -18,7 +18,6 @@ from typing import NamedTuple
 
 from symdyn.dynamics.loops.constraint_rows import Constraints, differentiated, recursive
 from symdyn.dynamics.outputs.workspace import Workspace
-from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Op, gradient, substitute, tangents
 from symdyn.scene import Quantity, Scene
@@ -163,9 +162,6 @@ def _touch(w: Workspace, law: Unilateral, rows: Sequence[tuple[Expr, Row]]) -> T
         normal, unit = _row(w, rate), "m" if JOINTS[joint.type].slides(joint) else "rad"
     if isinstance(law, (GapContact, Stop)):
         normal = _row(w, tangents([gap], w.state.velocity)[0])
-    if normal is not None and not law.at_rates and all(entry.is_zero for entry in normal.entries):
-        told = "no joint moves what touches towards or away from its plane, or a formula has no coordinate"
-        raise DerivationError(f"{w.scene.name}: contacts.{law.name}: its gap never changes: {told}; name another body")
     closed, held, slip, yields = (graph.symbol(f"{law.name}.{word}") for word in MODE)
     speeds = [graph.total(t * u for t, u in zip(row.entries, w.state.qd, strict=True)) for row in slips]
     speed = graph.sqrt(graph.total(s * s for s in speeds) + Fraction(1, 10**24))  # never zero

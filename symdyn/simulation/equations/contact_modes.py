@@ -63,6 +63,10 @@ def contact_parts(
     """Return contacts, their events, and what these are settled with; `place` tells what forces and inputs are."""
     if c is None:
         return None, [], []
+    still = [x.law.name for x in c.touches if x.normal and all(entry.is_zero for entry in x.normal.entries)]
+    if still:
+        told = "nothing moves what touches towards its plane or away from it; name another body or plane"
+        raise SimulateError(f"{w.scene.name}: contacts.{still[0]}: its gap never changes: {told}")
     kinds = contact_kinds(c)
     guards = substitute([kind.guard for kind in kinds], place)
     numbers = [replace(one, entries=tuple(substitute(one.entries, place))) for one in contact_numbers(w, c)]
