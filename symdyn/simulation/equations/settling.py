@@ -144,7 +144,9 @@ class Settling:
             arrives = before < -rest or (before <= rest and words[k] != "open")
             if impulse[0] > size or (k in struck and self.t > 0.0 and arrives):
                 what = STRIKES
-            elif k in leaving:  # what stops may slip the other way at once
+            elif k in leaving and (
+                leaving[k] != LIFTS or words[k] == "open"
+            ):  # what stops may slip the other way at once
                 what = BREAKS if leaving[k] == STOPS and words[k].startswith("slips") else leaving[k]
             elif was[k] != "open" and words[k] == "open":
                 what = LIFTS

@@ -1,4 +1,4 @@
-"""Contacts far from the origin, where coordinates round more of a gap away."""
+"""Contacts where rounding tells what happens: far from the origin, and at jumps of forces."""
 
 from __future__ import annotations
 
@@ -42,3 +42,14 @@ def test_what_rounding_of_a_place_says_nothing_of_ends_a_run_in_words(method: st
         run = symdyn.simulate(far(1_000_000), until=2, method=method)
 
     assert run.t[-1] < FALLS
+
+
+@pytest.mark.parametrize("at", [0.5, 0.6006621490201194])
+def test_a_force_that_jumps_lifts_a_contact_off_once(at: float) -> None:
+    """Its event was told by the force ahead of the jump, which closed the contact again, without end."""
+    lifted = read_text(BALL.replace("drive = false\nstart = 1", 'drive = "F"'))
+    run = symdyn.simulate(lifted, until=1, every=0.1, method="dop853", forces={"F": lambda t: 5.0 if t < at else 15.0})
+
+    assert [one.what for one in run.impacts] == ["lifts off"]
+    assert len(run.t) == 11
+    assert run["z"][-1] == pytest.approx((15 - 9.81) * (1 - at) ** 2 / 2, abs=1e-13)
