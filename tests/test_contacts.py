@@ -566,7 +566,11 @@ def test_formulas_of_accelerations_know_the_forces_of_contacts() -> None:
 @pytest.mark.parametrize(
     ("more", "asked", "words"),
     [
-        ("", {"stops": ["reaction_z_fx"]}, "reaction_z_fx: events do not know the forces of contacts in them; name normal_NAME"),
+        (
+            "",
+            {"stops": ["reaction_z_fx"]},
+            "reaction_z_fx: events do not know the forces of contacts in them; name normal_NAME",
+        ),
         ("[inputs.gap_f]\n", {}, "gap_f is the name of a column of contact f, too; rename it or the contact"),
         ('[outputs]\nmode_f = "z"\n', {}, "mode_f is the name of a column of contact f, too"),
     ],

@@ -36,7 +36,10 @@ def test_a_ball_bounces_a_kilometre_up_and_rests(method: str) -> None:
 
 @pytest.mark.parametrize("method", ["taylor", "dop853"])
 def test_what_rounding_of_a_place_says_nothing_of_ends_a_run_in_words(method: str) -> None:
-    words = r"the gap of floor is rounded to 2e-09 m there, and 1e-10 m tells what touches; put the origin of the scene near"
+    words = (
+        r"the gap of floor is rounded to 2e-09 m there, and 1e-10 m tells what touches; "
+        r"put the origin of the scene near its contacts"
+    )
 
     with pytest.warns(RuntimeWarning, match=words):
         run = symdyn.simulate(far(1_000_000), until=2, method=method)

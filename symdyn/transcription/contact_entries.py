@@ -143,8 +143,8 @@ class Contacts:
             bounces += [*([] if normal is None else [one.restitution]), *[graph.zero for _ in along]]
             struck += _within(size, along)
             if len(along) == 1:
-                row, slips = one.tangents[0].entries, self.law[3 * len(rubs) - 1]
-                ends, began = (dot(row, u) for u in (w.state.qd, self.before))
+                tangent, slips = one.tangents[0].entries, self.law[3 * len(rubs) - 1]
+                ends, began = (dot(tangent, u) for u in (w.state.qd, self.before))
                 struck += [slips * ends, slips * (one.restitution * began + ends)]
         law = []
         for k, row in enumerate(rows):

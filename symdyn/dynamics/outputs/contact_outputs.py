@@ -16,7 +16,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import islice
-from typing import Any
 
 from symdyn.dynamics.outputs import (
     constrained_outputs as constrained,
@@ -217,9 +216,15 @@ def touches(scene: Scene) -> bool:
 
 
 _PLACED = partial(Output, when_constrained="same", place="contact", default_in="verify", exists=touches)
-_SOLVED: dict[str, Any] = {"when_constrained": "same", "may_fail": "reported", "default_in": "verify"}
-_STRUCK = partial(_PLACED, depends=("independent",), **_SOLVED)
-_OF_ALL = partial(Output, exists=touches, depends=("independent", "alpha", "beta"), **_SOLVED)
+_STRUCK = partial(_PLACED, may_fail="reported", depends=("independent",))
+_OF_ALL = partial(
+    Output,
+    when_constrained="same",
+    may_fail="reported",
+    default_in="verify",
+    exists=touches,
+    depends=("independent", "alpha", "beta"),
+)
 _UNITS = "m/s or rad/s"
 
 CONTACTS: Mapping[str, Output] = {
