@@ -97,6 +97,7 @@ bars: $(READY)  ## the rest of what was set out to be reached: cold starts, cert
 	-$(BIN)/python benchmarks/accuracy_levels.py
 	-$(BIN)/python benchmarks/double_double.py
 	-$(BIN)/python benchmarks/contacts.py
+	-$(BIN)/python benchmarks/contact_steps.py
 	-$(BIN)/python benchmarks/second_derivatives.py
 	-$(BIN)/python benchmarks/exact_hessians.py
 	-$(BIN)/python benchmarks/inverse_kinematics.py

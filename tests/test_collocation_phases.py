@@ -308,7 +308,7 @@ def test_a_closed_mechanism_bounces_off_a_stop():
         (
             ROD.replace("friction = 2", "friction = 2\nrestitution = 0.5"),
             {"phases": [{}, {"strikes": "tip"}]},
-            "tip bounces with friction, which phases do not know",
+            "tip bounces with friction: say how it leaves",
         ),
         (BALL, {"phases": [{"slips": {"floor": 1}}]}, "floor has no friction, so that nothing slips or sticks"),
         (BALL, {"phases": [{}], "cost": "t*F**2"}, "phases know no motions, forces and formulas over time t"),

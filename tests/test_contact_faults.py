@@ -103,9 +103,11 @@ def test_a_method_that_begins_anew_slowly_is_refused() -> None:
 @pytest.mark.parametrize(
     ("more", "asked", "words"),
     [
-        ("", {"reactions": True}, "reactions: they do not know the forces of contacts, f"),
-        ("", {"stops": ["reaction_z_fx"]}, "reaction_z_fx: reactions do not know the forces of contacts, f"),
-        ('[outputs]\nr = "reaction_z_fz"\n', {}, "reaction_z_fz: reactions do not know the forces of contacts, f"),
+        (
+            "",
+            {"stops": ["reaction_z_fx"]},
+            "reaction_z_fx: events do not know the forces of contacts in them; name normal_NAME",
+        ),
         ("[inputs.gap_f]\n", {}, "gap_f is the name of a column of contact f, too; rename it or the contact"),
         ('[outputs]\nmode_f = "z"\n', {}, "mode_f is the name of a column of contact f, too"),
     ],

@@ -43,6 +43,7 @@ from symdyn.scene import Quantity, Scene, bind, read, read_text
 from symdyn.scene.forces.ropes import ElasticRope
 from symdyn.scene.scene_files import Starter
 from symdyn.scene.values import Place, acceleration_name
+from symdyn.scene.values.joint import Plane
 from symdyn.scene.values.letters import Reset, Signal, StateVariable
 from symdyn.scene.values.unilateral import PlaneContact
 from symdyn.verdict import Verdict
@@ -84,8 +85,9 @@ def looked(name: str, one: Scene) -> Scene:
     cord = ElasticRope("cord", ends=ends, stiffness=(Quantity.ONE,))
     one = replace(one, elements=(*one.elements, cord)) if OUTPUTS[name].place == "rope" else one
     if name in CONTACTS:
-        at = replace(ends[0], body=one.bodies[-1].name) if name in HELD else ends[1]  # no rows that hold the same
-        one = replace(one, elements=(*one.elements, PlaneContact("seat", place=at)))
+        at = replace(ends[0], body=one.bodies[-1].name)  # no rows that hold the same, and what moves
+        leans = Plane() if name in HELD else Plane(normal=(Quantity.ZERO, Quantity.ONE, Quantity.ONE))
+        one = replace(one, elements=(*one.elements, PlaneContact("seat", place=at, plane=leans)))
     if name in ("state_rates", "resets"):
         rate = Quantity.symbol(one.velocities[0])
         one = replace(one, states=(StateVariable("kept", rate, reset=Reset(rate) if name == "resets" else None),))

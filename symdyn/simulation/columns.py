@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING, Any
 from symdyn.algebra import Array
 from symdyn.arguments import argument
 from symdyn.dynamics.mechanism import TIME
-from symdyn.dynamics.reactions import why_no_reactions
+from symdyn.dynamics.reactions import unknown_forces, why_no_reactions
 from symdyn.emit import in_latex
 from symdyn.emit.print import PrintName, latex_symbols
-from symdyn.errors import SimulateError, choice, listed, quoted
+from symdyn.errors import SimulateError, choice, quoted
 from symdyn.frozen import dataclass, replace
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.values import LETTERS, Faults, acceleration_name, force_unit
@@ -284,9 +284,8 @@ def axes_of(reactions: bool | str, faults: Faults, scene: Scene | None = None) -
     """Return the axes that are asked for, "" for none; what is no axes is a fault, and so is a scene without."""
     if reactions and scene is not None and (why := why_no_reactions(scene)):
         faults.add("", why)
-    if reactions and scene is not None and scene.unilaterals:
-        names = listed(one.name for one in scene.unilaterals)
-        faults.add("reactions", f"they do not know the forces of contacts, {names}; columns normal_NAME have these")
+    if reactions and scene is not None and (why := unknown_forces(scene)):
+        faults.add("reactions", why)
     if isinstance(reactions, str) and reactions not in ("", *LETTERS.axes):
         faults.add("reactions", f'"{reactions}" are no axes; write body, joint or ground')
     return reactions if isinstance(reactions, str) else "body" if reactions else ""

@@ -26,13 +26,16 @@ import numpy as np
 from symdyn.algebra import Array, Batches
 from symdyn.dynamics import Function, Workspace, derive_one
 from symdyn.dynamics.mechanism import TIME
-from symdyn.dynamics.outputs import WrittenDecisions, arguments, reaction_names, unique
+from symdyn.dynamics.outputs import WrittenDecisions, arguments, reaction_names, touching, unique
+from symdyn.dynamics.reactions import carried
 from symdyn.errors import SimulateError, suggestion
+from symdyn.frozen import replace
 from symdyn.graph import Graph, evaluate, reachable
 from symdyn.program import formulate
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import LETTERS
 from symdyn.simulation.equations.compiled_routines import Compiled, Opened, compiled, compiled_once, opened, plain
+from symdyn.simulation.equations.contact_modes import column_words
 from symdyn.simulation.equations.written import written_decisions
 from symdyn.simulation.prescribed.forces import ForceFunction, Forces
 
@@ -91,9 +94,33 @@ def reaction_columns(motion: Trajectory, given: bool, axes: str = "body") -> dic
     scene = motion.scene
     name = "forward_reactions" if scene.is_constrained and (given or not any(scene.drives)) else "reactions"
     ((function, values),) = _unique(motion, (name if axes == "body" else f"{name}:{axes}",), axes)
-    values = values.reshape(len(motion.t), -1)
+    values = values.reshape(len(motion.t), -1) + (_of_contacts(motion, axes) if scene.unilaterals else 0.0)
     wrenches = dict(zip(reaction_names(scene, function.unique, axes), values.T, strict=True))
     return wrenches | multiplier_columns(motion)
+
+
+def _of_contacts(motion: Trajectory, axes: str) -> Array:
+    """Return what all reactions owe to the forces of contacts, which are columns of a run, shape (N, 6 joints)."""
+    found = opened(motion.scene)
+    scene = found.scene
+    w = Workspace(scene)
+    every = [one for one in touching(w) if one.law.closed is not None]
+
+    def make() -> Compiled:
+        rows = [one.law.closed for one in every if one.law.closed is not None]
+        kept = [one for one in scene.elements if one not in scene.unilaterals]
+        held = Workspace(replace(scene, elements=(*kept, *rows)))
+        felt = carried(held.hanging, axes)
+        used = [3 * k + row for k, one in enumerate(every) for row in (0, *(one.ways if one.tangents else ()))]
+        entries = [entry for k in used for entry in felt[k]]
+        return compiled(held.scene, held.graph, [plain("felt", entries, arguments(held, ("q", TIME)))])
+
+    made = compiled_once(("of_contacts", scene, axes), make)
+    words = [word for one in every for word in column_words(one.law.name, True, len(one.tangents))]
+    forces = np.array([motion[word] for word in words])
+    (routine,) = made.program.routines
+    felt = _over(motion, made, found, routine.function).reshape(len(motion.t), len(words), -1)
+    return np.asarray(np.einsum("kn,nkj->nj", forces, felt))
 
 
 def tension_columns(motion: Trajectory) -> dict[str, Array]:

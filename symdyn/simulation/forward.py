@@ -21,7 +21,7 @@ from symdyn.errors import MethodError, SimulateError
 from symdyn.extras import install
 from symdyn.frozen import dataclass, replace
 from symdyn.scene import Quantity, Scene, SceneLike
-from symdyn.scene.values import Faults
+from symdyn.scene.values import LETTERS, Faults
 from symdyn.simulation.columns import apart, axes_of
 from symdyn.simulation.equations.contact_modes import check_names
 from symdyn.simulation.equations.control_loop import Loop, held_columns, hidden, sampled_rows
@@ -234,6 +234,7 @@ def simulate(
         tell(note)
 
     choice = choose(system, x, run.until, run.method, run.rtol, any(limits.values()))
+    _refuse_reactions(scene, choice, bool(reactions))
 
     def attempt(choice: Choice) -> tuple[Integration, InitialValueProblem, list[str]]:
         relative, absolute, others = choice.method.tolerances(choice.name, run.rtol, run.atol)
@@ -281,6 +282,14 @@ def simulate(
             f"{scene.name}: {found.stopped}; rows until t = {found.t[-1]:g} s are kept", RuntimeWarning, stacklevel=3
         )
     return found
+
+
+def _refuse_reactions(scene: Scene, choice: Choice, asked: bool) -> None:
+    """Raise SimulateError where reactions are asked for of a method whose accelerations do not know impacts."""
+    named = [name for one in scene.outputs for name in one.formula.symbols if name.startswith(LETTERS.reaction)]
+    if choice.method.step is not None and (asked or named):
+        told = f"{choice.name} has impacts within its steps, and its accelerations do not"
+        raise SimulateError(f"{scene.name}: reactions: {told}; take taylor or dop853, or leave reactions out")
 
 
 def ready(

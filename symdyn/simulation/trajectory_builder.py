@@ -306,7 +306,7 @@ def trajectory_of(
         if scene.points:
             columns |= dict(zip(scene.point_names, system.evaluate("points", run.t, run.x).T, strict=True))
         if axes := axes_of(reactions, Faults("")):
-            columns |= reaction_columns(found, given=True, axes=axes)
+            columns |= reaction_columns(replace(found, extra=columns), given=True, axes=axes)
         columns |= output_columns(replace(found, extra=columns), given=True)
         lasting, seen = needed(system, found)
         least, pushes = tensions_in(found)

@@ -13,7 +13,7 @@ Between two phases positions stay, and velocities change from u⁻ to u⁺ by im
     momentum     M (u⁺ - u⁻) - Gᵀ P - Wᵀ Λ
     law          α w u⁺ + β e w u⁻ + (1 - α) (Λ + ζ μ Λn)  of each row of G and W, α, β, ζ numbers of the passage
     touch        g
-    struck       μ Λn ∓ Λt,  along two directions  μ² Λn² - |Λt|²
+    struck       μ Λn ∓ Λt,  ζ s⁺,  ζ (e s⁻ + s⁺),  along two directions  μ² Λn² - |Λt|²
 
 So a mode is numbers, and one set of compiled functions serves all phases, as in runs.
 
@@ -142,6 +142,10 @@ class Contacts:
             rubs += [*([] if normal is None else [graph.zero]), *[size for _ in along]]
             bounces += [*([] if normal is None else [one.restitution]), *[graph.zero for _ in along]]
             struck += _within(size, along)
+            if len(along) == 1:
+                tangent, slips = one.tangents[0].entries, self.law[3 * len(rubs) - 1]
+                ends, began = (dot(tangent, u) for u in (w.state.qd, self.before))
+                struck += [slips * ends, slips * (one.restitution * began + ends)]
         law = []
         for k, row in enumerate(rows):
             ends, begins, slips = self.law[3 * k : 3 * k + 3]

@@ -7,6 +7,10 @@ bounds; an equation that a phase does not have has none.
     open         0         0             g ≥ 0           Λ = 0; struck: n u⁺ = -e n u⁻, Λn ≥ 0, g = 0
     sticks       ≥ 0       in its cone   g, n u, t u     n u⁺ = t u⁺ = 0, Λ in its cone; g = 0 where it was open
     slips        ≥ 0       -z μ λn       g, n u; z s ≥ 0 n u⁺ = 0, Λt = -z μ Λn
+
+What bounces with friction slips behind it, Λt = -z μ Λn and z s⁺ ≥ 0, or has come to rest along its plane, s⁺ = 0. By
+Poisson's law the first is so where it slips that way at the end of compression too, where u is (e u⁻ + u⁺)/(1 + e):
+then both laws agree. The second they need not tell alike, and Newton's is asked for.
 """
 
 from __future__ import annotations
@@ -53,6 +57,7 @@ class Phase:
         closed: what is closed; it sticks where there is friction.
         slips: what is closed and slips, and the sign of its slip.
         strikes: what strikes where it begins, what closes there among it.
+        bounces: what of that bounces with friction, and the sign of its slip behind, 0 where it has none.
         end: coordinates that are given where it ends.
     """
 
@@ -61,6 +66,7 @@ class Phase:
     closed: tuple[str, ...] = ()
     slips: Mapping[str, float] = field(default_factory=dict)
     strikes: tuple[str, ...] = ()
+    bounces: Mapping[str, float] = field(default_factory=dict)
     end: Mapping[str, Any] = field(default_factory=dict)
 
     def mode(self, name: str) -> tuple[float, float, float]:
@@ -95,7 +101,13 @@ def read_phases(
         for key in (one for one in given if one not in KEYS):
             faults.add(where, f"{key} is no key of a phase; {suggestion(key, KEYS)}")
         closed, strikes = (_names(given.get(word, ())) for word in ("closed", "strikes"))
-        slips, end = given.get("slips", {}), given.get("end", {})
+        slips, end, bounces = given.get("slips", {}), given.get("end", {}), given.get("strikes", {})
+        bounces = dict(bounces) if isinstance(bounces, Mapping) else {}
+        strikes = tuple(bounces) or strikes
+        for name in (name for name, sign in bounces.items() if sign not in (-1, 0, 1)):
+            faults.add(
+                where, f'strikes = {{"{name}": 1}} where its slip is above zero behind, -1 below, 0 where it rests'
+            )
         slips = dict(slips) if isinstance(slips, Mapping) else {str(slips): 0}
         for name in dict.fromkeys((*closed, *slips, *strikes)):
             if name not in known:
@@ -123,7 +135,8 @@ def read_phases(
             span = read_span(given["duration"], faults, where, "duration")
         signs = {name: float(sign) for name, sign in slips.items() if sign in (-1, 1)}
         closing = [n for n in (*closed, *signs) if found and n not in dry and not found[-1].mode(n)[0]]
-        found.append(Phase(own, span, closed, signs, tuple(dict.fromkeys((*strikes, *closing))), dict(end)))
+        every = tuple(dict.fromkeys((*strikes, *closing)))
+        found.append(Phase(own, span, closed, signs, every, bounces, dict(end)))
     least, most = (sum(one.span[i] for one in found) for i in (0, 1))
     if not faults.lines and not (least - CLOSE <= until[1] and until[0] <= most + CLOSE):
         wide, asked = (f"{a:g} s" if a == b else f"{a:g} … {b:g} s" for a, b in ((least, most), until))
@@ -154,8 +167,12 @@ def _check_passage(
                 faults.add(where, f"{name} has no restitution: where it strikes it is closed; name it in closed too")
         elif then.mode(name)[0]:
             faults.add(where, f"{name} has a restitution: where it strikes it is open behind; take it out of closed")
-        elif law.friction.symbols or number_of(law.friction, values, name, faults):
-            faults.add(where, f"{name} bounces with friction, which phases do not know: restitution or friction is 0")
+        elif name not in then.bounces and (law.friction.symbols or number_of(law.friction, values, name, faults)):
+            told = f'strikes = {{"{name}": 1}} where its slip is above zero behind, -1 where below, 0 where it rests'
+            faults.add(where, f"{name} bounces with friction: say how it leaves: {told}")
+        elif law.law == "poisson" and then.bounces.get(name) == 0:
+            told = 'write law = "newton"; by Poisson\'s the impulses of both its phases decide'
+            faults.add(where, f"{name} rests along its plane behind: {told}")
         elif len(meet) > 1 and law.law == "poisson":
             told = f'law = "newton" says what follows; by Poisson\'s the others, {listed(meet)}, decide too'
             faults.add(where, f"{name} bounces while more than one contact touches: {told}")
@@ -213,11 +230,12 @@ def bound_schedule(sides: Sides, source: Source, schedule: Sequence[Phase], grid
 
 
 class _Rows(NamedTuple):
-    """The contact that each row of W, each gap, each row of a cone and each slip belongs to; whether a row is an n."""
+    """The contact that each row of W, gap, row of a cone, of an impact, and slip belongs to; whether a row is an n."""
 
     row: Places
     gap: Places
     cone: Places
+    struck: Places
     slip: Places
     normal: Flags
 
@@ -228,8 +246,8 @@ class _Rows(NamedTuple):
         gaps, along = (np.array(x) for x in zip(*((bool(x.normal), len(x.tangents)) for x in touches), strict=True))
         each = np.arange(len(touches))
         normal = np.array([x is one.normal for one in touches for x in one.rows])
-        cone = np.repeat(each, np.array([0, 2, 1])[along])
-        return cls(np.repeat(each, gaps + along), each[gaps], cone, each[along > 0], normal)
+        cone, struck = (np.repeat(each, np.array(rows)[along]) for rows in ([0, 2, 1], [0, 4, 1]))
+        return cls(np.repeat(each, gaps + along), each[gaps], cone, struck, each[along > 0], normal)
 
 
 def _bound_phase(sides: Sides, contacts: Contacts, phase: Phase, before: Phase | None, after: Phase | None) -> None:
@@ -266,17 +284,22 @@ def _bound_passage(sides: Sides, contacts: Contacts, one: Phase, then: Phase) ->
     of, impulse, law = _Rows.of(contacts), sides.place["impulse"], sides.row["law"]
     first, struck = len(impulse) - len(contacts.forces), bool(then.strikes)
     (closed, stuck, _), (closes, sticks, _) = (x.numbers(contacts).reshape(-1, 3).T != 0 for x in (one, then))
-    slip = then.numbers(contacts)[2::3]
+    names = [x.law.name for x in contacts.touches]
+    bounced = np.array([name in then.bounces for name in names])
+    leaves = np.array([then.bounces.get(name, 0.0) for name in names])
+    slip, sticks = then.numbers(contacts)[2::3] + leaves, sticks | (bounced & (leaves == 0))
     meets = closes | np.array([x.law.name in then.strikes for x in contacts.touches])
     kicked = np.array([struck and x.normal is not None for x in contacts.touches])
-    pushed = np.where(of.normal, (kicked & meets)[of.row], (kicked & closes)[of.row])
+    pushed = np.where(of.normal, (kicked & meets)[of.row], (kicked & (closes | bounced))[of.row])
     asked = np.where(
         of.normal,
         (meets & ~(closed & closes & ~kicked))[of.row],
-        (closes & np.where(sticks, ~stuck | struck, kicked))[of.row],
+        ((closes | bounced) & np.where(sticks, ~stuck | struck, kicked))[of.row],
     )
     sides.above(sides.row["struck"])
-    sides.drop(sides.row["struck"][~(sticks & kicked)[of.cone]])
+    slides = (np.arange(len(of.struck)) - np.searchsorted(of.struck, of.struck)) > 1
+    kept = np.where(slides, (leaves != 0)[of.struck], (sticks & kicked)[of.struck])
+    sides.drop(sides.row["struck"][~kept])
     sides.drop(sides.row["touch"][(closed | ~meets)[of.gap]])
     sides.drop(law[first:][~asked])
     sides.hold(impulse[first:][~pushed])

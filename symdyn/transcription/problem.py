@@ -310,9 +310,9 @@ def collocation(
         free: names of parameters that are unknown, and of inputs that are so over time; a scene's values are the guess.
         phases: of a scene with contacts, stops or dry friction, what they do one phase after another, mappings such as
             {"closed": "foot"}, {} where all is open: `closed`, a name or names, which stick where there is friction;
-            `slips`, {name: 1 or -1}, the sign of the slip; `strikes`, what strikes where the phase begins; `duration`
-            and `intervals`, its own; `end`, coordinates where it ends. What closes strikes, unnamed. `until` is the
-            time of all of them.
+            `slips`, {name: 1 or -1}, the sign of the slip; `strikes`, what strikes where the phase begins, and of
+            what bounces with friction the sign of its slip behind, {name: 1, -1 or 0}; `duration` and `intervals`, its
+            own; `end`, coordinates where it ends. What closes strikes, unnamed. `until` is the time of all of them.
 
     Raises:
         SimulateError: with every fault of the arguments, one line each.

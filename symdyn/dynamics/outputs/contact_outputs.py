@@ -17,7 +17,11 @@ from dataclasses import replace
 from functools import partial
 from itertools import islice
 
-from symdyn.dynamics.outputs import result_labels as labels, tree_formulations as trees
+from symdyn.dynamics.outputs import (
+    constrained_outputs as constrained,
+    result_labels as labels,
+    tree_formulations as trees,
+)
 from symdyn.dynamics.outputs.contact_equations import ContactEquations, columns_of, contact_equations, dot
 from symdyn.dynamics.outputs.contact_rows import Row, Touch, touching, unilaterals_of
 from symdyn.dynamics.outputs.named_functions import MODES, direction, mode_names
@@ -83,7 +87,8 @@ def _bias(w: Workspace, name: str, by_recursion: bool) -> list[Expr]:
 
 
 def _free(w: Workspace, by_recursion: bool) -> list[Expr]:
-    found: list[Expr] = w.once(trees.forward_crba if by_recursion else trees.lagrange_forward)
+    forward = (constrained.forward, constrained.lagrange_forward), (trees.forward_crba, trees.lagrange_forward)
+    found: list[Expr] = w.once(forward[not w.scene.is_constrained][not by_recursion])
     return found
 
 
@@ -133,6 +138,10 @@ def _impact(w: Workspace, name: str, by_recursion: bool) -> list[Expr]:
             f"{w.scene.name}: contacts.{name}: it can slip along two directions, and no formula says how"
         )
     rows = list(touch.rows)
+    free_ways = len(w.prescribed.free) - (len(w.loops.decisions.independent_rows) if w.scene.is_constrained else 0)
+    if len(rows) > free_ways > 0:
+        told = f"{len(rows)} impulses act, and {free_ways} velocity is free, so that they are not unique"
+        raise DerivationError(f"{w.scene.name}: contacts.{name}: {told}; leave its friction out")
     columns = [columns_of(w, free, row) for row in rows]
     D = [[dot(row.entries, column) for column in columns] for row in rows]
     if D[0][0].is_zero:
@@ -207,8 +216,15 @@ def touches(scene: Scene) -> bool:
 
 
 _PLACED = partial(Output, when_constrained="same", place="contact", default_in="verify", exists=touches)
-_STRUCK = partial(_PLACED, when_constrained="refuse", may_fail="reported")
-_OF_ALL = partial(Output, when_constrained="refuse", may_fail="reported", default_in="verify", exists=touches)
+_STRUCK = partial(_PLACED, may_fail="reported", depends=("independent",))
+_OF_ALL = partial(
+    Output,
+    when_constrained="same",
+    may_fail="reported",
+    default_in="verify",
+    exists=touches,
+    depends=("independent", "alpha", "beta"),
+)
 _UNITS = "m/s or rad/s"
 
 CONTACTS: Mapping[str, Output] = {
@@ -259,6 +275,7 @@ CONTACTS: Mapping[str, Output] = {
         "D",
         (_contact_rows, _contact_rows),
         "per kg or kg m^2",
+        depends=("independent",),
         formulations=_both(_delassus),
     ),
     "contact_bias": _OF_ALL(

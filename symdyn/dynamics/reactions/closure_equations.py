@@ -26,7 +26,7 @@ from symdyn.dynamics.loops.constraint_rows import recursive
 from symdyn.dynamics.loops.partition import Partition, blocks
 from symdyn.dynamics.mechanism.tree import has_symbols
 from symdyn.dynamics.reactions.joint_frames import PLACES, JointFrames, Twist
-from symdyn.errors import DerivationError
+from symdyn.errors import DerivationError, listed
 from symdyn.frozen import dataclass
 from symdyn.graph import Expr
 from symdyn.scene import Scene
@@ -76,6 +76,18 @@ def why_no_reactions(scene: Scene) -> str:
         'not given; write type = "rolling" or "knife_edge", which name what touches, and where, or acts_in = "joints" '
         "where it acts in the joints of those rates, as in belts, gears and servos"
     )
+
+
+def unknown_forces(scene: Scene) -> str:
+    """Return why reactions of a run do not know the forces of its contacts, "" where they do."""
+    every = [one for one in scene.unilaterals if FORCES[one.kind].section != "joints"]
+    placeless = [one.name for one in every if one.closed is None]
+    if placeless:
+        return f"they do not know where the forces of {listed(placeless)} act, a formula or a rope; leave it out"
+    if every and scene.is_constrained:
+        names = listed(one.name for one in every)
+        return f"beside loops and constraints they do not know the forces of contacts, {names}; leave them out"
+    return ""
 
 
 def refuse_without_place(scene: Scene) -> None:

@@ -412,6 +412,13 @@ def with_loops(
     return as_rows(hanging, [*hanging.at_joints(f), *ends], axes)
 
 
+def carried(hanging: FreeBodies, axes: str) -> list[list[Expr]]:
+    """Return every joint's reaction to each wrench of unit size that closes something, and to nothing else."""
+    none, one = [Wrench.none(hanging.graph)] * len(hanging.joints), hanging.graph.one
+    each = [ClosureEquation("", ((k, W),), ()) for k, cut in enumerate(hanging.cuts) for W in cut.wrenches]
+    return [with_loops(hanging, none, [unit], [one], axes) for unit in each]
+
+
 def percussions(hanging: FreeBodies, sizes: Sequence[Expr]) -> list[Expr]:
     """Return every joint's reaction percussion at an impact, shape (joints, 6): [force; moment], N s and N m s.
 

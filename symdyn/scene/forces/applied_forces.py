@@ -325,6 +325,10 @@ def _check_friction(dry: Friction, stand: Stand) -> None:
             stand.fault(f"friction.{key} = {float(value):.6g} is negative; give zero or more")
     if (value := known["stribeck"]) is not None and value <= 0:
         stand.fault(f"friction.stribeck = {float(value):.6g} is no rate; give one above zero")
+    sticks, slips = known.get("static"), known.get("coulomb")
+    if known["smoothing"] == 0 and sticks is not None and slips is not None and sticks < slips:
+        told = f"friction.static = {float(sticks):.6g} is less than friction.coulomb = {float(slips):.6g}"
+        stand.fault(f"{told}; what sticks holds as much as what slips, at least, or give a smoothing")
 
 
 RATE = ("rad/s", "m/s")

@@ -392,7 +392,7 @@ class Scene(Shown):
             for loose in ("", LETTERS.loose)
         }
 
-    @property
+    @cached_property  # every event asks for it
     def changing(self) -> tuple[str, ...]:
         """Names of the states that masses and inertias are made of."""
         used = {name for body in self.bodies for x in (body.mass, *body.inertia) for name in x.symbols}

@@ -119,6 +119,9 @@ class Laws:
         """Yield cases, one for each contact, and λ, shape (m,), that keep all laws; `near` is a guess of λ."""
         shift = np.zeros(len(self.normals)) if offset is None else offset
         goal = np.zeros(len(d)) if target is None else target
+        if len(d) == 1 and self.normals[0] == 0:
+            yield from self._of_one_row(options[0], float(d[0] - goal[0]), float(shift[0]))
+            return
         if near is None and len(options) > 1 and any(case.slips and not case.way for some in options for case in some):
             near = projected(self, d, shift, goal, GUESSED)
         for cases in product(*options):
@@ -140,6 +143,18 @@ class Laws:
                 if evened is not None:
                     yield evened, found
                     break
+
+    def _of_one_row(self, options: Sequence[Case], d: float, shift: float) -> Iterator[tuple[tuple[Case, ...], Array]]:
+        """Yield what `solutions` does, of one gap alone."""
+        D = float(self.D[0, 0])
+        for case in options:
+            found = shift if not case.held else -d / D if D else 0.0
+            xi, small = D * found + d, CLOSE * (1e-300 + abs(found))
+            slow = CLOSE * max(1e-300 + abs(xi), D * abs(found))
+            zero = ROUNDS * max(1.0, abs(xi)) if case == OPENS else slow
+            missed = case.held and abs(xi) > 10 * max(small, slow)
+            if found >= shift - small and xi >= -zero and not missed:
+                yield (case,), np.array([found])
 
     def _system(self, cases: Sequence[Case], d: Array, shift: Array) -> tuple[Array, Array]:
         """Return A and b of A λ = b, which forces keep in some cases, all rows in the unit of ξ."""
@@ -368,14 +383,16 @@ class Laws:
     ) -> Array:
         """Return the least impulses that keep the laws, of the first `most` that are found."""
         found = list[Array]()
-        even = np.array_equal(self.static, self.friction)
-        if len(self.normals) > FEW and max(map(len, self.tangents)) < 2 and even:
+        alone = len(self.normals) > FEW and max(map(len, self.tangents)) < 2
+        if alone and np.array_equal(self.static, self.friction):
             one = self.by_pivots(v, [0.0] * len(self.normals), offset, target)
             found = [] if one is None else [one]
         else:
             found = [impulses for _, impulses in islice(self.ways(v, options, offset, target), most)]
         if not found:
             raise ArithmeticError("no impulses keep the laws of its impact")
+        if len(found) == 1:
+            return found[0]
         least_sum = min(float(np.abs(one).sum()) for one in found)
         found = [one for one in found if np.abs(one).sum() <= least_sum * (1 + CLOSE)]
         return min(found, key=lambda one: float(one @ one))

@@ -63,6 +63,10 @@ def contact_parts(
     """Return contacts, their events, and what these are settled with; `place` tells what forces and inputs are."""
     if c is None:
         return None, [], []
+    still = [x.law.name for x in c.touches if x.normal and all(entry.is_zero for entry in x.normal.entries)]
+    if still:
+        told = "nothing moves what touches towards its plane or away from it; name another body or plane"
+        raise SimulateError(f"{w.scene.name}: contacts.{still[0]}: its gap never changes: {told}")
     kinds = contact_kinds(c)
     guards = substitute([kind.guard for kind in kinds], place)
     numbers = [replace(one, entries=tuple(substitute(one.entries, place))) for one in contact_numbers(w, c)]
@@ -205,9 +209,9 @@ class Contacts:
     def numbers(self, flat: Array, nv: int) -> Numbers:
         """Return what the compiled function tells at a state."""
         k, m = len(self.touches), sum(touches + rough for _, touches, rough in self.touches)
-        gaps, W, C, drift, rest = np.split(flat, np.cumsum([k, m * nv, m * nv, m]))
-        W, C = W.reshape(m, nv), C.reshape(m, nv)
-        friction, static, e, able = rest.reshape(k, 4).T
+        gaps, rest = flat[:k], flat[k + 2 * m * nv :]
+        W, C = flat[k : k + 2 * m * nv].reshape(2, m, nv)
+        drift, (friction, static, e, able) = rest[:m], rest[m:].reshape(k, 4).T
         normals, tangents = zip(*self.rows, strict=True)
         return Numbers(gaps, able > 0.0, W, C, drift, Laws(W @ C.T, normals, tangents, friction, static, e))
 

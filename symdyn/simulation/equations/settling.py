@@ -52,13 +52,20 @@ TOUCHES, RESTS = 1e-10, 1e-9
 FLAT, FLAT_OF_LOOPS = 1e-12, 1e-9
 """How high what bounces has to rise, m, for another flight: loops hold positions less closely."""
 
+FAR, ROUNDED, ROUNDINGS = 100.0, 2e-15, 500.0
+"""m, from where on rounding of gaps is looked at; what of a coordinate is none; times what it makes of a gap, m, that
+what bounces has to rise.
+"""
+
 
 Solution = tuple[tuple[Case, ...], Array]
 """What contacts do, and their forces."""
 
 
 def part(laws: Laws, some: Sequence[int]) -> tuple[Laws, list[int]]:
-    """Return some of the contacts, and their rows."""
+    """Return some of the contacts, in order, and their rows."""
+    if len(some) == len(laws.normals):
+        return laws, list(range(len(laws.D)))
     rows, normals, tangents = list[int](), list[int | None](), list[tuple[int, ...]]()
     for k in some:
         n, along = laws.normals[k], laws.tangents[k]
@@ -121,8 +128,9 @@ class Settling:
             and k not in self.contacts.always
         }
         resting = [k for k in touching if self._still(k, after, rest) or flights.get(k) is not None]
-        x[velocities] = u = self._at_rest(u, resting, rest)
-        after, then = self.n.W @ u, replace(self, n=self.numbers(x))
+        if resting:
+            x[velocities] = u = self._at_rest(u, resting, rest)
+            after, then = self.n.W @ u, replace(self, n=self.numbers(x))
         lifting = {k for k, what in leaving.items() if what == LIFTS} - set(struck)
         cases = then._mode(resting, after, rest, broke, lifting)
         x[velocities] = u = self._set_off(u, cases)
@@ -136,7 +144,9 @@ class Settling:
             arrives = before < -rest or (before <= rest and words[k] != "open")
             if impulse[0] > size or (k in struck and self.t > 0.0 and arrives):
                 what = STRIKES
-            elif k in leaving:  # what stops may slip the other way at once
+            elif k in leaving and (
+                leaving[k] != LIFTS or words[k] == "open"
+            ):  # what stops may slip the other way at once
                 what = BREAKS if leaving[k] == STOPS and words[k].startswith("slips") else leaving[k]
             elif was[k] != "open" and words[k] == "open":
                 what = LIFTS
@@ -328,12 +338,35 @@ def settled(system: StateEquations, t: float, x: Array, events: Sequence[tuple[i
     D = found.laws.D[np.ix_(rows, rows)]
     step = -found.C[rows].T @ least(D, contacts.heights(found, list(normals)))
     x[:nq] += system.calls["moved"](x[:nq], np.append(step, x[nq + nv : nq + system.nu]))
-    flat = FLAT_OF_LOOPS if system.closed else FLAT
+    flat = max(FLAT_OF_LOOPS if system.closed else FLAT, ROUNDINGS * _rounding(system, t, x, found, list(normals)))
     behind = Settling(contacts, numbers(x), numbers, t, nq, nv, flat).behind(x, struck, leaving, broke)
     if system.scene.prescribed_velocities:  # what moves as it is told takes and gives energy at an impact, too
         before, after = (float(np.sum(system.evaluate("kinetic", t, y))) for y in (x, behind))
         behind[-1] = x[-1] + after - before
     return behind
+
+
+def _rounding(system: StateEquations, t: float, x: Array, found: Numbers, some: list[int]) -> float:
+    """Return how large gaps that are zero may seem since coordinates are rounded, m; zero close to the origin.
+
+    Raises:
+        ArithmeticError: more than what touches is told by.
+    """
+    contacts, q = system.contacts, np.abs(x[: system.nq])
+    assert contacts is not None, "there are contacts"
+    if not some or np.abs(found.W).max() * q.max(initial=0.0) < FAR:
+        return 0.0
+    beside = np.tile(x, (system.nq + 1, 1))
+    beside[1:, : system.nq] += np.diag(ROUNDED * q)
+    gaps = system.evaluate("contacts", np.full(len(beside), t), beside)[:, some]
+    off = np.abs(gaps[1:] - gaps[0]).sum(axis=0)
+    off[[k in contacts.always for k in some]] = 0.0
+    if off.max() > TOUCHES:
+        k = int(off.argmax())
+        name, unit = contacts.name(some[k]), contacts.units[some[k]]
+        told = f"the gap of {name} is rounded to {off[k]:.1g} {unit} there, and {TOUCHES:g} {unit} tells what touches"
+        raise ArithmeticError(f"{told}; put the origin of the scene near its contacts")
+    return float(off.max())
 
 
 def impact_beside(

@@ -36,10 +36,10 @@ from symdyn.algebra import Array
 from symdyn.dynamics import OUTPUTS, Function, Workspace, derive_one
 from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.outputs import Moving, WrittenDecisions, contact_equations, lacks_modes
-from symdyn.errors import DerivationError, SimulateError, SymdynWarning, listed
+from symdyn.dynamics.reactions import unknown_forces
+from symdyn.errors import DerivationError, SimulateError, SymdynWarning
 from symdyn.graph import Expr, Op, reachable, substitute
 from symdyn.scene import Quantity, Scene
-from symdyn.scene.forces import FORCES
 from symdyn.scene.values import LETTERS
 from symdyn.simulation.equations.compiled_routines import Kept, acting, compiled, function_of, opened, points, powers
 from symdyn.simulation.equations.contact_modes import contact_parts, named_columns
@@ -224,16 +224,14 @@ def _refuse_reactions(scene: Scene, events: Sequence[Quantity]) -> None:
     """Refuse reactions that are asked for where contacts push, whose forces these do not know.
 
     Raises:
-        SimulateError: an event looks at one, or an output where there is more than stops and friction of joints.
+        SimulateError: an event looks at one, or an output where there is no column of it.
     """
-    pushing = [one.name for one in scene.unilaterals if FORCES[one.kind].section != "joints"]
-    asked = [*events, *(one.formula for one in scene.outputs if pushing)]
+    why = unknown_forces(scene)
+    asked = [*events, *(one.formula for one in scene.outputs if why)]
     named = [name for one in asked for name in one.symbols if name.startswith(LETTERS.reaction)]
     if named:
-        names = listed(one.name for one in scene.unilaterals)
-        raise SimulateError(
-            f"{scene.name}: {named[0]}: reactions do not know the forces of contacts, {names}; leave it out"
-        )
+        told = why or "events do not know the forces of contacts in them; name normal_NAME, or leave it out"
+        raise SimulateError(f"{scene.name}: {named[0]}: {told}")
 
 
 def _bends(entries: Sequence[Expr], moving: Collection[Expr]) -> list[Expr]:

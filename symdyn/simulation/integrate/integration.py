@@ -216,8 +216,8 @@ def integrate(method: Method, problem: InitialValueProblem) -> Iterator[Piece]:
         raise IntegrationError(f"{method.library} cannot go on after t = {t:g} s: {fault}") from fault
 
 
-SAME, CLOSEST, MANY = 1e-12, 1e-9, 1000
-"""Times that are one, in s and over the time; the least of it that so many events take."""
+SAME, CLOSEST, MANY, ULPS = 1e-12, 1e-9, 1000, 8
+"""Times that are one, in s and over the time; the least of it that so many events take; roundings to go on behind."""
 
 
 def _through_jumps(method: Method, problem: InitialValueProblem) -> Iterator[Piece]:
@@ -240,6 +240,10 @@ def _through_jumps(method: Method, problem: InitialValueProblem) -> Iterator[Pie
             yield replace(piece, hits=(*piece.hits, *(Hit(k, t, x) for k in more)), now=(t, x), stopped=stopped)
         if again is None or again[0] >= whole.until:
             return
+        if times and again[0] <= times[-1]:  # a force jumps there, whose value ahead told the event: go on behind it
+            t, x = times[-1] + ULPS * np.spacing(times[-1]), again[1]
+            passed, again = whole.times[(whole.times > times[-1]) & (whole.times <= t)], (t, x)
+            yield Piece(passed, np.tile(x, (len(passed), 1)), (), again, 0, 0)
         times.append(again[0])
         if len(times) > MANY and times[-1] - times[-MANY] <= CLOSEST * times[-1]:
             span = f"{MANY} of them in {times[-1] - times[-MANY]:.1g} s"

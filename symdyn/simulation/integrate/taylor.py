@@ -19,7 +19,6 @@ from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
-from numpy.polynomial.polynomial import polyval
 
 from symdyn.algebra import Array
 from symdyn.interrupts import interrupts_wait
@@ -190,7 +189,7 @@ def _series(coefficients: Array, begin: float) -> Callable[[Array], Array]:
     """Return the states (k, nx) at times of a step, from its series (nx, orders + 1) about its begin."""
 
     def states(times: Array) -> Array:
-        return np.asarray(polyval(times - begin, coefficients.T).T)
+        return (times - begin)[:, None] ** np.arange(coefficients.shape[1]) @ coefficients.T
 
     return states
 

@@ -133,6 +133,8 @@ class Search:
         waiting = [(self.begin, self.end, math.inf)]
         while waiting:
             low, high, bend = waiting.pop()
+            if math.inf > self.armed * low[1] > bend < self.armed * high[1] < math.inf:  # sure, as most are
+                continue
             if not self._sure(low, high, bend) and self._may(low, high):
                 times = CLOSER.times(low[0], high[0])
                 values = np.concatenate([[low[1]], self.look(times[1:-1]), [high[1]]])
@@ -150,8 +152,8 @@ class Search:
         """Return the signs before and behind a stretch, NaN for none."""
         if not _real(low, high):
             return math.nan, math.nan
-        before = self.armed if self.armed in (-1.0, 1.0) else float(np.sign(low[1])) or math.nan
-        return before, float(np.sign(high[1])) or before
+        before = self.armed if self.armed in (-1.0, 1.0) else _sign(low[1]) or math.nan
+        return before, _sign(high[1]) or before
 
     def _sure(self, low: Place, high: Place, bend: float) -> bool:
         """Tell whether a stretch has one zero at most, and that where the signs differ, or is as short as can be."""
@@ -171,6 +173,10 @@ class Search:
             return True
         self.given_up = low[0] if self.given_up is None else self.given_up
         return False
+
+
+def _sign(value: float) -> float:
+    return math.copysign(1.0, value) if value else 0.0
 
 
 def _real(low: Place, high: Place) -> bool:
@@ -256,6 +262,7 @@ class Watch:
 
     values: Array
     armed: Array
+    _noise_at: tuple[Array, Array] | None
 
     def __init__(self, problem: InitialValueProblem) -> None:
         self.problem, self.kinds = problem, problem.system.kinds
@@ -336,14 +343,15 @@ class Watch:
         if self.armed[k] == 0.0:
             times = step.t0 + (step.t1 - step.t0) * SOON
             values = np.append(look(times), last)
-            told = np.flatnonzero(np.abs(values) > self._noise(step.t0, self.x)[k])
+            noise = self._noise(step.t0, self.x)[k]
+            told = np.flatnonzero(np.abs(values) > noise)
             if not len(told):
                 return
             first = float(values[told[0]])
             begin = float(np.append(times, step.t1)[told[0]])
             self.armed[k] = 1.0 if self._held[k] else np.sign(first)
             if self._held[k]:  # zero where a contact has just struck: that zero is divided out
-                clear = told[np.abs(values[told]) > CLEAR * self._noise(step.t0, self.x)[k]]
+                clear = told[np.abs(values[told]) > CLEAR * noise]
                 if len(clear) and np.all(values[told[0] : clear[0] + 1] > 0):
                     begin = float(np.append(times, step.t1)[clear[0]])
                     first = float(values[clear[0]]) / (begin - step.t0)
@@ -390,7 +398,7 @@ class Watch:
         self.entered = {hit.event: (hit.t, hit.x) for hit in hits}
 
     def _stand(self, t: float, x: Array) -> None:
-        self.x, self.values = x, self._look(np.array([t]), x[None])[0]
+        self.x, self.values, self._noise_at = x, self._look(np.array([t]), x[None])[0], None
         self.entered = {k: self.entered.get(k, (t, x)) for k in self._between()}
 
     def _between(self) -> list[int]:
@@ -410,6 +418,8 @@ class Watch:
 
         Limits have their slack for that.
         """
+        if self._noise_at is not None and self._noise_at[0] is x:
+            return self._noise_at[1]
         found = self._moved(t, x, ROUNDING * x)
         if self.problem.residue:  # those that have just passed, on interpolants that begin with an error of a step
             off = self._moved(t, x, self.problem.rtol * np.abs(x) + self.problem.atol)
@@ -424,6 +434,7 @@ class Watch:
             open_by = LOOSE * self.problem.project.limit * np.maximum(1.0, np.abs(x))
             free = self.slack == 0.0
             found[free] += self._moved(t, x, open_by)[free]
+        self._noise_at = x, found
         return found
 
     def _moved(self, t: float, x: Array, by: Array) -> Array:

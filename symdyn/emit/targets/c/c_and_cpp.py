@@ -242,7 +242,7 @@ def _contact_laws(sources: Sources) -> dict[str, str]:
         "size": m * m,
         "rows": n,
         "columns": 2 * n + 2,
-        "stack": 8 * (n * (2 * n + 3) + m * (m + 3) + len(rows)) + 12 * n,
+        "stack": 8 * (n * (2 * n + 3) + m * (m + 3) + len(rows) + 72) + 12 * n,
         "pivots": PIVOTS,
         "most": CLOSED,
         "arguments": list({one.name: one for function in made for one in function.arguments}.values()),
