@@ -100,7 +100,7 @@ def _target_options() -> Iterator[Any]:
     for name in dict.fromkeys(name for target in TARGETS.values() for name in target.options):
         does = "; ".join(f"{one.title}: {one.options[name]}" for one in TARGETS.values() if name in one.options)
         words = {"dest": "option", "action": "store_const", "const": name, "default": "", "help": _shown(does)}
-        words = {"metavar": "SIZE", "help": _shown(does)} if name in SIZED else words
+        words = {"metavar": "SIZE", "nargs": "?", "const": "0", "help": _shown(does)} if name in SIZED else words
         yield [[f"--{name}"], words]
 
 

@@ -160,7 +160,6 @@ def _command(program: Program, target: Target, real: str, option: str, accuracy:
     precision = "" if real == "double" else f" --real {real}"
     precision += f" --accuracy {accuracy}" if accuracy else ""
     chosen = f" --{option}" if option else ""
-    chosen += "=0" if option in SIZED else ""
     values = [f"{one.name}={spell(one.value)}" for one in program.scene.parameters if one.value is not None]
     bound = f" --bind {shlex.quote(','.join(values).replace(' ', ''))}" if values else ""
     words = f"--target {target.name}{precision}{chosen}{' --prepare' if first else ''}"

@@ -46,7 +46,7 @@ from symdyn.emit.targets.c import double_double
 from symdyn.emit.targets.c.cuts import FEW, CutText, batches, cuts
 from symdyn.emit.targets.c.loops import loop_text
 from symdyn.emit.targets.c.stack import STACK, allowance, stack_of
-from symdyn.emit.targets.c.writer import CHAINS, LANES, LINE, sincos_values
+from symdyn.emit.targets.c.writer import ATAN2_HELPER, CHAINS, LANES, LINE, sincos_values
 from symdyn.errors import EmitError
 from symdyn.graph import Op
 from symdyn.program import Program
@@ -64,7 +64,7 @@ def _spellings(real: Real) -> Mapping[Op, Spelling]:
         Op.TANH: call(f"tanh{real.suffix}"),
         Op.ABS: call(f"fabs{real.suffix}"),
         Op.SIGN: call(SIGN_HELPER),
-        Op.ATAN2: call(f"atan2{real.suffix}", 2),
+        Op.ATAN2: call("atan2f" if real.suffix else ATAN2_HELPER, 2),
         Op.POW: call(f"pow{real.suffix}", 2),
         Op.SELECT: call(SELECT_HELPER, 3),
         Op.TABLE: TABLE,
@@ -108,6 +108,7 @@ def _write_c(draft: Draft) -> dict[str, str]:
         "one": printer.literal(Fraction(1)),
         "uses_sign": Op.SIGN in operations,
         "uses_exp": Op.EXP in operations,
+        "uses_atan2": Op.ATAN2 in operations and not real.suffix,
         "flat": printer.literal(Fraction(FLAT[real.name])),
         "suffix": real.suffix,
         "lanes": LANES,
@@ -212,8 +213,8 @@ C = Target(
     options={
         BATCH: "functions over many states too, fit for vector code",
         HEADER_ONLY: "one header with all of it, static inline, for C and C++",
-        STACK: "at most SIZE bytes of arrays on the stack, such as 16k, or 0 for the fewest; a function that needs more "
-        "takes work space",
+        STACK: "at most SIZE bytes of arrays on the stack, such as 16k, or 0 for the fewest; a function that needs "
+        "more takes work space",
     },
     files={"{stem}.c": str, "{stem}.h": str},
     first=0,
