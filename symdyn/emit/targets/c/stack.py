@@ -83,11 +83,11 @@ def stack_of(
                 f"{name} keeps {beside:,} bytes of arrays whatever work space it is given; {least} would do"
             )
         return Stack(beside, 0, whole(first) + rest + LINE // width, whole(first))
-    if isinstance(code, BatchText):
-        return Stack(one, _of_block(code, width, one))
-    lanes = code.room.lanes if batch and isinstance(code, LoopText) else 0
-    many = width * code.room.lockstep + _beside_loop(code, lanes) if lanes else 0
-    return Stack(one, max(one, many) if batch else 0)
+    if isinstance(code, LoopText):
+        lanes = code.room.lanes if batch else 0
+        many = width * code.room.lockstep + _beside_loop(code, lanes) if lanes else 0
+        return Stack(one, max(one, many) if batch else 0)
+    return Stack(one, _of_block(code, width, one) if isinstance(code, BatchText) else 0)
 
 
 def _arrays(code: CutText | BatchText | LoopText, width: int) -> tuple[int, int, int]:
