@@ -20,6 +20,7 @@ import symdyn.cli
 from symdyn.cli.identify import FORM
 from symdyn.dynamics import OUTPUTS
 from symdyn.emit import TARGETS
+from symdyn.emit.targets.emit_program import SIZED
 from symdyn.identification import Identification
 from symdyn.scene import Starter, examples
 from symdyn.study import DESIGNS, FORMS, PLOTS
@@ -99,6 +100,7 @@ def _target_options() -> Iterator[Any]:
     for name in dict.fromkeys(name for target in TARGETS.values() for name in target.options):
         does = "; ".join(f"{one.title}: {one.options[name]}" for one in TARGETS.values() if name in one.options)
         words = {"dest": "option", "action": "store_const", "const": name, "default": "", "help": _shown(does)}
+        words = {"metavar": "SIZE", "nargs": "?", "const": "0", "help": _shown(does)} if name in SIZED else words
         yield [[f"--{name}"], words]
 
 

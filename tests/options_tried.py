@@ -110,6 +110,7 @@ MOVED: dict[str, Verb] = {
             "--accuracy": "1e-10 | --target c --batch",
             "--batch": "| --target c",
             "--header-only": "| --target c",
+            "--stack": "0 | --target c",
             "--doubles": "| --target ufunc",
             "--external": "| --target casadi",
             "--mex": "| --target matlab",

@@ -64,7 +64,7 @@ def test_a_certificate_of_c_says_that_blocks_were_run() -> None:
 
     assert found.passed
     assert [one.longest for one in found.blocks] == [192]
-    assert {one.option for one in found.written} == {"", "batch", "header-only"}
+    assert {one.option for one in found.written} == {"", "batch", "header-only", "stack"}
     assert not symdyn.certify(symdyn.example("pendulum"), ["mass_matrix"]).blocks
 
 

@@ -61,7 +61,7 @@ def run(options: argparse.Namespace) -> int:
             say(f"symdyn: {scene.name}: no function takes a sine; --accuracy {options.accuracy} makes none faster")
         progress("printing")
         command = again(options, always="target")
-        sources = emit(program, options.target, options.real, command, options.option, options.accuracy)
+        sources = emit(program, options.target, options.real, command, option_of(options), options.accuracy)
         progress("compiling")
         sources, told = complete(sources)
         if told:
@@ -69,6 +69,11 @@ def run(options: argparse.Namespace) -> int:
         more = dict(TARGETS[sources.target].beside(sources))
     print_paths(*write({**sources, **_ours(more, Path(options.output))}, options.output))
     return 0
+
+
+def option_of(options: argparse.Namespace) -> str:
+    """Return which of the target's options was chosen, with its size."""
+    return options.option if options.stack is None else f"stack={options.stack}"
 
 
 def equations_of(

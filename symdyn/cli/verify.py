@@ -344,7 +344,7 @@ def _of_command(
     if requested.prepare:
         program = prepare(program)
     progress("reading files back")
-    fresh = emit(program, requested.target, requested.real, command, requested.option, requested.accuracy)
+    fresh = emit(program, requested.target, requested.real, command, generate.option_of(requested), requested.accuracy)
     there = {name: (folder / name).read_bytes() for name in fresh if (folder / name).is_file()}
     return Certificate.of_files(
         equations, program, fresh, there, options.seed, (f"made by: {command}",), progress

@@ -136,6 +136,8 @@ def build(
     """
     sources = emit(what, C.name, real, option="batch") if isinstance(what, Program) else what
     check_target(sources, C.name)
+    if sources.option.startswith("stack"):
+        raise BuildError("functions that take work space are called from C alone; emit them without option stack")
     if not any(name.endswith(".c") for name in sources):
         raise BuildError("header-only sources have no file to compile; emit them without that option")
     return _module(sources, find_compiler(compiler, machine), patience, threads)

@@ -240,15 +240,18 @@ def build_extension(
     return path, module
 
 
-def extension_kind(name: str) -> LibraryKind:
-    """Return how an extension module of this Python and this NumPy is compiled, and opened under a name.
+def extension_kind(name: str, soon: bool = False) -> LibraryKind:
+    """Return how an extension module of this Python and this NumPy is compiled, if `soon` less well, and opened.
 
     Raises:
         MissingCompiler: there are no headers of Python.
     """
     suffix = EXTENSION_SUFFIXES[0]
     needs = Needs(
-        headers=(python_headers(), np.get_include()), libraries=python_libraries(), loose=sys.platform == "darwin"
+        headers=(python_headers(), np.get_include()),
+        libraries=python_libraries(),
+        loose=sys.platform == "darwin",
+        soon=soon,
     )
     return LibraryKind(suffix, needs, (sys.version, suffix, np.__version__), partial(imported, name))
 

@@ -7,7 +7,7 @@ from functools import partial
 from typing import Any, NoReturn, overload
 
 from symdyn.arguments import check_arguments, suggesting
-from symdyn.dynamics import Function, LoopChoices, Requested, Workspace, called, request_of, row_of
+from symdyn.dynamics import Equations, Function, LoopChoices, Requested, Workspace, called, request_of, row_of
 from symdyn.emit import TARGETS, C, emit
 from symdyn.errors import ArgumentError, EmitError, SceneError, UnknownNameError, choice, nearest, quoted, suggestion
 from symdyn.frozen import dataclass, field, replace
@@ -162,7 +162,7 @@ def loaded(
     makers = or_warn(lambda: Makers(compiler, machine), compiler)
     heads = _heads(workspace, requests) if makers and not prepare else None
     if makers and heads:
-        prepared, makes = False, [partial(_program, scene, one, closing) for one in requests]
+        prepared, makes = False, [partial(_program, workspace, one) for one in heads]
     else:
         program = lower(formulate(scene, requests, closing=closing, lines=not C.loops))
         program = prepare_program(program) if prepare else program
@@ -189,8 +189,12 @@ def _heads(workspace: Workspace, requests: Sequence[str]) -> tuple[Function, ...
     return None if None in found else tuple(one for one in found if one)
 
 
-def _program(scene: Scene, request: str, closing: LoopChoices) -> Program:
-    return lower(formulate(scene, (request,), closing=closing, lines=not C.loops))
+def _program(workspace: Workspace, head: Function) -> Program:
+    """Return the program of a function; one that is a loop over a table is there already, unless it may not exist."""
+    scene, loop = workspace.scene, head.loop if head.is_loop_alone else None
+    if loop and not loop.may_fail(scene):
+        return lower(Equations(scene, workspace.graph, (head,), workspace.closing))
+    return lower(formulate(scene, (head.request,), closing=workspace.closing, lines=not C.loops))
 
 
 def one_of(again: Callable[..., Loaded], settings: tuple[Any, ...], name: str) -> NumericFunction:

@@ -279,7 +279,7 @@ class Makers:
         """
         self.asked = compiler
         self._compiler = find_compiler(compiler, machine)
-        kind = extension_kind(Code.RUNTIME.name)
+        kind = extension_kind(Code.RUNTIME.name, soon=True)  # it copies states, which others are computed from
         self.module: ModuleType = load_library(Code.RUNTIME.key, self._compiler, PATIENCE, kind, Code.RUNTIME.source)[1]
 
     def places(self, made: Code, soon: bool = False) -> list[int]:

@@ -26,7 +26,7 @@ from symdyn.algebra import constants
 from symdyn.dynamics.mechanism.tree import Tree, build_tree
 from symdyn.dynamics.recursive.links import GeneralTurn, JointTransform, LinkMotion, Moments, PlanarTurn, Turn
 from symdyn.dynamics.recursive.reduced_tree import ReducedTree
-from symdyn.frozen import dataclass
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Graph, Op, reachable, substitute
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import Joint
@@ -203,9 +203,14 @@ class RowKind:
     rotor: bool
 
 
-def kinds_of(table: JointTable) -> list[RowKind]:
-    """Return the kind of every row; of many kinds those become one that differ in zeros alone."""
+def kinds_of(table: JointTable, few: bool = False) -> list[RowKind]:
+    """Return the kind of every row; of many kinds those become one that differ in zeros alone.
+
+    Where they shall be `few`, turns about x by several angles are of one kind, whatever the angles.
+    """
     found = [_kind(row) for row in table.rows]
+    if few and len({one.fixed for one in found} - {ANY}) > 1:
+        found = [replace(one, fixed=ANY if one.fixed == ANY else ABOUT_X) for one in found]
     if len(set(found)) > MOST_KINDS:
         return [RowKind(one.slides, one.fixed, 3, True, True) for one in found]
     return found

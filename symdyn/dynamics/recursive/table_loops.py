@@ -189,8 +189,8 @@ class TableLoop:
 
     @property
     def kinds(self) -> list[RowKind]:
-        """The kind of every row."""
-        return kinds_of(self.table)
+        """The kind of every row: few of derivatives, whose steps are long and run less often than pairs of joints."""
+        return kinds_of(self.table, self.algorithm.few)
 
     @property
     def goes_through_pairs(self) -> bool:
@@ -242,12 +242,14 @@ class LoopAlgorithm:
         fewest: joints from which code is a loop unless it is asked for otherwise.
         why: what is gained from there on, in words.
         divides: whether it divides by pivots of the mass matrix, and does not exist where that is singular.
+        few: whether kinds of joints that differ in right angles alone are one.
     """
 
     sweeps: Sweeps
     fewest: int
     why: str
     divides: bool = False
+    few: bool = False
 
 
 SOONER = "faster, as its code stays in the nearest cache, and compiled at once"
@@ -257,8 +259,8 @@ TABLE_LOOPS = {
     # of trees with many kinds of joints and of bodies with many zeros a little later than of others.
     "rnea_loop": LoopAlgorithm(inverse_sweeps, 64, SOONER),
     "aba_loop": LoopAlgorithm(forward_sweeps, 40, SOONER, divides=True),
-    "rnea_derivatives_loop": LoopAlgorithm(derivative_sweeps, 20, SOONER),
-    "aba_derivatives_loop": LoopAlgorithm(forward_derivative_sweeps, 32, SOONER, divides=True),
+    "rnea_derivatives_loop": LoopAlgorithm(derivative_sweeps, 20, SOONER, few=True),
+    "aba_derivatives_loop": LoopAlgorithm(forward_derivative_sweeps, 32, SOONER, divides=True, few=True),
 }
 
 FROM_ZERO = Counter(multiplications=4, additions=2)

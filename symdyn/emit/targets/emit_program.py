@@ -18,6 +18,7 @@ from symdyn.emit.render import render
 from symdyn.emit.targets.acados import ACADOS
 from symdyn.emit.targets.array_languages import JULIA, MATLAB
 from symdyn.emit.targets.c.c_and_cpp import CPP, C, namespace
+from symdyn.emit.targets.c.stack import STACK
 from symdyn.emit.targets.casadi_modules import CASADI
 from symdyn.emit.targets.fmu import FMU
 from symdyn.emit.targets.gpu import END, GPU, launchers
@@ -38,6 +39,10 @@ ELSEWHERE = {
     "-mexec-model=reactor -fvisibility=default -rdynamic NAME.c -o NAME.wasm (docs/c.md)",
 }
 """What is no target, since others make it of one: how."""
+
+
+SIZED = (STACK,)
+"""Options that say a size; 0 where they say none."""
 
 
 class Targets(dict[str, Target]):
@@ -97,7 +102,8 @@ def emit(
     row = TARGETS[target]
     if not program.routines:
         raise EmitError(f"{program.scene.name}: there is no function to write; name one, such as inverse_dynamics")
-    if option and option not in row.options:
+    name, _, size = option.partition("=")
+    if option and (name not in row.options or (size and name not in SIZED)):
         known = f"it has {' or '.join(row.options)}" if row.options else "leave it out"
         raise EmitError(f"target {target} ({row.text}) has no option {option}; {known}")
     number = find_real(real)

@@ -25,7 +25,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -69,6 +69,15 @@ PLACES = re.compile(r"static const unsigned short \w+\[([0-9]+)\] = \{(.*)\};")
 
 COLUMNS = 8
 """Rows that are solved in a loop are whole vectors of so many columns, and begin where a vector may."""
+
+SPACE = re.compile(rb", (double|float) work\[([0-9]{1,9})\]\)\n\{")
+"""How parameters end of a function that is given its work space, of which a line of the cache may be left out."""
+
+LINE = 64
+"""Bytes."""
+
+SPACED = re.compile(r"(?:double|float)\*const(w)=aligned_of\(work\);|(?:double|float)\*constr=w\+([0-9]+);")
+"""Arrays in that, without their spaces."""
 
 PART = re.compile(r"([0-9]+)\*sizeof\*([a-z]+)")
 """How much of a local array is copied, without its spaces."""
@@ -133,8 +142,11 @@ INSIDE = ("translation_unit", "preproc_ifdef", "preproc_if", "linkage_specificat
 def _function(file: CFile, name: str, expected: ExpectedFunction, columns: bool) -> list[Read]:
     """Return what a function computes, for one state, or for state k of a block: there, and where it is copied to."""
     node, reader = file.functions[name], CStatements(file, expected)
-    takes(node, parameters(node), [*(["stride", "reach"] if columns else []), *expected.arguments, "out"])
+    space = SPACE.search(file.text.source, node.start_byte, node.end_byte)
+    more = ["work"] if space and not columns else []
+    takes(node, parameters(node), [*(["stride", "reach"] if columns else []), *expected.arguments, "out", *more])
     result = reader.open(columns, apart=columns, reaching=columns)
+    reader.space = int(space[2]) - LINE // (4 if file.text.real == "float" else 8) if space and more else 0
     if columns:
         reader.names.update(stride=Index(0, 0, 1), reach=Index(0, 0, 0, 1))
     reader.body(name)
@@ -223,13 +235,22 @@ def _number(file: CFile, decimal: str, node: Node) -> Expr:
     return file.text.negative(value, line_of(node)) if size != decimal else value
 
 
+@dataclass
 class CStatements(CReader):
-    """What only C says: blocks of states, loops over them, parts."""
+    """What only C says: blocks of states, loops over them, parts.
+
+    Attributes:
+        space: entries of the work space that it is given, 0 where it has its own.
+    """
+
+    space: int = 0
 
     def statement(self, node: Node) -> None:
         """Read one statement."""
         if node.type == "for_statement":
             self._loop(node)
+        elif self.space and (found := SPACED.fullmatch("".join(text_of(node).split()))):
+            self._spaced(node, found)
         elif not (node.type == "preproc_call" and text_of(node).split() == ["#pragma", "omp", "simd"]):
             super().statement(node)
 
@@ -254,6 +275,16 @@ class CStatements(CReader):
             self.piece(node, name)
         else:
             super().perform(node)
+
+    def _spaced(self, node: Node, found: re.Match[str]) -> None:
+        """Read which part of its work space an array is: w begins it, r follows and is the rest."""
+        before = int(found[2] or 0)
+        if (*sorted({"r", "w"} & self.names.keys()),) != ("w",) * bool(found[2]) or before >= self.space:
+            raise unread(node, "is no part of the work space")
+        if found[2]:
+            self.names["w"] = Pointer(Work(before))
+        self.names["r" if found[2] else "w"] = Pointer(Work(self.space - before))
+        self.arrays["work"] = f"work[{self.space}]"
 
     def _loop(self, node: Node) -> None:
         found = LOOP.fullmatch("".join("".join(text_of(one).split()) for one in node.children[:-1]))
@@ -330,11 +361,12 @@ class CStatements(CReader):
     def _clear(self, node: Node, arguments: list[Node]) -> None:
         if len(arguments) != 3 or text_of(arguments[1]) != "0":
             raise unread(node, "sets no array to zero")
-        self._whole(arguments[0], arguments[2])
-        array = self.value(arguments[0])
+        part, array = PART.fullmatch("".join(text_of(arguments[2]).split())), self.value(arguments[0])
+        if part is None:
+            self._whole(arguments[0], arguments[2])
         if not (isinstance(array, Pointer) and isinstance(array.memory, Work)):
             raise unread(node, "sets no local array to zero")
-        for place in range(array.memory.size):
+        for place in range(int(part[1]) if part else array.memory.size):
             array.store(Index(place), self.file.text.graph.zero, line_of(node))
 
     def _whole(self, array: Node, size: Node) -> None:

@@ -25,6 +25,7 @@ MATH = {**FUNCTIONS, "fabs": Op.ABS, "atan2": Op.ATAN2}
 
 OURS = {
     "exp_of": Op.EXP,
+    "atan2_of": Op.ATAN2,
     "sign_of": Op.SIGN,
     "select_of": Op.SELECT,
     "symdyn_sign_of_double": Op.SIGN,

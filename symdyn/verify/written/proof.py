@@ -189,8 +189,8 @@ def printed(program: Program, real: str, seed: int = 1, loops: bool = False, tab
 
 def _in_rows(routine: Routine, real: str, graph: Verbatim) -> list[list[Expr]]:
     """Return the entries of a function that is solved in rows; none of any other."""
-    rows = RowLoop.of(routine.function)
-    if rows is None:
+    rows = None if routine.function.loop else RowLoop.of(routine.function)
+    if rows is None:  # or it goes over a table, and that is all that is printed
         return []
     rounded = {node: graph.constant(nearest(value, real)) for node, value in rows.program.constants.items()}
     return [rows.composed(verbatim(rows.entries, rounded, graph, partial(nearest, real=real)))]

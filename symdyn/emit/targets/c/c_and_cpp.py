@@ -36,16 +36,18 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
+from symdyn.arguments import argument
 from symdyn.emit.code.identifiers import checked, lone_header, names_of_c, stem
 from symdyn.emit.code.spelling import OPERATORS, REALS, TABLE, Printer, Real, Spelling, call, digits, find_real
 from symdyn.emit.code.target import BATCH, Draft, FunctionText, Sources, Target
 from symdyn.emit.code.worked_example import example_text
 from symdyn.emit.render import in_comment, render
 from symdyn.emit.targets.c import double_double
-from symdyn.emit.targets.c.cuts import FEW, BatchText, CutText, batches, cuts
-from symdyn.emit.targets.c.loops import LoopText, PairRunsText, loop_text
-from symdyn.emit.targets.c.writer import CHAINS, LANES, LINE, sincos_values
-from symdyn.frozen import dataclass
+from symdyn.emit.targets.c.cuts import FEW, CutText, batches, cuts
+from symdyn.emit.targets.c.loops import loop_text
+from symdyn.emit.targets.c.stack import STACK, allowance, stack_of
+from symdyn.emit.targets.c.writer import ATAN2_HELPER, CHAINS, LANES, LINE, sincos_values
+from symdyn.errors import EmitError
 from symdyn.graph import Op
 from symdyn.program import Program
 
@@ -62,7 +64,7 @@ def _spellings(real: Real) -> Mapping[Op, Spelling]:
         Op.TANH: call(f"tanh{real.suffix}"),
         Op.ABS: call(f"fabs{real.suffix}"),
         Op.SIGN: call(SIGN_HELPER),
-        Op.ATAN2: call(f"atan2{real.suffix}", 2),
+        Op.ATAN2: call("atan2f" if real.suffix else ATAN2_HELPER, 2),
         Op.POW: call(f"pow{real.suffix}", 2),
         Op.SELECT: call(SELECT_HELPER, 3),
         Op.TABLE: TABLE,
@@ -92,6 +94,8 @@ def _write_c(draft: Draft) -> dict[str, str]:
     program, page, printer, real = draft.program, draft.page, draft.printer, draft.real
     batch = draft.option in (BATCH, ROWS)
     if real.parts == 2:
+        if allowance(draft.option) is not None:
+            raise EmitError(f"functions of double-doubles keep their arrays on the stack; leave {argument(STACK)} out")
         return double_double.write(draft, batch, draft.option == HEADER_ONLY)
     operations = {op for function in page.functions for op in function.operations}
     width = 4 if real.suffix else 8
@@ -104,6 +108,7 @@ def _write_c(draft: Draft) -> dict[str, str]:
         "one": printer.literal(Fraction(1)),
         "uses_sign": Op.SIGN in operations,
         "uses_exp": Op.EXP in operations,
+        "uses_atan2": Op.ATAN2 in operations and not real.suffix,
         "flat": printer.literal(Fraction(FLAT[real.name])),
         "suffix": real.suffix,
         "lanes": LANES,
@@ -119,7 +124,12 @@ def _write_c(draft: Draft) -> dict[str, str]:
         loop_text(text.loop, [one.name for one in text.arguments], program.scene, printer, width) if text.loop else code
         for text, code in zip(page.functions, codes, strict=True)
     ]
-    values["stacks"] = [_stack(code, width, batch) for code in values["codes"]]
+    most = allowance(draft.option)
+    values["stacks"] = [
+        stack_of(f"{draft.stem}: {text.name}", code, width, batch, most)
+        for text, code in zip(page.functions, values["codes"], strict=True)
+    ]
+    values |= {"spaced": any(stack.work for stack in values["stacks"]), "line": LINE}
     values["loops"] = any(function.loop for function in page.functions)
     values["cut"] = values["loops"] or any(many and many.parts for many in values["codes"])
     values["columns"] = batch and not all(function.loop for function in page.functions)
@@ -146,64 +156,6 @@ def _write_c(draft: Draft) -> dict[str, str]:
     }
 
 
-POINTER = 8
-"""Bytes of an index of an array, at most."""
-
-
-@dataclass(frozen=True)
-class Stack:
-    """Bytes of arrays that a function and whom it calls have on the stack, those of its deepest way of calls.
-
-    What a compiler spills, and saves of registers, comes on top; it depends on the compiler alone.
-
-    Attributes:
-        one: of a call for one state.
-        many: of a call for many states; 0 without batch code.
-    """
-
-    one: int
-    many: int
-
-
-def _stack(code: CutText | BatchText | LoopText | None, width: int, batch: bool) -> Stack:
-    """Return the arrays of a function whose numbers take `width` bytes; None is one without stages."""
-    if isinstance(code, LoopText):
-        one = _of_loop(code, 1)
-        return Stack(one, max(one, _of_loop(code, code.room.lanes)) if batch else 0)
-    one = _of_one(code, width) if code else 0
-    return Stack(one, _of_block(code, width, one) if isinstance(code, BatchText) else 0)
-
-
-def _of_loop(code: LoopText, lanes: int) -> int:
-    """Return what a loop over a table takes, of so many states side by side."""
-    if lanes == 0:
-        return 0
-    work = (code.room.one if lanes == 1 else code.room.lockstep) + code.place * lanes
-    if (pairs := code.pairs) is None:
-        return code.width * work
-    joints = len(code.rows.joints)
-    factors = joints * (code.width + POINTER) if pairs.solved else 0
-    return code.width * (work + pairs.goes + 3 + pairs.solved * joints) + factors
-
-
-def _of_one(code: CutText | BatchText, width: int) -> int:
-    """Return what one state takes: sines, what parts hand on, and a loop over pairs."""
-    numbers = 3 * sum(len(stage.angles) for stage in code.scalar)
-    if code.parts:
-        numbers += (code.kept or 1) + (code.solve.size if code.solve else code.size)
-    if isinstance(code.solve, PairRunsText):
-        return width * (numbers + code.solve.work) + code.solve.places
-    return width * numbers
-
-
-def _of_block(code: BatchText, width: int, one: int) -> int:
-    """Return what many states take: a block of them with its result, and work space or what copies them."""
-    if code.lanes == 0:
-        return one + width * (code.length + code.size) if code.size else one
-    beside = code.length * code.lanes + code.held * max(code.reach, code.lanes)
-    return width * beside + max(width * max(code.rows * code.lanes, 4 * LANES), one)
-
-
 def _beside_c(sources: Sources) -> dict[str, str]:
     """Return an example that knows what must come out, what builds it by CMake, and laws of contacts."""
     files = files_beside(sources, sources.option == HEADER_ONLY, sources.option == BATCH)
@@ -228,6 +180,8 @@ def _contact_laws(sources: Sources) -> dict[str, str]:
     turned, refused = [name for name, some in rows.items() if len(some) > 2], ""
     if sources.real != "double":
         refused = f"contact forces take doubles, and these functions are of {sources.real}: generate without --real"
+    elif allowance(sources.option) is not None:
+        refused = "contact forces have their work space on the stack: generate without --stack"
     elif turned:
         refused = (
             f"contacts.{turned[0]} can slip along two directions, Lemke's pivots know one: leave its friction out,"
@@ -259,6 +213,8 @@ C = Target(
     options={
         BATCH: "functions over many states too, fit for vector code",
         HEADER_ONLY: "one header with all of it, static inline, for C and C++",
+        STACK: "at most SIZE bytes of arrays on the stack, such as 16k, or 0 for the fewest; a function that needs "
+        "more takes work space",
     },
     files={"{stem}.c": str, "{stem}.h": str},
     first=0,
@@ -286,10 +242,12 @@ def files_beside(sources: Sources, lone_header: bool, many: bool) -> dict[str, s
         lone_header: whether they are one header alone.
         many: whether there are functions over many states.
     """
-    real = find_real(sources.real)
+    real, opening = find_real(sources.real), stem(sources.program.scene.name)
     template = "c/main.c.jinja" if real.parts == 1 else "c/dd_main.c.jinja"
-    example = example_text(sources, template, ".c", suffix=real.suffix, real=real.name)
-    opening, (name,) = stem(sources.program.scene.name), example
+    header = sources.texts.get(f"{opening}.h", "")
+    spaced = [name for name in sources.functions if f"enum {{ {opening}_{name}_work = " in header]
+    example = example_text(sources, template, ".c", suffix=real.suffix, real=real.name, spaced=spaced)
+    (name,) = example
     values = {"stem": opening, "example": name, "lone_header": lone_header, "many": many}
     return {**example, BUILD: render("c/CMakeLists.txt.jinja", values)}
 

@@ -11,7 +11,7 @@ from math import prod
 
 from symdyn.emit.code.spelling import Printer, Real
 from symdyn.emit.code.target import ArgumentText, FunctionText, Page
-from symdyn.emit.targets.c.loops import PairRunsText, pair_runs_text
+from symdyn.emit.targets.c.pair_runs import PairRunsText, pair_runs_text
 from symdyn.emit.targets.c.plan import LONGEST, Pass, SineCosine, longest_loop, plan
 from symdyn.emit.targets.c.writer import LANED, LANES, LANES_AT_ONCE, SINGLE, PassText, ScalarStage, Writer, gathered
 from symdyn.errors import EmitError

@@ -8,11 +8,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from symdyn.algebra import constants
-from symdyn.dynamics import PairRuns, Pairs, PairSteps, Sweep, TableLoop
+from symdyn.dynamics import Pairs, Sweep, TableLoop
 from symdyn.emit.code.spelling import Printer
 from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Op, reachable
-from symdyn.program import PairLoop
 from symdyn.scene import Scene
 
 LINE = 64
@@ -99,6 +98,11 @@ def room(joints: int, width: int, rows: int, besides: bool = True) -> Room:
         lanes //= 2
     lanes = lanes if lanes > 1 else 0
     return Room(work(1), lanes, work(lanes))
+
+
+def whole(numbers: int) -> int:
+    """Return so many numbers, or the next more with which a line of the cache ends, of doubles or of floats."""
+    return -(-numbers // 16) * 16
 
 
 def braces(texts: Sequence[str]) -> str:
@@ -235,6 +239,17 @@ class LoopText:
     sincos: bool = True
     parts: tuple[()] = ()
     pairs: PairsText | None = None
+
+    @property
+    def behind(self) -> int:
+        """Where right sides stand in the work space of one state, which begin where a vector may."""
+        return whole(self.room.one)
+
+    @property
+    def numbers(self) -> int:
+        """Work space of one state, with that of right sides and of a row of factors."""
+        solved = self.pairs.solved if self.pairs else 0
+        return self.behind + len(self.rows.joints) * (solved + 1) if solved else self.room.one
 
     def lanes(self, line: int) -> int:
         """Return how many states a vector of so many bytes holds, as far as there is room."""
@@ -376,63 +391,3 @@ def written(
         for place, x in results
     ]
     return StepText(tuple(lines), tuple(written))
-
-
-SIDE = 8
-"""Velocities of a way side by side, to whole ones of which ways are filled up."""
-
-
-@dataclass(frozen=True)
-class PairRunsText:
-    """A loop over pairs of velocities.
-
-    Attributes:
-        loop: what it goes over.
-        lanes: the longest way, filled up.
-        steps: of a pair and along a way, as expressions and as C, `pair` and `run`.
-    """
-
-    loop: PairLoop
-    lanes: int
-    steps: PairSteps
-    pair: StepText
-    run: StepText
-    each: int = PairRuns.EACH
-    copies: tuple[()] = ()
-
-    @property
-    def size(self) -> int:
-        """Numbers that lines leave for it."""
-        return len(self.loop.entries)
-
-    @property
-    def work(self) -> int:
-        """Numbers of work space: of ways, of pairs, and of what is found of one."""
-        return (30 + 60 + len(self.steps.runs) + 1) * self.lanes + 8
-
-    @property
-    def places(self) -> int:
-        """Bytes of what tells whose numbers these are."""
-        return 2 * (self.lanes + 2 * len(self.loop.velocities.chain))
-
-    @property
-    def table(self) -> tuple[int, ...]:
-        """Of every velocity how many it depends on, how many of these are of other joints, and all of them."""
-        ways = zip(self.loop.velocities.chain, self.loop.velocities.shared, strict=True)
-        return tuple(x for way, shared in ways for x in (len(way), len(way) - shared, *way))
-
-
-def pair_runs_text(loop: PairLoop, printer: Printer) -> PairRunsText:
-    """Return the loop over pairs."""
-    steps = PairSteps.known()
-    lanes = -(-max(map(len, loop.velocities.chain)) // SIDE) * SIDE
-    ways = {f"ways{k}": f"ways[{k * lanes} + k]" for k in range(30)}
-    numbers = ways | {f"reach{k}": f"reach[{k}]" for k in range(54)} | {f"reach{54 + k}": f"S[{k}]" for k in range(6)}
-    pairs = ways | {f"pair{k}": f"pair[{k * lanes}]" for k in range(54)}
-    pairs |= {f"pair{steps.joined + k}": f"joined[{k * lanes}]" for k in range(6)}
-    pair, run = (
-        [(f"{name}[{k * lanes} + k]", x) for k, x in enumerate(results)]
-        for name, results in (("pairs", steps.pair), ("found", steps.entries))
-    )
-    whole = "reach[", "S[", "pair[", "joined["
-    return PairRunsText(loop, lanes, steps, written(pair, printer, numbers, whole), written(run, printer, pairs, whole))

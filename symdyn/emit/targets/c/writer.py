@@ -34,6 +34,9 @@ from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Op
 from symdyn.program import Program, Routine, RoutineStep, identifier
 
+ATAN2_HELPER = "atan2_of"
+"""A function of our own in files of doubles, without branches, which a loop over states becomes vectors of."""
+
 GROUP = 8
 """Angles of one state are taken together in groups of so many."""
 
@@ -162,7 +165,7 @@ class Writer:
                 lines.append(Line(layout.row.format(stores[line.node]), line.name))
         return PassText(
             number=number,
-            vector=stage.plain,
+            vector=stage.plain or any(ATAN2_HELPER in line.code for line in lines),
             unused=tuple(name for name in handed if name not in read),
             before=tuple(self._define(step) for step in stage.uniform),
             lines=tuple(lines),
