@@ -21,13 +21,7 @@ from symdyn.errors import DerivationError, NoValueError
 from symdyn.graph import Expr, evaluate, gradient, substitute
 from symdyn.scene import SceneUnits
 from symdyn.teach.derivations.short_sines import in_sines
-from symdyn.teach.derivations.velocities import (
-    accelerations_system,
-    folded,
-    force_row,
-    length,
-    waves_cancelled,
-)
+from symdyn.teach.derivations.velocities import accelerations_system, folded, force_row, length, waves_cancelled
 from symdyn.teach.document import Block, Formula, Step, Words
 from symdyn.teach.lesson import SMALL_SCENE, Lesson, named, together
 from symdyn.teach.shown_state import Chosen

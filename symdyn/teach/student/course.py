@@ -28,7 +28,7 @@ from symdyn.dynamics.mechanism import (
 from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Graph, gradient, substitute, tangents
-from symdyn.scene import Scene
+from symdyn.scene import Quantity, Scene
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Joint
 from symdyn.spatial import Transform, Vec, dot, sub
@@ -89,6 +89,13 @@ class Course:
         self.joints = {joint.child: joint for joint in scene.joints}
         self.slope: Callable[[Expr, Expr], Expr] = cache(lambda node, by: gradient(node, [by])[0])
         self.steps = cache(self._steps)  # quantities with the same energies ask for the same
+
+    @cached_property
+    def beside(self) -> str:
+        """Return the rule about what acts beside the drives: "force" where all of it is force laws of joints."""
+        scene = self.scene
+        rubs = any(one.damping != Quantity.ZERO or one.dry for one in scene.joints)
+        return "friction" if rubs or scene.elements or not any(one.forces for one in scene.joints) else "force"
 
     @cached_property
     def parts(self) -> list[Parts]:
