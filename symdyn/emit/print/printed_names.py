@@ -181,7 +181,7 @@ NOBODY = "(?!)"
 """The pattern of no index at all."""
 
 _LENGTH = "length"
-_AMENDED = "amended potential"
+_COSINES = "direction cosines"
 
 
 @dataclass(frozen=True)
@@ -219,7 +219,6 @@ FAMILIES = (
     KINETIC,
     POTENTIAL,
     LAGRANGIAN,
-    Family("potentials of steady motions", "", (("U",), ("W",), ("Y",)), (_AMENDED,)),
     Family("the energy of all", "", (("E",), ("H",), ("Xi",))),
     Family("angular velocities", rf"{_TAG}{_AXIS}?|\d+|0j|[sun]\d*", (("omega",), ("Omega",))),
     Family("moments of inertia", r"\d+[a-h]?\d*|jj|[xyz]", (("I",), ("J",), ("Theta",))),
@@ -232,12 +231,12 @@ FAMILIES = (
     Family("sums of acting forces", r"\d+", (("S",), ("Sigma",))),
     Family("generalized forces", r"\d+|i", (("Q",), ("Z",))),
     Family("any coordinate", "i", (("q",), ("s",))),
-    Family("direction cosines of neighbours", rf"|\d+(?:{_AXIS}{_AXIS})?", (("C",), ("D",))),
+    Family("direction cosines of neighbours", rf"|\d+(?:{_AXIS}{_AXIS})?", (("C",), ("D",)), (_COSINES,)),
     Family("multipliers", r"\d+|[nt]\d*", (("lambda",), ("upsilon",))),
     Family("weights", _TAG, (("G",), ("W",))),
     Family("lengths of springs and dampers", "{struts}", (("s",), ("l",), ("zeta",)), (_LENGTH,)),
     Family("counts of bodies, freedoms, classes and joints", r"t?", (("n", "u", "t", "s"), ("n", "u", "t", "d"))),
-    Family("coefficients of a loop", r"\d*", (("A", "B", "C"), ("V", "W", "Y")), ("loop:A", "loop:B", "loop:C")),
+    Family("coefficients of a loop", r"\d*", (("A", "B", "C"), ("U", "V", "W"))),
     Family("origins", r"\d+", (("O",), ("o",))),
     Family("products of inertia, of Delassus", r"xy|xz|yz|(?:[nt][nt])?\d*", (("D",), ("Delta",))),
     COEFFICIENTS,
@@ -261,12 +260,12 @@ class Letters:
 
     Attributes:
         scene: the mechanism.
-        LENGTH, AMENDED: what pages ask for the letter of a strut's length, of a steady motion's potential by.
+        LENGTH, COSINES: what pages ask for the letter of a strut's length, of a matrix of a neighbour's axes by.
     """
 
     scene: Scene
     LENGTH: ClassVar[str] = _LENGTH
-    AMENDED: ClassVar[str] = _AMENDED
+    COSINES: ClassVar[str] = _COSINES
 
     def __getitem__(self, letter: str) -> str:
         """Return what stands for a family's wanted letter: a Latin letter, a Greek name, or LaTeX with a backslash."""

@@ -1,20 +1,21 @@
-"""Steps: from where each coordinate is counted, and which way is positive, computed where all are zero."""
+"""Steps: from where each coordinate is counted, and which way is positive, computed where all are zero; lengths."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 
-from symdyn.algebra import Form, Symbol
+from symdyn.algebra import Form, Function, Power, Symbol
 from symdyn.dynamics.mechanism import body_placements, vector
-from symdyn.graph import Expr, Graph, gradient, substitute
+from symdyn.graph import Expr, Graph, Op, gradient, substitute
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.forces import elastic
 from symdyn.scene.joints import JOINTS, unit
 from symdyn.scene.values import Joint
 from symdyn.spatial import Transform, Vec, dot, scale, sub
-from symdyn.teach.document import Step, Words
-from symdyn.teach.lesson import AXES, Lesson, together
+from symdyn.teach.derivations.velocities import folded
+from symdyn.teach.document import Formula, Step, Words
+from symdyn.teach.lesson import AXES, Lesson, Prose, together
 from symdyn.teach.shown_state import Chosen
 
 NEAR = 1e-9
@@ -156,3 +157,30 @@ class _Zero:
         values = self.chosen.of(*nodes)
         length = math.hypot(*values)
         return tuple(x / length for x in values) if length > NEAR else None
+
+
+def length_steps(lesson: Lesson) -> list[Step]:
+    """Return the step; none where no such length stands in the equations or in P."""
+    page = lesson.page
+    return defined_lengths(lesson, page.lengths.used((*page.forms, page.P)))
+
+
+def defined_lengths(lesson: Prose, defined: Sequence[tuple[str, Form]]) -> list[Step]:
+    """Return the step that says what names of the document stand for; none without."""
+    if not defined:
+        return []
+    positive = {one.name for one in lesson.scene.parameters if one.positive}
+    blocks = [folded(lesson, Formula(name, _root(form, positive))) for name, form in defined]
+    return [Step("lengths", lesson.say("lengths"), tuple(blocks), lesson.say("lengths.reason"))]
+
+
+def _root(form: Form, positive: Container[str]) -> Form:
+    """Return a root of a product of squares as that of what is positive times amounts: √(l² sin² q) is l |sin q|."""
+    if not isinstance(form, Function) or form.op is not Op.SQRT:
+        return form
+    factors = form.args[0].factors
+    if not all(isinstance(x, Power) and x.exponent == 2 for x in factors):
+        return form
+    bases = [x.base for x in factors if isinstance(x, Power)]
+    plain = [x for x in bases if isinstance(x, Symbol) and x.name in positive]
+    return Form.product((*plain, *(Function(Op.ABS, (x,)) for x in bases if x not in plain)))

@@ -23,7 +23,7 @@ from symdyn.graph import Expr, gradient, tangents
 from symdyn.scene import Scene, SceneUnits, without_hidden_zeros
 from symdyn.scene.values import force_unit
 from symdyn.teach.derivations.afterwards import after_sections
-from symdyn.teach.derivations.coordinates import coordinate_step
+from symdyn.teach.derivations.coordinates import coordinate_step, length_steps
 from symdyn.teach.derivations.dalembert.balance import Balance
 from symdyn.teach.derivations.equation_steps import (
     coefficient_key,
@@ -34,7 +34,6 @@ from symdyn.teach.derivations.equation_steps import (
     name_coefficients,
     node_of,
 )
-from symdyn.teach.derivations.lengths import length_steps
 from symdyn.teach.derivations.meaning import axes_of, meaning_steps
 from symdyn.teach.derivations.rotations import rotation_steps
 from symdyn.teach.derivations.solved import solved_steps

@@ -192,8 +192,8 @@ def _other_angle(lesson: Constrained, first: Form, second: Form, u: Form, x: Sym
     if not all(map(lesson.vanishes, (s**2 - same**2, cc - ss, cs))):
         return None
     A, B, rest = substitute([*gradient(whole, letters[2:]), whole], dict.fromkeys(letters[2:], zero))
-    nodes = {"loop:A": A, "loop:B": B, "loop:C": -rest - cc / 2}
-    a, b, c = (lesson.name(key, key, node=node) for key, node in nodes.items())
+    nodes = {"A": A, "B": B, "C": -rest - cc / 2}
+    a, b, c = (lesson.name(f"loop:{letter}", letter, node=node) for letter, node in nodes.items())
     v, w, turn = (float(y) for y in evaluate([A, B, x.express(graph)], Floats(), lesson.assembled(0)))
     sign = Number(Fraction(1 if sin(turn - atan2(w, v)) > 0 else -1))  # of two positions the assembled one
     root = Function(Op.SQRT, (Form.sum((a.power(2), b.power(2), Form.product((Number.MINUS_ONE, c.power(2))))),))

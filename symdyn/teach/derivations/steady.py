@@ -37,7 +37,7 @@ def steady_step(lesson: Lesson, left: Reduced) -> Step | None:
     blocks: list[Block] = []
     bounds: list[Form] = []
     (slope,) = gradient(left.static, [left.q])
-    W = lesson.name("W:", lesson.letters.AMENDED, node=left.static)
+    W = lesson.name("W:", "W", node=left.static)
     try:
         whole = lesson.short(left.static)
         factored = in_decimals(Ratios.form_of(slope))

@@ -178,7 +178,7 @@ def _turning(left: OneLeft, chosen: Chosen) -> list[Step]:
         return []
     lesson, state = left.lesson, left.lesson.state
     r, u = named(state.q[left.r]), state.qd[left.c[0]]
-    W = lesson.name("W:", lesson.letters.AMENDED, node=left.W)
+    W = lesson.name("W:", "W", node=left.W)
     (node,) = gradient(left.W, [state.q[left.r]])
     symbol, form = lesson.slope(W.name, r.name, node), left.slope
     blocks: list[Block] = [

@@ -27,8 +27,8 @@ from symdyn.dynamics.mechanism import (
 )
 from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass, replace
-from symdyn.graph import Expr, Graph, gradient, substitute, tangents
-from symdyn.scene import Quantity, Scene
+from symdyn.graph import Expr, Graph, gradient, reachable, substitute, tangents
+from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Joint
 from symdyn.spatial import Transform, Vec, dot, sub
@@ -92,10 +92,9 @@ class Course:
 
     @cached_property
     def beside(self) -> str:
-        """Return the rule about what acts beside the drives: "force" where all of it is force laws of joints."""
-        scene = self.scene
-        rubs = any(one.damping != Quantity.ZERO or one.dry for one in scene.joints)
-        return "friction" if rubs or scene.elements or not any(one.forces for one in scene.joints) else "force"
+        """Return the rule about what acts beside the drives: "force" where it goes by positions and is no load."""
+        held = set(reachable(self.right.Q)).intersection(self.state.q)
+        return "force" if held and not self.scene.elements else "friction"
 
     @cached_property
     def parts(self) -> list[Parts]:

@@ -28,6 +28,7 @@ from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Contact, acceleration_name
+from symdyn.teach.derivations.coordinates import defined_lengths
 from symdyn.teach.derivations.dalembert.balance import Balance
 from symdyn.teach.derivations.dalembert.bodies import body_steps
 from symdyn.teach.derivations.dalembert.laws import LAW, law_errata, law_steps
@@ -36,7 +37,6 @@ from symdyn.teach.derivations.dalembert.side_by_side import side_by_side
 from symdyn.teach.derivations.dalembert.solved_loops import solved_loops
 from symdyn.teach.derivations.dalembert.spatial_loop import block_matrices, loop_picture
 from symdyn.teach.derivations.lagrange import scene_picture, state_step
-from symdyn.teach.derivations.lengths import defined_lengths
 from symdyn.teach.derivations.velocities import PAGE, folded, length
 from symdyn.teach.document import Block, Document, Formula, Letter, Picture, Step, Words
 from symdyn.teach.lesson import called
