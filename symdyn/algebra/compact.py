@@ -116,7 +116,7 @@ class Compactor:
         form = Form.sum(map(self._words.term, items))
         if len(items) >= LONG and common:
             form = Form.product([Number(number), *self._words.powers(common), Form.sum(map(self._words.term, rest))])
-        return self.in_lowest_terms(form)
+        return self.in_lowest_terms(with_added_angles(form))
 
     def in_lowest_terms(self, form: Form) -> Form:
         """Return a form whose parts of letters alone are sums of quotients, if those are no longer: of gears that roll.
@@ -322,8 +322,8 @@ def _one(first: _Term, second: _Term) -> Form | None:
 
 
 def _sum(p: Form, q: Form, plus: bool) -> Form:
-    if plus and any(isinstance(x, Power) and x.exponent < 0 for one in (p, q) for x in one.walk()):
-        p, q = sorted((p, q), key=repr)  # ratios of gears: the sum is one angle, whichever comes first
+    if plus:
+        p, q = sorted((p, q), key=repr)  # the sum is one angle, whichever comes first
     return Form.sum([*p.terms, *(one if plus else Form.product((Number.MINUS_ONE, one)) for one in q.terms)])
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache
 
-from symdyn.algebra import AngleGroup, Compactor, Form, Polynomial, Symbol, TrigonometricRing, with_added_angles
+from symdyn.algebra import AngleGroup, Compactor, Form, Polynomial, Symbol, TrigonometricRing
 from symdyn.arguments import argument
 from symdyn.dynamics import ClosedForm, Energies, Workspace, angle_groups, closed_form
 from symdyn.dynamics.mechanism import State, body_placements, strut_way, vector
@@ -409,7 +409,7 @@ class Lesson(Prose):
 
     def short(self, node: Expr) -> Form:
         """Return a polynomial in sines of coordinates as short as the ring can write it."""
-        return self._compact.in_lowest_terms(with_added_angles(self._compact(self._polynomial(node))))
+        return self._compact(self._polynomial(node))
 
     def vanishes(self, node: Expr) -> bool:
         """Tell whether a node is zero as a function."""

@@ -8,23 +8,20 @@ right and every check comes from the graph.
 from __future__ import annotations
 
 import ast
-import math
 import re
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
 from symdyn.algebra import Form, Function, Number, Ratios, Symbol
-from symdyn.dynamics.mechanism import body_placements, vector
 from symdyn.emit.print import value_text
 from symdyn.frozen import dataclass, replace
-from symdyn.graph import Expr, Graph, Op, evaluate, substitute
+from symdyn.graph import Graph, Op, evaluate, substitute
 from symdyn.scene import Quantity, Scene, SceneUnits, parse
 from symdyn.scene.forces import FORCES, elastic
-from symdyn.scene.joints import JOINTS, unit
+from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Joint
-from symdyn.spatial import Transform, Vec, dot, scale, sub
 from symdyn.teach.document import ERRATA, Block, Box, Formula, Letter, Picture, Section, Step, Words
-from symdyn.teach.lesson import AXES, Lesson, Prose, called, named, together
+from symdyn.teach.lesson import Lesson, Prose, called, named, together
 from symdyn.teach.shown_state import Chosen
 
 
@@ -146,123 +143,6 @@ def parameter_rows(lesson: Prose) -> list[tuple[Symbol, str | Words, str, str]]:
         shown = re.sub(r"(?<=\d)\.(?=\d)", lesson.tongue.decimal, value).replace("-", "−").replace("pi", "π")
         rows.append((Symbol(parameter.name), text, told[parameter.name].replace("^2", "²"), shown))
     return rows
-
-
-NEAR = 1e-9
-
-
-def coordinate_step(lesson: Prose, graph: Graph, chosen: Chosen) -> Step:
-    """Return a table: where each coordinate is zero, and which way it grows; with all coordinates zero."""
-    places = _Zero(lesson.scene, graph, chosen)
-    rows = []
-    for joint in lesson.scene.moving:
-        axis = JOINTS[joint.type].axis(joint)
-        for k, name in enumerate(joint.coordinates):
-            where, way = (
-                (lesson.say("zero.frames", child=joint.child), _part(lesson, joint, k))
-                if axis is None
-                else (_where(lesson, places, joint), _way(lesson, places, joint))
-            )
-            rows.append((Symbol(name), where, way))
-    table = lesson.table(("coordinate", "zero.head", "way.head"), rows)
-    return Step("coordinates", lesson.say("zero"), (table,), show=("angles",))
-
-
-def _where(lesson: Prose, places: _Zero, joint: Joint) -> Words:
-    """Return where a joint with an axis is at zero."""
-    arm = places.arm(joint)
-    if JOINTS[joint.type].slides(joint) or arm is None:
-        return lesson.say("zero.frames", child=joint.child)
-    before = places.parent_arm(joint)
-    if before is not None and _same(arm, before):
-        return lesson.say("zero.in_line", child=joint.child, parent=joint.parent)
-    return lesson.say("zero.points", child=joint.child, way=_named(lesson, places, arm))
-
-
-def _part(lesson: Prose, joint: Joint, k: int) -> Words:
-    """Return what coordinate k of a joint with several is: of a ball a turn of its sequence."""
-    sequence = str(dict(joint.shape).get("orientation", ""))
-    turn = k - len(joint.coordinates) + len(sequence)
-    if len(sequence) != 3 or turn < 0:
-        return lesson.say("way.part", joint=joint.name)
-    return lesson.say("way.sequence", axis=sequence[turn], number=str(turn + 1), joint=joint.name)
-
-
-def _way(lesson: Prose, places: _Zero, joint: Joint) -> Words:
-    """Return which way a joint's coordinate grows."""
-    key = "way.slide" if JOINTS[joint.type].slides(joint) else "way.turn"
-    return lesson.say(key, way=_named(lesson, places, places.axis(joint)))
-
-
-def _named(lesson: Prose, places: _Zero, way: Sequence[float]) -> str:
-    """Return the name of a direction of the ground, or its components."""
-    if places.down is not None:
-        for key, sign in (("down", 1.0), ("up", -1.0)):
-            if _same(way, [sign * x for x in places.down]):
-                return lesson.text(f"direction.{key}")
-    for k, axis in enumerate(AXES):
-        if abs(abs(way[k]) - 1) < NEAR:
-            return lesson.text("direction.along" if way[k] > 0 else "direction.against", axis=axis)
-    return lesson.text("direction.any", components=", ".join(map(lesson.written, way)))
-
-
-def _same(a: Sequence[float], b: Sequence[float]) -> bool:
-    return math.dist(a, b) < NEAR
-
-
-class _Zero:
-    """A scene with all coordinates zero, in numbers."""
-
-    def __init__(self, scene: Scene, graph: Graph, chosen: Chosen) -> None:
-        self.scene, self.graph, self.chosen = scene, graph, chosen
-        self.placed: Mapping[str, Transform] = body_placements(scene, graph)
-        self.still = {graph.symbol(name): graph.zero for name in scene.coordinates}
-        self.down = self._unit(vector(scene.gravity, graph))
-
-    def axis(self, joint: Joint) -> tuple[float, ...]:
-        """Return the direction of a joint's axis, ground frame."""
-        n = self._unit(self._axis(joint))
-        assert n is not None, "an axis has a length"
-        return n
-
-    def arm(self, joint: Joint) -> tuple[float, ...] | None:
-        """Return the direction from a joint's axis to what its body carries; None where that lies on the axis."""
-        (body,) = (one for one in self.scene.bodies if one.name == joint.child)
-        T, origin, n = self.placed[joint.child], self._frame(joint).p, self._axis(joint)
-        carried = [one for one in self.scene.joints if one.parent == body.name]
-        points = [T.point(vector(particle.at, self.graph)) for particle in body.particles]
-        points += [T.point(vector(body.com, self.graph))] if body.com is not None else []
-        points += [self._frame(one).p for one in carried]
-        straight = (one for one in carried if one.moves and JOINTS[one.type].axis(one) is not None)
-        slides = [self._axis(one) for one in straight if JOINTS[one.type].slides(one)]
-        for way in (*(sub(point, origin) for point in reversed(points)), *slides):
-            found = self._unit(sub(way, scale(dot(way, n), n)))
-            if found is not None:
-                return found
-        return None
-
-    def parent_arm(self, joint: Joint) -> tuple[float, ...] | None:
-        """Return the same of the joint that carries this one's parent, where both turn about parallel axes."""
-        for one in self.scene.joints:
-            turns = JOINTS[one.type].axis(one) is not None and not JOINTS[one.type].slides(one)
-            if one.child == joint.parent and turns and _same(self.axis(one), self.axis(joint)):
-                return self.arm(one)
-        return None
-
-    def _frame(self, joint: Joint) -> Transform:
-        return self.placed[joint.parent] @ joint.origin.transform(self.graph)
-
-    def _axis(self, joint: Joint) -> Vec:
-        axis = JOINTS[joint.type].axis(joint)
-        assert axis is not None, "asked of joints with an axis only"
-        return self._frame(joint).R @ unit(axis, self.graph)
-
-    def _unit(self, way: Vec) -> tuple[float, ...] | None:
-        """Return a vector in numbers with length 1; None for one without length."""
-        nodes: list[Expr] = substitute(list(way), self.still)
-        values = self.chosen.of(*nodes)
-        length = math.hypot(*values)
-        return tuple(x / length for x in values) if length > NEAR else None
 
 
 LAGRANGIAN = (

@@ -73,7 +73,7 @@ const Answers = (() => {
     if (moving && (moving.row || moving.another)) return forgot([moving.row ? "row" : "other", "", ""]);
     if (moving && !moving.right && !told.right) return apart(key, formulas, told);
     if (!moving || moving.right === told.right) return told;
-    return moving.right ? said(true, moving.word) : forgot(["other", "", ""]);
+    return moving.right ? said(true, moving.word) : forgot([has(balances, key) && balances[key].beside ? "front" : "other", "", ""]);
   }
 
   // A wrong answer's words, led by the terms that differ where these can be told apart

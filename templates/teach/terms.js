@@ -91,7 +91,7 @@ const Terms = (() => {
   function states([kind, form], c) {
     const [lost, turned, scaled] = apart.states[kind].map((rule, k) => rule || (form ? apart.plain[k] : ""));
     if (!turned && c < -1 - CLOSE) return [];
-    const vague = ["spring", "friction"].includes(turned) ? [turned, "termsign"] : [turned];  // they say no sign
+    const vague = ["spring", "friction", "force"].includes(turned) ? [turned, "termsign"] : [turned];  // they say no sign
     return (Math.abs(c + 1) < CLOSE ? [lost] : Math.abs(c + 2) < CLOSE ? vague : c < -1 ? [turned, scaled] : [scaled]).filter(Boolean);
   }
   const price = c => Math.abs(c + 1) < CLOSE ? 1 : Math.abs(c + 2) < CLOSE ? 1.1 : FACTOR;
@@ -136,7 +136,7 @@ const Terms = (() => {
     if (both || !(a && b)) return alone && !both ? [squared.includes(alone) || alone.endsWith("^2") ? "power" : "trig"] : units ? ["power", "dimension"] : ["power"];
     if (f && f === g) return ["absolute"];
     if (f || g) return [(f && g) || !units ? "trig" : "dimension"];
-    return [unit === below ? "index" : "dimension"];
+    return [unit !== below ? "dimension" : apart.ratios.includes([a, b].sort().join(" ")) ? "ratio" : "index"];
   }
   // The symbols that a formula asks for
   function symbols(of, point) {

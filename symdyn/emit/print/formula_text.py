@@ -271,6 +271,10 @@ class Latex:
 
     def _quotient(self, above: Sequence[Form], below: Sequence[Form]) -> str:
         """Return a fraction; where it is too wide, sums stand behind it, and what is wide below them as powers."""
+        first = above[0] if above else None
+        if isinstance(first, Number) and self.number(first.value).startswith(r"\tfrac"):
+            ones = [Number(Fraction(x)) for x in first.value.as_integer_ratio()]
+            above, below = ([x for x in some if x != Number.ONE] for some in ([ones[0], *above[1:]], [ones[1], *below]))
         whole = self._fraction(above, below)
         if self._fits(whole):
             return whole

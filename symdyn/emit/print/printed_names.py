@@ -181,6 +181,7 @@ NOBODY = "(?!)"
 """The pattern of no index at all."""
 
 _LENGTH = "length"
+_COSINES = "direction cosines"
 
 
 @dataclass(frozen=True)
@@ -219,7 +220,7 @@ FAMILIES = (
     POTENTIAL,
     LAGRANGIAN,
     Family("the energy of all", "", (("E",), ("H",), ("Xi",))),
-    Family("angular velocities", rf"{_TAG}{_AXIS}?|\d+|0j", (("omega",), ("Omega",))),
+    Family("angular velocities", rf"{_TAG}{_AXIS}?|\d+|0j|[sun]\d*", (("omega",), ("Omega",))),
     Family("moments of inertia", r"\d+[a-h]?\d*|jj|[xyz]", (("I",), ("J",), ("Theta",))),
     Family("masses that slides move, a number of reactions", "{slides}|R", (("m",), ("mu",))),
     Family("distances", r"\d+[a-h]?\d*|\d+[OT]\d+|[0j][OT]?j|je", (("r",), ("rho",), ("R",))),
@@ -230,7 +231,7 @@ FAMILIES = (
     Family("sums of acting forces", r"\d+", (("S",), ("Sigma",))),
     Family("generalized forces", r"\d+|i", (("Q",), ("Z",))),
     Family("any coordinate", "i", (("q",), ("s",))),
-    Family("direction cosines of neighbours", rf"\d+(?:{_AXIS}{_AXIS})?", (("C",), ("D",))),
+    Family("direction cosines of neighbours", rf"|\d+(?:{_AXIS}{_AXIS})?", (("C",), ("D",)), (_COSINES,)),
     Family("multipliers", r"\d+|[nt]\d*", (("lambda",), ("upsilon",))),
     Family("weights", _TAG, (("G",), ("W",))),
     Family("lengths of springs and dampers", "{struts}", (("s",), ("l",), ("zeta",)), (_LENGTH,)),
@@ -259,11 +260,12 @@ class Letters:
 
     Attributes:
         scene: the mechanism.
-        LENGTH: what pages ask for the letter of a strut's length by.
+        LENGTH, COSINES: what pages ask for the letter of a strut's length, of a matrix of a neighbour's axes by.
     """
 
     scene: Scene
     LENGTH: ClassVar[str] = _LENGTH
+    COSINES: ClassVar[str] = _COSINES
 
     def __getitem__(self, letter: str) -> str:
         """Return what stands for a family's wanted letter: a Latin letter, a Greek name, or LaTeX with a backslash."""

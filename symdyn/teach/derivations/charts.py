@@ -230,9 +230,10 @@ def phase_step(lesson: Lesson, left: Reduced) -> Step | None:
     bottom, ceiling = valley - 0.08 * (top - valley), valley + 1.06 * (top - valley)
     marks = [(place, STABLE if curvature > 0 else UNSTABLE) for place, curvature, _ in rests]
     marks += [(-math.pi, look) for place, look in marks if left.turns and abs(place - math.pi) < 1e-6]
-    letter = lesson.called("V:", Letter("V"))
+    of = "W" if left.led else "V"
+    letter = lesson.called("V:", Letter(of))
     lines = [Curve(np.stack([x, np.where(level >= V, level, np.nan)], axis=1), FAINT, size=0.8) for level in levels]
-    energy = Text.of_name(lesson.letters.latex("V"))
+    energy = Text.of_name(lesson.letters.latex(of))
     hill = Panel(
         q.with_unit(unit), energy.with_unit(shown("J")), (low, bottom), (high, ceiling),
         [*lines, Curve(np.stack([x, V], axis=1))], [((place, _at(left, place)), look) for place, look in marks],

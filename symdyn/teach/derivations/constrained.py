@@ -27,7 +27,6 @@ from symdyn.algebra import (
     Ratios,
     Symbol,
     TrigonometricRing,
-    with_added_angles,
 )
 from symdyn.arguments import argument
 from symdyn.dynamics import angle_groups
@@ -138,7 +137,7 @@ class Writer:
 
     def short(self, polynomial: Polynomial) -> Form:
         """Return the form of an element of the ring."""
-        return with_added_angles(self.compact(polynomial))
+        return self.compact(polynomial)
 
     def _plain(self, nodes: Sequence[Expr]) -> list[Expr]:
         return substitute(nodes, self.rooted)

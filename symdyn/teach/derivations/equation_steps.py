@@ -172,7 +172,8 @@ def _slope(lesson: Lesson, page: Printable, i: int) -> Step:
     key = f"slope:{i + 1}"
     block = folded(lesson, Formula(symbol.name, Form.sum(terms), lesson.number(key)))
     absent = not any(forms.ring.derivative(forms.M[j][k], q) for j in range(n) for k in range(n))
-    reason = lesson.once("slope.absent" if absent else "slope.reason", q=named(q))
+    said = "slope.reason" if not absent else "slope.absent" if terms else "slope.cyclic"
+    reason = lesson.once(said, q=named(q))
     return Step(key, lesson.say("slope", slope=symbol), (block,), reason, lesson.reference(key))
 
 
@@ -244,7 +245,10 @@ def coefficient_steps(lesson: Lesson, page: Printable) -> list[Step]:
                 blocks.append(folded(lesson, Formula(key, c.form, lesson.number(key))))
         if zero:
             blocks.append(lesson.say("coefficients.zero", names=together(zero)))
-        steps.append(Step(f"coefficients:{kind}", lesson.say(f"coefficients.{kind}"), tuple(blocks)))
+        if len(blocks) == 1 and zero:
+            steps.append(Step(f"coefficients:{kind}", lesson.say("coefficients.zero", names=together(zero)), ()))
+        else:
+            steps.append(Step(f"coefficients:{kind}", lesson.say(f"coefficients.{kind}"), tuple(blocks)))
     return steps
 
 
@@ -295,8 +299,9 @@ def kane_steps(lesson: Lesson, page: Printable, chosen: Chosen) -> list[Step]:
     assert abs(ours - truth) <= SMALL * (1 + sum(map(abs, chosen.of(*nodes)))), "Kane's form is another equation"
     claim = lesson.say("kane", rate=named(u), left=page.right[i])
     blocks: list[Block] = [folded(lesson, Formula("", page.right[i], right=Form.sum(forms)))]
-    if turned := [symbol for form in forms for symbol in form.factors if is_turned(symbol)]:
-        blocks.append(lesson.say("kane.turned", rates=together(list(dict.fromkeys(turned)))))
+    if turned := list(dict.fromkeys(symbol for form in forms for symbol in form.factors if is_turned(symbol))):
+        said = "kane.turned" if len(turned) > 1 else "kane.turned.one"
+        blocks.append(lesson.say(said, rates=together(turned)))
     return [Step("kane", claim, tuple(blocks), lesson.say("kane.reason"), show=("accelerations", "velocities"))]
 
 

@@ -133,6 +133,8 @@ def equilibrium_step(lesson: Lesson, rests: Rests) -> Step:
     def step(*blocks: Block) -> Step:
         return Step("equilibria", lesson.say("equilibria"), blocks, show=("weights", "forces"))
 
+    if rests.why == "never":
+        return Step("equilibria", lesson.say("equilibria.never"), ())
     if rests.why:
         return step(elsewhere(lesson, "rests") or lesson.say(f"equilibria.{rests.why}"))
     if not rests.places:

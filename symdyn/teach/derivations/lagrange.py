@@ -23,6 +23,7 @@ from symdyn.graph import Expr, gradient, tangents
 from symdyn.scene import Scene, SceneUnits, without_hidden_zeros
 from symdyn.scene.values import force_unit
 from symdyn.teach.derivations.afterwards import after_sections
+from symdyn.teach.derivations.coordinates import coordinate_step, length_steps
 from symdyn.teach.derivations.dalembert.balance import Balance
 from symdyn.teach.derivations.equation_steps import (
     coefficient_key,
@@ -36,12 +37,11 @@ from symdyn.teach.derivations.equation_steps import (
 from symdyn.teach.derivations.meaning import axes_of, meaning_steps
 from symdyn.teach.derivations.rotations import rotation_steps
 from symdyn.teach.derivations.solved import solved_steps
-from symdyn.teach.derivations.velocities import energy_steps, length_steps, position_steps, velocity_steps
+from symdyn.teach.derivations.velocities import energy_steps, position_steps, velocity_steps
 from symdyn.teach.document import Bar, Block, Document, Formula, Letter, Name, Picture, Section, Shares, Step, Words
 from symdyn.teach.lesson import Lesson, Mass, Prose, called, named, silent_steps, together
 from symdyn.teach.notation import (
     acting_steps,
-    coordinate_step,
     errata,
     joints_step,
     notation_step,

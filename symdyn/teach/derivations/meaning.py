@@ -9,6 +9,7 @@ k_G,i = -Σ m g·a_i. Products and squares of rates have k_C and k_D.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from typing import Union
 
 from symdyn.algebra import Form, Number, Symbol
@@ -204,9 +205,28 @@ def meaning_steps(lesson: Lesson, page: Printable, mass: list[Mass]) -> list[Ste
             steps.append(_weights(lesson, i, axis, mass))
     carriers = [joint.name for joint in lesson.scene.moving for _ in joint.coordinates]
     others = dict.fromkeys(name for name, axis in zip(carriers, axes, strict=True) if axis is None)
-    if others:
-        steps.append(Step("meaning:others", lesson.say("meaning.others", joints=", ".join(others)), ()))
-    return steps
+    return [*steps, *_others(lesson, page, [joint for joint in lesson.scene.moving if joint.name in others])]
+
+
+def _others(lesson: Lesson, page: Printable, joints: Sequence[Joint]) -> Iterator[Step]:
+    """Yield what is said of joints without an axis of their own, by what they are; of a driven train what it bears."""
+    followed = [one for one in joints if lesson.scene.followed.intersection(one.coordinates)]
+    alone = followed[0] if followed and lesson.state.n == 1 else None
+    if alone is not None and JOINTS[alone.type].axis(alone) is not None:
+        said = lesson.say("meaning.reduced", inertia=Symbol("k_z:1,1"), joint=alone.name)
+        blocks: list[Block] = []
+        if (drive := lesson.scene.drives[0]) and not lesson.vanishes(node_of(lesson, "k_G:1")):
+            key = "meaning.holding" + (".slide" if JOINTS[alone.type].slides(alone) else "")
+            blocks = [lesson.say(key, drive=Symbol(drive), value=lesson.forms.form("k_G", 0))]
+        yield Step("meaning:reduced", said, tuple(blocks))
+    kinds = {
+        one.name: "followed" if one in followed else one.type if one.type == "custom" else "several" for one in joints
+    }
+    for kind in dict.fromkeys(kinds.values()):
+        some = ", ".join(name for name, of in kinds.items() if of == kind)
+        said = lesson.say("meaning.others", what=lesson.say(f"meaning.{kind}"), joints=some)
+        path = (lesson.say("meaning.path", joint=some),) if kind == "custom" else ()
+        yield Step(f"meaning:others:{kind}", said, path)
 
 
 # k_z

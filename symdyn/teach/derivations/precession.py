@@ -25,7 +25,8 @@ from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Op, gradient, reachable, substitute
 from symdyn.teach.derivations.reduced import Reduced
-from symdyn.teach.derivations.solved import NO_SHORT_FORM, Quotients, in_sines, quotient
+from symdyn.teach.derivations.short_sines import in_sines
+from symdyn.teach.derivations.solved import NO_SHORT_FORM, Quotients, quotient
 from symdyn.teach.derivations.velocities import length
 from symdyn.teach.document import Block, Formula, Letter, Step, Words
 from symdyn.teach.lesson import Lesson, named, together

@@ -343,7 +343,7 @@ def _swings(lesson: Lesson, left: Reduced) -> Step | None:
     valleys = [one for one in left.level(-math.pi, math.pi) if one[1] > 0]
     if not valleys:
         return None
-    place, curvature, m = min(valleys, key=lambda one: float(left.at(np.array([one[0]]))[1][0]))
+    place, curvature, m = min(valleys, key=lambda one: (abs(one[0]) > EVEN, one[0] < 0, abs(one[0])))
     small = 2 * math.pi * math.sqrt(m / curvature)
     rows, ratios = [], []
     for degrees in AMPLITUDES:
@@ -356,10 +356,12 @@ def _swings(lesson: Lesson, left: Reduced) -> Step | None:
         return None
     table = lesson.table(("swings.amplitude", "swings.period", "swings.ratio"), rows)
     key = "longer" if min(ratios) > 1 + EVEN else "shorter" if max(ratios) < 1 - EVEN else "other"
-    claim = lesson.say(
-        f"swings.{key}", q=named(left.q), place=f"{lesson.about(place)} rad", period=f"{lesson.about(small)} s"
-    )
+    claim = lesson.say(f"swings.{key}", q=named(left.q), place=_angle(lesson, place), period=f"{lesson.about(small)} s")
     return Step("swings", claim, (table,), lesson.say("swings.reason"), show=("phase", "plots"))
+
+
+def _angle(lesson: Lesson, place: float) -> str:
+    return "π" if abs(place - math.pi) < EVEN else f"{lesson.about(place if abs(place) > EVEN else 0.0)} rad"
 
 
 def swing(left: Reduced, place: float, amplitude: float) -> float | None:

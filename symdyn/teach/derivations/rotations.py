@@ -54,11 +54,11 @@ def _rotation(lesson: Lesson, joint: Joint) -> Step:
     here, there = number_of(lesson.scene, joint.parent), number_of(lesson.scene, joint.child)
     R = joint_placement(joint, lesson.graph).R
     left, names, entries = cosines(here, there), [], []
-    lesson.called(left, Letter("C", (here + there,)))
+    lesson.called(left, Letter(Letters.COSINES, (here + there,)))
     for a in range(3):
         for b in range(3):
             names.append(f"{left}:{AXES[a]}{AXES[b]}")
-            lesson.called(names[-1], Letter("C", (here + there, AXES[a] + AXES[b])), R[a][b])
+            lesson.called(names[-1], Letter(Letters.COSINES, (here + there, AXES[a] + AXES[b])), R[a][b])
             entries.append(lesson.short(R[a][b]))
     matrix: Block = Matrix(left, tuple(entries), tuple(names), width=3)
     if max(len(entry.terms) for entry in entries) > WIDEST:
@@ -67,7 +67,7 @@ def _rotation(lesson: Lesson, joint: Joint) -> Step:
     if joint.parent != Scene.GROUND:
         first, whole = cosines("0", here), cosines("0", there)
         for key, of in ((first, here), (whole, there)):
-            lesson.called(key, Letter("C", ("0" + of,)))
+            lesson.called(key, Letter(Letters.COSINES, ("0" + of,)))
         product = Form.product((Symbol(first), Symbol(left)))
         blocks.append(lesson.say("rotation.product", body=joint.child, whole=Symbol(whole), product=product))
     claim = lesson.say("rotation", body=joint.child, parent=_called(lesson, joint.parent))
@@ -140,7 +140,7 @@ def _skew(lesson: Lesson, key: str) -> list[Form]:
                 continue
             look = lesson.names[f"{key}:{k}{b}"].look
             assert isinstance(look, Letter), "an entry of C is called by a letter"
-            moving = lesson.called(f"d{key}:{k}{b}", Letter("C", look.index, dots=1), rate)
+            moving = lesson.called(f"d{key}:{k}{b}", Letter(Letters.COSINES, look.index, dots=1), rate)
             terms.append(Form.product((Symbol(f"{key}:{k}{a}"), moving)))
         components.append(Form.sum(terms))
     return components

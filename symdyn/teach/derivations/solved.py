@@ -15,19 +15,13 @@ from fractions import Fraction
 
 import numpy as np
 
-from symdyn.algebra import Compactor, Form, Function, Number, Power, Ratio, Ratios, Sum, Symbol, with_added_angles
-from symdyn.dynamics import angle_groups
-from symdyn.dynamics.mechanism import TIME, State, prescribed
+from symdyn.algebra import Form, Function, Number, Power, Ratio, Ratios, Sum, Symbol
+from symdyn.dynamics.mechanism import TIME, prescribed
 from symdyn.errors import DerivationError, NoValueError
 from symdyn.graph import Expr, evaluate, gradient, substitute
-from symdyn.scene import Scene
-from symdyn.teach.derivations.velocities import (
-    accelerations_system,
-    folded,
-    force_row,
-    length,
-    waves_cancelled,
-)
+from symdyn.scene import SceneUnits
+from symdyn.teach.derivations.short_sines import in_sines
+from symdyn.teach.derivations.velocities import accelerations_system, folded, force_row, length, waves_cancelled
 from symdyn.teach.document import Block, Formula, Step, Words
 from symdyn.teach.lesson import SMALL_SCENE, Lesson, named, together
 from symdyn.teach.shown_state import Chosen
@@ -114,20 +108,6 @@ class Quotients:
         return bool(self._moving.intersection(form.symbols))
 
 
-def in_sines(lesson: Lesson, node: Expr) -> Form | None:
-    """Return a node as short as a ring of sines can write it; None where it is no polynomial in them."""
-    return shortest(node, lesson.scene, lesson.state)
-
-
-def shortest(node: Expr, scene: Scene, state: State) -> Form | None:
-    """Return the same with angles and letters of a scene."""
-    parallel = angle_groups(scene, node.graph, across=scene.is_constrained)
-    try:
-        return with_added_angles(Compactor.of([node], (*state.q, *state.qd, *state.qdd), parallel)(node))
-    except (DerivationError, KeyError):
-        return None
-
-
 def _in_decimals(lesson: Lesson, above: list[Form], under: list[Form]) -> tuple[list[Form], list[Form]]:
     """Return a quotient without a number below the line that decimals of the scene have made: 981/100 is 9.81."""
     number = under[0].value if under and isinstance(under[0], Number) else Fraction(1)
@@ -207,9 +187,21 @@ def _base(form: Form) -> Form:
 def _sign_inside(factors: Sequence[Form]) -> list[Form]:
     """Return factors with a minus put into the first sum that holds one; sums begin without."""
     found, k = list(factors), next((k for k, x in enumerate(factors) if isinstance(x, Sum)), 0)
-    if k and found[0].split_sign()[0] < 0 and any(x.split_sign()[0] < 0 for x in found[k].terms):
-        found[0], found[k] = found[0].negative, found[k].negative
+    if k and found[0].split_sign()[0] < 0:
+        plain = [x.negative for x in found[k].terms]
+        for turned in (plain, [_turned(x) for x in found[k].terms]):
+            if any(x.split_sign()[0] > 0 for x in turned):
+                found[0], found[k] = found[0].negative, Form.sum(turned)
+                break
     return [plus_first(x) if isinstance(x, Sum) else x for x in found]
+
+
+def _turned(term: Form) -> Form:
+    """Return minus a term, by a sum among its factors that holds a minus: minus (a - b) c is (b - a) c."""
+    for k, x in enumerate(term.factors):
+        if isinstance(x, Sum) and any(y.split_sign()[0] < 0 for y in x.terms):
+            return Form.product((*term.factors[:k], plus_first(x.negative), *term.factors[k + 1 :]))
+    return term.negative
 
 
 def plus_first(form: Form) -> Form:
@@ -253,7 +245,8 @@ def solved_steps(lesson: Lesson, chosen: Chosen) -> list[Step]:
         claim = lesson.say(key, q=named(state.q[free[0]]), led=together([named(state.q[k]) for k in led.place]))
         if found is not None:
             blocks, forms = found
-            reason = lesson.say("explicit.cramer" if len(free) > 1 else "explicit.divided")
+            apart = all(lesson.forms.form("k_z", i, j) == Number.ZERO for i in free for j in free if i != j)
+            reason = lesson.say(f"explicit.{'divided' if len(free) == 1 else 'diagonal' if apart else 'cramer'}")
             if any(name.startswith("k_z:") for form in forms for name in form.symbols):
                 blocks = [lesson.say("explicit.entries"), *blocks]
             said = Words((*reason.parts, " ", *signs_told(lesson, free, forms, chosen)))
@@ -442,9 +435,11 @@ def _drives(lesson: Lesson, led: Collection[int], put: Mapping[Expr, Expr]) -> S
             blocks.append(Formula("", Symbol(own), right=form))
     if not blocks:
         return None
+    units = {lesson.scene.drives[k]: unit for k, unit in enumerate(SceneUnits(lesson.scene).velocities)}
+    way = ".several" if len(names) > 1 else ".slide" if units[names[0].name] == "m" else ""
     return Step(
         "explicit.drives",
-        lesson.say("explicit.drives", drives=together(names)),
+        lesson.say(f"explicit.drives{way}", drives=together(names)),
         tuple(blocks),
         lesson.say("explicit.power"),
     )

@@ -17,7 +17,8 @@ from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute
 from symdyn.teach.derivations.constrained import Condition, Constrained
 from symdyn.teach.derivations.precession import NO_FORM, shortened
-from symdyn.teach.derivations.solved import LONGEST, in_sines, quotient, short_form
+from symdyn.teach.derivations.short_sines import in_sines
+from symdyn.teach.derivations.solved import LONGEST, quotient, short_form
 from symdyn.teach.derivations.velocities import length
 from symdyn.teach.document import Block, Formula, Step
 from symdyn.teach.lesson import named

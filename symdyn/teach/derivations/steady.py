@@ -17,7 +17,8 @@ from symdyn.graph import Op, gradient, reachable, substitute
 from symdyn.scene import SceneUnits
 from symdyn.teach.derivations.elsewhere import elsewhere
 from symdyn.teach.derivations.reduced import Reduced, at_bound
-from symdyn.teach.derivations.solved import in_decimals, in_sines, plus_first, quotient
+from symdyn.teach.derivations.short_sines import in_sines
+from symdyn.teach.derivations.solved import in_decimals, plus_first, quotient
 from symdyn.teach.derivations.velocities import length
 from symdyn.teach.document import Block, Formula, Step, Words
 from symdyn.teach.lesson import Lesson, named, together
@@ -163,7 +164,7 @@ def _reached(left: Reduced, factored: Form, wave: Form, value: Form) -> Iterator
     else:
         yield lesson.say("steady.wave", wave=wave, value=plain(lesson, value, factored))
     if left.led and isinstance(wave, Function) and wave.op is Op.COS and (square := _swing(left, value)):
-        omega = lesson.name("steady:omega", "omega", node=None)
+        omega = lesson.name("steady:omega", "omega", "s", node=None)
         yield lesson.say("steady.omega", q=q, square=omega.power(2), value=square)
 
 

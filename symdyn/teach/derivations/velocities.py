@@ -1,17 +1,18 @@
 """Steps: places and velocities of all masses, differentiated term by term; energies and the Lagrangian.
 
-Kinetic and potential energy go body by body, with squares multiplied out and simplified. One step names the lengths of
-springs and dampers between two points, and their rates.
+Kinetic and potential energy go body by body, with squares multiplied out and simplified.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from fractions import Fraction
 
 from symdyn.algebra import Form, Function, Number, Power, Product, Sum, Symbol
 from symdyn.dynamics import rotor_energy
 from symdyn.dynamics.mechanism import vector
+from symdyn.errors import DerivationError
 from symdyn.graph import Expr, tangents
 from symdyn.scene import Scene
 from symdyn.scene.forces import elastic
@@ -107,6 +108,8 @@ def _components(lesson: Lesson, names: list[Symbol], v: Vec, forms: Sequence[For
             blocks.append(folded(lesson, Formula(name.name, form, lesson.number(name.name))))
         else:
             absent.append(name)
+    if len(absent) == len(AXES):
+        return [Words((*(part for one in absent for part in (one, " = ")), "0"))]
     if len(absent) > 1:
         first, second, *absent = absent
         blocks.append(Formula(first.name, second, right=Number.ZERO))
@@ -343,8 +346,11 @@ def _potential(lesson: Lesson, mass: Mass, potential: list[str]) -> list[Step]:
 def _springs(lesson: Lesson, potential: list[str]) -> Step:
     lesson.name("P:E", "P", "E", node=lesson.energy.E)
     potential.append("P:E")
-    block = folded(lesson, Formula("P:E", lesson.page.E))
-    return Step("springs", lesson.say("springs"), (block,), lesson.say("springs.reason"))
+    blocks = [folded(lesson, Formula("P:E", lesson.page.E))]
+    if set(lesson.page.E.symbols) & {one.name for one in lesson.page.lengths.named}:
+        with suppress(DerivationError, KeyError):  # a free length leaves the root
+            blocks.append(folded(lesson, Formula("P:E", lesson.short(lesson.energy.E))))
+    return Step("springs", lesson.say("springs"), tuple(blocks), lesson.say("springs.reason"))
 
 
 # Together
@@ -371,20 +377,6 @@ def _totals(lesson: Lesson, kinetic: list[str], potential: list[str]) -> list[St
 
 def _reference(lesson: Lesson, key: str) -> str:
     return lesson.reference(key.replace(":", ".definition:", 1), key)
-
-
-def length_steps(lesson: Lesson) -> list[Step]:
-    """Return the step; none where no such length stands in the equations or in P."""
-    page = lesson.page
-    return defined_lengths(lesson, page.lengths.used((*page.forms, page.P)))
-
-
-def defined_lengths(lesson: Prose, defined: Sequence[tuple[str, Form]]) -> list[Step]:
-    """Return the step that says what names of the document stand for; none without."""
-    if not defined:
-        return []
-    blocks = [folded(lesson, Formula(name, form)) for name, form in defined]
-    return [Step("lengths", lesson.say("lengths"), tuple(blocks), lesson.say("lengths.reason"))]
 
 
 def force_row(lesson: Lesson, i: int) -> Form:

@@ -20,7 +20,7 @@ from symdyn.graph import Expr, Graph, Op, substitute, tangents
 from symdyn.scene import Scene
 from symdyn.spatial import Mat
 from symdyn.table import Table
-from symdyn.teach.derivations.solved import shortest
+from symdyn.teach.derivations.short_sines import shortest
 from symdyn.teach.document import Document, Step, Words
 from symdyn.teach.languages import fill, language_of
 from symdyn.teach.lesson import AXES, Mass, masses

@@ -206,6 +206,7 @@ def _apart(diagnosis: Diagnosis) -> dict[str, Any] | None:
         "vague": [*VAGUE, "coupling"],
         "plain": PLAIN,
         "whole": ALL_OF_IT,
+        "ratios": sorted(" ".join(names) for names in diagnosis.atoms.ratios),
         "times": WHOLE,
         "both": BOTH,
         "prices": (SCALED_PRICE, UNTIED),

@@ -27,7 +27,7 @@ from symdyn.dynamics.mechanism import (
 )
 from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass, replace
-from symdyn.graph import Expr, Graph, gradient, substitute, tangents
+from symdyn.graph import Expr, Graph, gradient, reachable, substitute, tangents
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Joint
@@ -89,6 +89,12 @@ class Course:
         self.joints = {joint.child: joint for joint in scene.joints}
         self.slope: Callable[[Expr, Expr], Expr] = cache(lambda node, by: gradient(node, [by])[0])
         self.steps = cache(self._steps)  # quantities with the same energies ask for the same
+
+    @cached_property
+    def beside(self) -> str:
+        """Return the rule about what acts beside the drives: "force" where it goes by positions and is no load."""
+        held = set(reachable(self.right.Q)).intersection(self.state.q)
+        return "force" if held and not self.scene.elements else "friction"
 
     @cached_property
     def parts(self) -> list[Parts]:

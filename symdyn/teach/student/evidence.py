@@ -38,6 +38,7 @@ STATES: Mapping[str, tuple[str, str, str]] = {
     "weight": ("weightless", "gravity", "termfactor"),
     "spring": ("spring", "spring", "termfactor"),
     "load": ("friction", "friction", "termfactor"),
+    "law": ("force", "force", "termfactor"),
     "rates": ("velocities", "termsign", "termfactor"),
     "slope": ("slope", "slope", ""),
     "product": ("product", "", ""),
@@ -69,7 +70,7 @@ SUITS: Mapping[str, tuple[str, ...]] = {
     "coupling": ("carried", "relative", "cross"),
 }
 """Rules found otherwise that explain what differs in a term of a kind."""
-ALL_OF_IT = ("turned", "factor", "half")
+ALL_OF_IT = ("turned", "factor", "half", "ratio", "front")
 """Rules found otherwise that say more than terms do."""
 
 
@@ -105,9 +106,10 @@ class Atom:
 
 @dataclass(frozen=True)
 class Atoms:
-    """Atoms, two and two."""
+    """Atoms, two and two; `ratios`: names that are one of gears, by order of the alphabet."""
 
     every: tuple[Atom, ...]
+    ratios: frozenset[tuple[str, ...]] = frozenset()
 
     @cached_property
     def pairs(self) -> list[tuple[Atom, Atom, int]]:
@@ -312,7 +314,7 @@ def _equations(course: Course, weights: Sequence[Expr], joints: Sequence[int]) -
         drive = course.scene.drives[j]
         of = {
             "inertia": inertial, "rates": product - slope, "gravity": course.slope(gravity, state.q[j]),
-            "spring": course.slope(e.P["E"], state.q[j]), "load": -e.Q[j],
+            "spring": course.slope(e.P["E"], state.q[j]), "law" if course.beside == "force" else "load": -e.Q[j],
             "drive": -graph.symbol(drive) if drive else zero,
         }  # fmt: skip
         terms += [(kind, node, j) for kind, node in of.items()]

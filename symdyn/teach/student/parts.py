@@ -17,10 +17,12 @@ from math import cos, isfinite, sin
 import numpy as np
 
 from symdyn.frozen import dataclass, replace
+from symdyn.graph import Op
 from symdyn.scene import SceneUnits
 from symdyn.teach.student.course import Course
 from symdyn.teach.student.evidence import CLOSE, PLAIN, STATES, Atom, Atoms, Column, Evidence, linear, moved
 from symdyn.teach.student.motions import Motions, Point
+from symdyn.teach.student.wrong_energies import ratios
 
 FACTOR = 1.5
 """The price of a wrong factor."""
@@ -159,7 +161,7 @@ def _states(column: Column, c: float) -> tuple[str, ...]:
         if c < -1
         else (scaled,)
     )
-    if abs(c + 2) < CLOSE and turned in ("spring", "friction"):  # they say no sign
+    if abs(c + 2) < CLOSE and turned in ("spring", "friction", "force"):  # they say no sign
         told = (turned, "termsign")
     return tuple(filter(None, told)) if turned or c > -1 - CLOSE else ()
 
@@ -210,6 +212,8 @@ def _times(column: Column, mine: Sequence[float], atoms: Atoms) -> list[tuple[fl
             continue
         price = 0.1 * bool(a.of and b.of) + 0.2 * len(beside) + 0.15 * bool(both)
         rules = _exchanged(a, b, both, column.squared)
+        if rules == ("index",) and tuple(sorted((a.of, b.of))) in atoms.ratios:
+            rules = ("ratio",)
         if column.form is None and rules == ("index",):  # the ratio of a condition, of several terms
             rules, beside = ("termfactor",), beside[: by < 0]
         found.append((price, (*rules, *beside)))
@@ -256,4 +260,5 @@ def atoms_of(course: Course, motions: Motions) -> Atoms:
             found.append(Atom(function, name, "1", row))
             if list(angle.values()) == [1]:
                 found.append(Atom(f"{function}^2", name, "1", tuple(x * x for x in row)))
-    return Atoms(tuple(found))
+    gears = (sorted(str(x.value) for x in {*one, *one.values()} if x.op is Op.SYMBOL) for _, one, _ in ratios(course))
+    return Atoms(tuple(found), frozenset(tuple(names) for names in gears))

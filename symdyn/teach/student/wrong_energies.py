@@ -11,7 +11,7 @@ from dataclasses import replace
 from fractions import Fraction
 from itertools import permutations
 
-from symdyn.algebra import Form, Function, Power, Product, Sum
+from symdyn.algebra import Form, Function, Power, Product, Sum, Symbol
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, reachable, substitute
 from symdyn.scene import SceneUnits
@@ -46,9 +46,14 @@ def wrong_energies(course: Course) -> Iterator[tuple[str, str, Energies]]:
         yield "spring", "", replace(right, P={**right.P, "E": zero})
         yield "spring", "", replace(right, P={**right.P, "E": -right.P["E"]})
         yield "factor", "", replace(right, P={**right.P, "E": 2 * right.P["E"]})
+    yield from (("ratio", "", energies) for energies in wrong_ratios(course))
     if any(not node.is_zero for node in right.Q):
-        yield "friction", "", replace(right, Q=tuple(zero for _ in right.Q))
-        yield "friction", "", replace(right, Q=tuple(-node for node in right.Q))
+        yield course.beside, "", replace(right, Q=tuple(zero for _ in right.Q))
+        yield course.beside, "", replace(right, Q=tuple(-node for node in right.Q))
+    for p in course.scene.parameters:  # a sum of angles for their difference
+        if p.unit == "rad" and (by := course.graph.symbol(p.name)) in reachable(right.K.values()):
+            wrong = course.replaced(right, {by: -by})
+            yield "clockwise", "", replace(right, K=wrong.K, square=wrong.square)
     for values in from_ground(course):
         yield "absolute", "", course.replaced(right, values)
         wrong = course.replaced(right, values)
@@ -197,6 +202,35 @@ def from_ground(course: Course, sign: int = -1) -> Iterator[dict[Expr, Expr]]:
             total = course.graph.total(state[x][0] for x in before)
             rates = course.graph.total(state[x][1] for x in before)
             yield {q: q + sign * total, u: u + sign * rates}
+
+
+Ratio = tuple["Expr", Mapping["Expr", "Expr"], Mapping["Expr", "Expr"]]
+"""A ratio of gears, and what makes it one, or turns it over."""
+
+
+def ratios(course: Course) -> Iterator[Ratio]:
+    """Yield the ratios of gears: of two lengths, or teeth, in a coupling, or one parameter of it."""
+    units = {p.name: p.unit for p in course.scene.parameters}
+    given = [x for joint in course.scene.joints if joint.coupling for _, x in joint.coupling.ratios]
+    factors = [x for ratio in given for x in Form.of(ratio.express(course.graph)).factors]
+    below = [x.base for x in factors if isinstance(x, Power) and x.exponent == -1 and isinstance(x.base, Symbol)]
+    for a in dict.fromkeys(x for x in factors if isinstance(x, Symbol)):
+        up = a.express(course.graph)
+        if units.get(a.name) in ("", "1"):
+            yield up, {up: course.graph.one}, {up: 1 / up}
+        for down in dict.fromkeys(x.express(course.graph) for x in below if units.get(x.name) == units.get(a.name)):
+            yield up / down, {up: down}, {up: down, down: up}
+
+
+def wrong_ratios(course: Course) -> Iterator[Energies]:
+    """Yield energies with a ratio of gears turned over or left out, in both, in one, or not squared in K."""
+    right = course.right
+    for ratio, one, turned in ratios(course):
+        for values in (turned, one):
+            wrong = course.replaced(right, values)
+            yield from (wrong, replace(right, P=wrong.P), replace(right, K=wrong.K, square=wrong.square))
+        flat = course.replaced(right, one).K
+        yield replace(right, K={tag: K if flat[tag] == K else flat[tag] * ratio for tag, K in right.K.items()})
 
 
 def from_slope(course: Course) -> Iterator[dict[Expr, Expr]]:

@@ -21,7 +21,6 @@ from symdyn.algebra import (
     Polynomial,
     Symbol,
     TrigonometricRing,
-    with_added_angles,
     with_squares,
 )
 from symdyn.dynamics import Workspace, angle_groups, derive_one
@@ -292,6 +291,6 @@ def _writer(
     compact: Compactor, values: Mapping[Expr, Polynomial], order: Callable[[Form], Form]
 ) -> Callable[[Expr], Form]:
     def write(node: Expr) -> Form:
-        return order(with_squares(with_added_angles(compact(values[node])))) if node in values else Form.of(node)
+        return order(with_squares(compact(values[node]))) if node in values else Form.of(node)
 
     return write

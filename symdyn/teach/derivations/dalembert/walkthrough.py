@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from itertools import groupby
 
-from symdyn.algebra import Compactor, Form, Number, Symbol, with_added_angles, with_squares
+from symdyn.algebra import Compactor, Form, Number, Symbol, with_squares
 from symdyn.draw import Diagram, Text
 from symdyn.dynamics import ClosedRow, angle_groups, closed_constraints
 from symdyn.dynamics.mechanism import body_placements
@@ -28,6 +28,7 @@ from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Contact, acceleration_name
+from symdyn.teach.derivations.coordinates import defined_lengths
 from symdyn.teach.derivations.dalembert.balance import Balance
 from symdyn.teach.derivations.dalembert.bodies import body_steps
 from symdyn.teach.derivations.dalembert.laws import LAW, law_errata, law_steps
@@ -36,7 +37,7 @@ from symdyn.teach.derivations.dalembert.side_by_side import side_by_side
 from symdyn.teach.derivations.dalembert.solved_loops import solved_loops
 from symdyn.teach.derivations.dalembert.spatial_loop import block_matrices, loop_picture
 from symdyn.teach.derivations.lagrange import scene_picture, state_step
-from symdyn.teach.derivations.velocities import PAGE, defined_lengths, folded, length
+from symdyn.teach.derivations.velocities import PAGE, folded, length
 from symdyn.teach.document import Block, Document, Formula, Letter, Picture, Step, Words
 from symdyn.teach.lesson import called
 from symdyn.teach.mathematics import letter
@@ -133,7 +134,7 @@ def loop_writer(lesson: Balance, nodes: Sequence[Expr]) -> Callable[[Expr], Form
     """
     state, parallel = lesson.state, angle_groups(lesson.scene, lesson.graph, across=True)
     write = Compactor.of(nodes, (*state.q, *state.qd, *state.qdd), parallel)
-    return lambda node: lesson.order(with_squares(with_added_angles(write(node))))
+    return lambda node: lesson.order(with_squares(write(node)))
 
 
 def _vanishing(lesson: Balance, form: Form) -> Block:
