@@ -161,5 +161,5 @@ def test_a_weight_of_nothing_is_refused(words: tuple[str, ...], capsys: pytest.C
 
 def test_an_open_contact_is_one_that_a_mode_leaves_out(capsys: pytest.CaptureFixture[str]) -> None:
     assert run("gallery/hopper", "--anywhere") == 1
-    assert "without a mode, --mode floor=open, knows no contacts" in capsys.readouterr().err
+    assert "say what each does there, --mode floor=open; or closed" in capsys.readouterr().err
     assert run("gallery/hopper", "--mode", "floor=open", "--anywhere") == 0

@@ -479,8 +479,9 @@ def test_a_response_that_returns_to_zero_has_no_share_of_its_final_value() -> No
     told = spring.step().info()
 
     assert told["final"] == 0
-    assert all(np.isnan(told[name]) for name in ("rise_time", "settling_time", "overshoot", "undershoot"))
+    assert all(np.isnan(told[name]) for name in ("rise_time", "overshoot", "undershoot"))
     assert told["peak"] > 0.2
+    assert told["settling_time"] > told["peak_time"]  # within 2 % of the peak
 
 
 def test_an_unstable_response_has_no_final_value_and_one_that_rounding_keeps_from_zero_no_overshoot() -> None:
@@ -492,5 +493,5 @@ def test_an_unstable_response_has_no_final_value_and_one_that_rounding_keeps_fro
     held = lin.lqr({lin.outputs.names[0]: 1, angle: 10}, 100).closed_loop.step(angle).info()
 
     assert all(np.isnan(grows[name]) for name in (*figures, "final"))
-    assert all(np.isnan(held[name]) for name in figures)
+    assert all(np.isnan(held[name]) for name in figures if name != "settling_time")
     assert held["final"] == 0 < held["peak"]

@@ -109,7 +109,7 @@ def test_numbers_of_python_are_exact():
         ("x % 2", "'%' has no place"),
         ("1,5", "write decimals with a point"),
         ("a.b", "a dot may stand inside a number only"),
-        ("x < y", r"write if\(x > y, a, b\)"),
+        ("x < y", r"write if\(x < y, 1, 0\)"),
         ("if(x > 0, 1)", "if takes a condition and 2 values"),
         ("if(x == 0, 1, 2)", "'=' has no place"),
         ("if(x > 0, 1, 2) and y", "a condition is not a number"),

@@ -42,10 +42,10 @@ def browser() -> Iterator[Any]:
         yield found
 
 
-PAPERS = [("pendulum", "en", 7), ("two_link", "en", 14), ("cart_pole", "sk", 14)]
+PAPERS = [("pendulum", "en", 10), ("two_link", "en", 14), ("cart_pole", "sk", 14)]
 
 
-@pytest.mark.wide("pendulum-en-7")
+@pytest.mark.wide("pendulum-en-10")
 @pytest.mark.runs("chromium", "pdftotext")
 @pytest.mark.parametrize(("name", "language", "most"), PAPERS)
 def test_paper_has_questions_whole_formulas_and_no_solution(

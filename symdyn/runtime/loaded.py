@@ -83,7 +83,7 @@ class Loaded(Shown):
     def __call__(self, *values: object, **named: object) -> NoReturn:
         """Raise ArgumentError: its functions are called."""
         one = next(iter(self.calls))
-        raise ArgumentError(f"load returns functions by name, and they are called: load(...).{one}(...)")
+        raise ArgumentError(f"load returns functions by name, which take the values: load(...).{one}(...)")
 
     def __contains__(self, request: object) -> bool:
         """Tell whether a function is there, by what it was asked for as or by its name."""

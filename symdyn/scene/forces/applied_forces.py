@@ -191,9 +191,8 @@ def spring(
         text: a description, which lessons and pictures call it by.
     """
     check_arguments(spring, locals(), SceneError)
-    return entry(
-        "springs", name, joint=joint, **as_keys(ends), stiffness=stiffness, free=free, preload=preload, text=text
-    )
+    law = {"stiffness": stiffness, "free": free, "preload": preload}
+    return entry("springs", name, joint=joint, **as_keys(ends), **law, text=text)
 
 
 # Dampers
@@ -288,7 +287,7 @@ class Friction(Element):
         coulomb: size of the force when sliding.
         static: size of the force at the onset of motion; None: as `coulomb`.
         stribeck: rate at which the force falls from one to the other.
-        smoothing: rate over which the sign is smoothed; zero is the ideal sign, for inverse dynamics only.
+        smoothing: rate over which the sign is smoothed; zero is the ideal sign, by which a joint sticks and slips.
     """
 
     coulomb: Quantity
@@ -301,14 +300,11 @@ class Friction(Element):
 
 def _friction_force(dry: Friction, rate: Expr) -> Expr:
     graph = rate.graph
-    size = dry.coulomb.express(graph)
+    size, smoothing = dry.coulomb.express(graph), dry.smoothing.express(graph)
     if dry.static is not None:
         slow = rate / dry.stribeck.express(graph)
         size = size + (dry.static.express(graph) - size) * graph.function(Op.EXP, -(slow * slow))
-    smoothing = dry.smoothing.express(graph)
-    if smoothing.is_zero:
-        return size * graph.function(Op.SIGN, rate)
-    return size * graph.function(Op.TANH, rate / smoothing)
+    return size * (graph.function(Op.SIGN, rate) if smoothing.is_zero else graph.function(Op.TANH, rate / smoothing))
 
 
 def _friction_words(dry: Friction) -> str:
@@ -320,12 +316,12 @@ def _friction_words(dry: Friction) -> str:
 def _check_friction(dry: Friction, stand: Stand) -> None:
     """Report what is negative, and a rate that is none."""
     known = {x.key: stand.value(x.quantity) for part in FRICTION.parts for x in part.numbers(dry)}
+    sticks, slips = known.get("static"), known.get("coulomb")
     for key in ("coulomb", "static", "smoothing"):
         if (value := known.get(key)) is not None and value < 0:
             stand.fault(f"friction.{key} = {float(value):.6g} is negative; give zero or more")
     if (value := known["stribeck"]) is not None and value <= 0:
         stand.fault(f"friction.stribeck = {float(value):.6g} is no rate; give one above zero")
-    sticks, slips = known.get("static"), known.get("coulomb")
     if known["smoothing"] == 0 and sticks is not None and slips is not None and sticks < slips:
         told = f"friction.static = {float(sticks):.6g} is less than friction.coulomb = {float(slips):.6g}"
         stand.fault(f"{told}; what sticks holds as much as what slips, at least, or give a smoothing")
@@ -443,8 +439,8 @@ def load(
     Args:
         name: of the load.
         body: that it acts on.
-        at: the place in body coordinates, m; the origin when left out.
-        point: that it acts at, in place of body and place.
+        at: the place in body coordinates, m; the origin when left out; or
+        point: that it acts at.
         force: N, formulas in t, parameters, coordinates and velocities.
         couple: N m, the same.
         frame: "ground" or "body", whose axes the components are along; the ground's when left out.
