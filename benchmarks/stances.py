@@ -23,7 +23,7 @@ import numpy as np
 
 sys.path[:0] = [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().parent.parent / "tests")]
 
-from bars import at_least, at_most, told  # noqa: E402
+from bars import Bar, at_least, at_most, told  # noqa: E402
 from cases import EXAMPLES, STATES, Array, Case  # noqa: E402
 from harness import Timed, measure  # noqa: E402
 from held import FEET, SHANK  # noqa: E402
@@ -136,7 +136,8 @@ def main(arguments: list[str] | None = None) -> int:
     q[:, 3:7] /= np.linalg.norm(q[:, 3:7], axis=1, keepdims=True)
     states = {"q": q, "qd": rng.uniform(-2, 2, (STATES, case.n)), "tau": rng.uniform(-5, 5, (STATES, case.n))}
     ours = {output: Ours(case, output) for output in OUTPUTS}
-    rows, bars = [], []
+    rows: list[tuple[str, ...]] = []
+    bars: list[Bar] = []
     try:
         for stance in product((0, 1), repeat=len(FEET)):
             timed = compare(case, ours, stance, states)
