@@ -87,7 +87,7 @@ bench: $(READY)  ## side by side with other libraries; updates docs/performance.
 	$(BIN)/python benchmarks/derivatives.py --docs docs
 
 # Each prints what was set out to be reached beside what was; some end with 1 where that was missed.
-bars: $(READY)  ## the rest of what was set out to be reached: cold starts, certificates, large mechanisms, small batches, 31 digits, contacts, second derivatives, exact Hessians, inverse kinematics, calibration, stances of a quadruped, what nvcc spills
+bars: $(READY)  ## the rest of what was set out to be reached: cold starts, certificates, large mechanisms, small batches, 31 digits, contacts, second derivatives, exact Hessians, inverse kinematics, calibration, stances of a quadruped, what nvcc spills; with DRAKE=PYTHON, ACADOS=PYTHON, FIGAROH=PYTHON beside these
 	-$(BIN)/python benchmarks/import_time.py
 	-$(BIN)/python benchmarks/cold_load.py
 	-$(BIN)/python benchmarks/certificates.py
@@ -101,8 +101,10 @@ bars: $(READY)  ## the rest of what was set out to be reached: cold starts, cert
 	-$(BIN)/python benchmarks/second_derivatives.py
 	-$(BIN)/python benchmarks/exact_hessians.py
 	-$(BIN)/python benchmarks/inverse_kinematics.py
-	-$(BIN)/python benchmarks/calibration.py --seeds 20
+	-$(BIN)/python benchmarks/calibration.py --seeds 20 $(if $(FIGAROH),--figaroh $(FIGAROH))
 	-$(BIN)/python benchmarks/stances.py
+	-$(if $(DRAKE),PYTHONPATH=tests $(BIN)/python benchmarks/sdf_drake.py $(DRAKE))
+	-$(if $(ACADOS),$(BIN)/python benchmarks/acados_model.py $(ACADOS))
 	-$(BIN)/python benchmarks/gpu.py --compile
 
 $(READY): pyproject.toml

@@ -17,6 +17,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+from bars import Bar, at_most, told
 
 import symdyn
 from symdyn.cli import main as generate
@@ -57,8 +58,13 @@ def far(found: object, wanted: object) -> float:
     return float(np.abs(np.array(found) - np.array(wanted)).max() / max(1.0, np.abs(np.array(wanted)).max()))
 
 
-def main() -> None:
-    """Print the lines."""
+LIMITS = (("end of a step", 1e-6), ("S_forw", 1e-5), ("S_hess", 1e-5))
+"""How far integrators may be off, over the largest entry: steps of both are of fourth order, differences have 1e-4."""
+
+
+def main() -> int:
+    """Print the lines, and bars; 1 where one is missed."""
+    bars: list[Bar] = []
     (python,) = sys.argv[1:]
     where = "import acados; print(acados.LIB_DIR)"
     library = subprocess.run([python, "-c", where], capture_output=True, text=True, check=False).stdout.strip()
@@ -81,14 +87,19 @@ def main() -> None:
         end, slopes = ends(name, np.array(x), np.array(u)), sensitivities(name, np.array(x), np.array(u))
         for kind in ("ERK", "IRK"):
             one = found[name][kind]
-            told = far(one["x"], end), far(one["S_forw"], slopes), far(one["S_hess"], one["differences"])
+            off = far(one["x"], end), far(one["S_forw"], slopes), far(one["S_hess"], one["differences"])
+            limits = zip(off, LIMITS, strict=True)
+            bars += [at_most(f"{name}, {kind}, {text}, off", most, value) for value, (text, most) in limits]
             size = np.abs(one["S_hess"]).max()
-            print(f"{name:10} {kind}  end {told[0]:.1e}  S_forw {told[1]:.1e}  S_hess {told[2]:.1e} of {size:.1e}")
+            print(f"{name:10} {kind}  end {off[0]:.1e}  S_forw {off[1]:.1e}  S_hess {off[2]:.1e} of {size:.1e}")
         one = found[name]["optimum"]
         how = f"status {one['status']}, {one['iterations']} iterations, residual {one['residuals']:.0e}"
         took = f"{one['seconds'] * 1e3:.1f} ms, built in {one['built']:.1f} s, Hessian {one['bytes'] / 1e3:.0f} kB of C"
         print(f"{name:10} SQP  {how}, cost {one['cost']:.6g}, {took}")
+        bars.append(Bar(f"{name}, SQP with exact Hessians", "status 0", f"status {one['status']}", one["status"] == 0))
+        bars.append(at_most(f"{name}, C of its Hessian", 2, one["bytes"] / 1e6, "MB"))
+    return told(bars)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

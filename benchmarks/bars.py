@@ -113,6 +113,23 @@ def paired(slow: Row, fast: Row) -> float:
     return median(a / b for a, b in zip(slow["samples"], fast["samples"], strict=True))
 
 
+def at_most(text: str, most: float, value: float, unit: str = "") -> Bar:
+    """Return the bar of a figure."""
+    return Bar(text, f"≤ {most:g} {unit}".strip(), f"{value:.3g} {unit}".strip(), value <= most)
+
+
+def at_least(text: str, least: float, value: float, unit: str = "") -> Bar:
+    """Return the bar of what the more the better."""
+    return Bar(text, f"≥ {least:g} {unit}".strip(), f"{value:.3g} {unit}".strip(), value >= least)
+
+
+def told(found: Sequence[Bar]) -> int:
+    """Print bars, a line each; return 1 where one is missed, else 0."""
+    for bar in found:
+        print(f"{bar.text}: {bar.shown} ({bar.wanted}), {bar.verdict}")
+    return int(any(bar.reached is False for bar in found))
+
+
 def in_time(text: str, most: float, seconds: float) -> Bar:
     """Return the bar of what shall take `most` seconds at most."""
     return Bar(text, f"≤ {most:g} s", f"{seconds:.3f} s", seconds <= most)

@@ -21,6 +21,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
+from bars import Bar, at_most, told
 from scipy.spatial.transform import Rotation
 
 import symdyn
@@ -63,8 +64,8 @@ def one(scene: Scene, point: str, asked: Any, seed: int, count: int, turned: boo
     return found.names, (low <= true) & (true <= high), np.abs(found.after - true), seconds
 
 
-def figaroh(python: str, count: int) -> None:
-    """Calibrate the zeros of arm7 by FIGAROH and here, from the same positions."""
+def figaroh(python: str, count: int) -> Bar:
+    """Calibrate the zeros of arm7 by FIGAROH and here, from the same positions; return how far both are apart."""
     scene = symdyn.example("arm7")
     model, rng = GeometricModel.of(scene, "link7"), np.random.default_rng(0)
     q, truth = rng.uniform(-1.5, 1.5, (count, 7)), model.values.copy()
@@ -76,26 +77,30 @@ def figaroh(python: str, count: int) -> None:
         at = Path(folder)
         (at / "arm.urdf").write_text(write_text(scene, "urdf", lossy=True).text)
         (at / "poses.json").write_text(json.dumps({"q": q.tolist(), "p": np.stack([log[k] for k in "xyz"]).T.tolist()}))
-        told = subprocess.run(
+        ran = subprocess.run(
             [python, str(Path(__file__).with_name("figaroh_calibration.py")), folder],
             capture_output=True,
             text=True,
             check=False,
         )
-    if told.returncode:
-        sys.exit(told.stderr[-2000:])
-    other = json.loads(told.stdout.splitlines()[-1])
+    if ran.returncode:
+        sys.exit(ran.stderr[-2000:])
+    other = json.loads(ran.stdout.splitlines()[-1])
     print("zeros of the joints of arm7, rad:  truth, here ± standard error, FIGAROH ± its standard deviation")
+    apart = 0.0
     for name, error in zip(found.names, found.errors, strict=True):
         there = other[f"offsetRZ_joint{name[1]}"]
+        apart = max(apart, abs(found[name] - there[0]))
         print(
             f"  {name} {truth[model.names.index(name)]:.7f}  {found[name]:.7f} ± {error:.1e}  "
             f"{there[0]:.7f} ± {there[1]:.1e}"
         )
+    return at_most("zeros of arm7, apart from FIGAROH's", 1e-7, apart, "rad")
 
 
-def main() -> None:
-    """Count and print."""
+def main() -> int:
+    """Count and print; 1 where a bar is missed."""
+    bars: list[Bar] = []
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--arms", default="two_link,puma560,arm7")
     parser.add_argument("--seeds", type=int, default=100)
@@ -117,14 +122,20 @@ def main() -> None:
                     held.setdefault(each, []).append(bool(yes))
             shares = [100 * np.mean(one) for one in held.values() if len(one) > options.seeds / 2]
             whole = 100 * np.mean([yes for one in held.values() for yes in one])
+            what = f"{name}, {'poses' if turned else 'positions'}"
+            off = 3 * 100 * (0.05 * 0.95 / options.seeds) ** 0.5  # three deviations, if all parameters went together
+            text, wanted = f"{what}, intervals of 95 % that hold", f"95 ± {off:.1f} %"
+            bars.append(Bar(text, wanted, f"{whole:.1f} %", bool(abs(whole - 95) <= off)))
+            bars.append(at_most(f"{what}, off without noise", 1e-12, float(clean[2].max()), "m, rad"))
             print(
                 f"{name:9} {'poses    ' if turned else 'positions'} {len(every[0][0])} parameters: intervals hold "
                 f"{whole:.1f} % (least {min(shares):.0f}, most {max(shares):.0f}); without noise off by "
                 f"{clean[2].max():.1e}; {np.median([one[3] for one in every]):.2f} s"
             )
     if options.figaroh:
-        figaroh(options.figaroh, options.poses)
+        bars.append(figaroh(options.figaroh, options.poses))
+    return told(bars)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -29,9 +29,8 @@ from statistics import median
 from typing import Any
 
 import numpy as np
-from bars import Bar
+from bars import Bar, at_most, told as tell
 from derivatives import SCENES
-from second_derivatives import at_most
 
 from symdyn.emit import emit
 from symdyn.program import formulate, lower
@@ -206,11 +205,9 @@ def main() -> int:
             bars += [at_most(f"{what}, {text}", most, mine.get(key, np.inf), unit) for text, most, key, unit in limits]
             if both:
                 ratio = median(a / b for a, b in zip(times["symdyn"], times["CasADi"], strict=True))
-                bars.append(at_most(f"{what}, CasADi's time", 1, ratio, ""))
-                bars.append(at_most(f"{what}, off CasADi's", 1e-9, off or 0.0, ""))
-    for bar in bars:
-        print(f"{bar.text}: {bar.shown} ({bar.wanted}), {bar.verdict}")
-    return int(any(bar.reached is False for bar in bars))
+                bars.append(at_most(f"{what}, CasADi's time", 1, ratio))
+                bars.append(at_most(f"{what}, off CasADi's", 1e-9, off or 0.0))
+    return tell(bars)
 
 
 if __name__ == "__main__":

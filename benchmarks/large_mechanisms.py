@@ -18,7 +18,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import loops_over_tables
-from bars import Bar, in_time
+from bars import Bar, in_time, told
 from loops_over_tables import ENVIRONMENT
 
 from symdyn.scene import Starter
@@ -111,8 +111,7 @@ def main() -> None:
         short = Path(folder, "short.toml")
         short.write_text(chain(loops_over_tables.SHORT), encoding="utf-8")
         bars += loops_over_tables.loops(paths, short) if paths else []
-        for bar in bars:
-            print(f"{bar.text}: {bar.shown} ({bar.wanted}), {bar.verdict}")
+        told(bars)
 
 
 def _show(found: Sequence[tuple[float, ...]], size: int) -> list[float]:

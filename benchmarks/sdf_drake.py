@@ -17,6 +17,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from bars import at_most, told
 from robots import robot_files
 
 from symdyn.errors import SceneError
@@ -71,10 +72,11 @@ def agreement(path: Path, python: str) -> tuple[int, float, float]:
     return n, errors[0], errors[1]
 
 
-def main(python: str) -> None:
-    """Print a line a file."""
-    print(f"{ARM.name}: %d coordinates, M %.1e, tau %.1e" % agreement(ARM, python))
-    worst, count = 0.0, 0
+def main(python: str) -> int:
+    """Print a line a file, and the bar; 1 where it is missed."""
+    n, *errors = agreement(ARM, python)
+    print(f"{ARM.name}: {n} coordinates, M %.1e, tau %.1e" % tuple(errors))
+    worst, count = max(errors), 1
     for path in robot_files():
         try:
             scene = urdf.read(path, ReadOptions(snap=False, allow_invalid_inertia=True)).scene
@@ -94,8 +96,8 @@ def main(python: str) -> None:
             continue
         worst, count = max(worst, mass, tau), count + 1
         print(f"{path.name}: {n} coordinates, M {mass:.1e}, tau {tau:.1e}")
-    print(f"{count} robots, worst {worst:.1e}")
+    return told([at_most(f"SDF, {count} files, off Drake's M and tau", 1e-12, worst)])
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    sys.exit(main(sys.argv[1]))

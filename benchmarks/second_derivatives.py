@@ -25,7 +25,7 @@ from typing import Any
 os.environ["OPENBLAS_NUM_THREADS"] = "1"  # before NumPy is imported
 
 import numpy as np
-from bars import Bar
+from bars import Bar, at_most, told
 from native import NATIVE
 
 from symdyn.dynamics import second_derivative_places
@@ -141,14 +141,10 @@ CASES = (
     ("humanoid36", PACKED, 50),
     ("humanoid36", "inverse_dynamics_hessian", 60),
     ("humanoid36", "inverse_dynamics_hessian_vector", 60),
+    ("humanoid36", "forward_dynamics_hessian", 60),
     ("humanoid36", "forward_dynamics_hessian_vector", 60),
 )
 """Robot, function, and us of a call at most."""
-
-
-def at_most(text: str, most: float, value: float, unit: str) -> Bar:
-    """Return the bar of a figure."""
-    return Bar(text, f"≤ {most:g} {unit}", f"{value:.3g} {unit}", value <= most)
 
 
 def main() -> int:
@@ -170,7 +166,7 @@ def main() -> int:
         if most:
             bars.append(at_most(f"{robot}, {name}", most, micro, "us"))
         if name == PACKED:
-            bars.append(at_most(f"{robot}, {name}, off differences", 1e-7, off(model, built), ""))
+            bars.append(at_most(f"{robot}, {name}, off differences", 1e-7, off(model, built)))
             bars.append(at_most(f"{robot}, {name}, source", 2, built.size, "MB"))
             bars.append(at_most(f"{robot}, {name}, gcc", 60, built.compiled, "s"))
             bars.append(at_most(f"{robot}, {name}, gcc", 2, built.memory, "GB"))
@@ -180,9 +176,7 @@ def main() -> int:
         print(f"{robot + ', arrays of forward dynamics, from Python':65}{micro:8.1f}")
         if most:
             bars.append(at_most(f"{robot}, all second derivatives of forward dynamics", most, micro, "us"))
-    for bar in bars:
-        print(f"{bar.text}: {bar.shown} ({bar.wanted}), {bar.verdict}")
-    return int(any(bar.reached is False for bar in bars))
+    return told(bars)
 
 
 if __name__ == "__main__":

@@ -6,7 +6,8 @@ Ours is one C function for all 16 stances, Pinocchio's `constraintDynamics`, and
 behind it, have a robot for each stance. All stances are compared; stances of no, two and four feet are timed, both in a
 loop in C, C++; ns a state, medians of interleaved rounds, and the median of the ratios inside a round.
 
-Ours writes the derivatives of accelerations and of forces; Pinocchio's stay where it puts them.
+Ours writes the derivatives of accelerations and of forces; Pinocchio's stay where it puts them. The script ends with 1
+where a bar was missed.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ import numpy as np
 
 sys.path[:0] = [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().parent.parent / "tests")]
 
+from bars import Bar, at_least, at_most, told  # noqa: E402
 from cases import EXAMPLES, STATES, Array, Case  # noqa: E402
 from harness import Timed, measure  # noqa: E402
 from held import FEET, SHANK  # noqa: E402
@@ -110,7 +112,6 @@ def compare(case: Case, ours: dict[str, Ours], stance: tuple[int, ...], states: 
             if part.start < part.stop:
                 scale = np.abs(given[:, part]).max(axis=(1, 2))
                 off = (np.abs(rows[:, part] - given[:, part]).max(axis=(1, 2)) / scale).max()
-                assert off < CLOSE, f"{output} of stance {stance} differs by {off:.1e}"
                 WORST[output] = max(WORST.get(output, 0.0), float(off))
         found.append(
             [
@@ -135,7 +136,8 @@ def main(arguments: list[str] | None = None) -> int:
     q[:, 3:7] /= np.linalg.norm(q[:, 3:7], axis=1, keepdims=True)
     states = {"q": q, "qd": rng.uniform(-2, 2, (STATES, case.n)), "tau": rng.uniform(-5, 5, (STATES, case.n))}
     ours = {output: Ours(case, output) for output in OUTPUTS}
-    rows = []
+    rows: list[tuple[str, ...]] = []
+    bars: list[Bar] = []
     try:
         for stance in product((0, 1), repeat=len(FEET)):
             timed = compare(case, ours, stance, states)
@@ -143,11 +145,12 @@ def main(arguments: list[str] | None = None) -> int:
                 one, other = measure(pair, rounds, 0.01)
                 ratio = np.median(np.array(other.samples) / np.array(one.samples))
                 times = (f"{one.median:,.0f}", f"{other.median:,.0f}", f"{ratio:.2f}")
-                rows.append((pair[0].output, str(sum(stance)), *times, "reached" if ratio >= 2 else "**missed**"))
+                rows.append((pair[0].output, str(sum(stance)), *times))
+                bars.append(at_least(f"{pair[0].output}, {sum(stance)} feet, Pinocchio's time over ours", 2, ratio))
     except MissingError as fault:
         print(f"stances: {fault}", file=sys.stderr)
         return 1
-    print(Table(("output", "feet", "symdyn, ns", "Pinocchio, ns", "times", "≥ 2"), rows, (1, 2, 3, 4)).markdown(str))
+    print(Table(("output", "feet", "symdyn, ns", "Pinocchio, ns", "times"), rows, (1, 2, 3, 4)).markdown(str))
     print()
     sizes = [
         (
@@ -162,7 +165,8 @@ def main(arguments: list[str] | None = None) -> int:
     ]
     heads = ("output", "operations", "C, kB", "derived, s", "compiled, s", "16 stances differ by")
     print(Table(heads, sizes, (2, 3, 4, 5)).markdown(str))
-    return 0
+    bars += [at_most(f"{output}, 16 stances, off Pinocchio's", CLOSE, off) for output, off in WORST.items()]
+    return told(bars)
 
 
 if __name__ == "__main__":
