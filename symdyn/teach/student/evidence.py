@@ -70,7 +70,7 @@ SUITS: Mapping[str, tuple[str, ...]] = {
     "coupling": ("carried", "relative", "cross"),
 }
 """Rules found otherwise that explain what differs in a term of a kind."""
-ALL_OF_IT = ("turned", "factor", "half", "ratio", "front")
+ALL_OF_IT = ("turned", "factor", "half", "ratio")
 """Rules found otherwise that say more than terms do."""
 
 

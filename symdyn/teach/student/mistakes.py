@@ -19,7 +19,7 @@ from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute
 from symdyn.scene import SceneUnits
 from symdyn.teach.student.course import Course, Parts
 from symdyn.teach.student.differences import split_terms
-from symdyn.teach.student.wrong_energies import Wrong, used, wrong_energies, wrong_ratios, wrong_terms
+from symdyn.teach.student.wrong_energies import Wrong, used, wrong_energies, wrong_terms
 
 
 def wrong_steps(course: Course, key: str) -> Iterator[Wrong]:
@@ -65,10 +65,6 @@ def _of_equations(course: Course, key: str) -> Iterator[Wrong]:
     yield "velocities", inertial + static
     yield "gravity", right - 2 * potential
     yield "weightless", right - potential
-    if course.scene.drives[i] and not Q.is_zero:  # for the drive alone, where it stands with the loads
-        yield "front", right - Q
-        for wrong in wrong_ratios(course):
-            yield "ratio", _known(course.value(key, wrong)) - Q
     for friction in (Q, 2 * Q):
         yield course.beside, right + friction
         yield "velocities", inertial + static + friction
@@ -260,7 +256,7 @@ RULES = (
     "weightless", "energies", "index", "product", "slope", "chain", "convention", "friction", "coupling", "body",
     "factor", "variable", "undifferentiated", "undivided", "squared", "clockwise", "velocities", "spring", "turned",
     "term", "termsign", "termfactor", "direction", "dimension", "nothing", "multiplier", "other",
-    "power", "extra", "drive", "untied", "prescribed", "row", "ratio", "front", "force",
+    "power", "extra", "drive", "untied", "prescribed", "row", "ratio", "force",
 )  # fmt: skip
 """Rules by name; what each says stands in the languages' table of answers under `mistake.` and the name."""
 
