@@ -389,10 +389,8 @@ def sealed_in_shell(answer: Mapping[str, Any], key: str, scene: Scene) -> Judged
     """Return what `check_derivation` says to a sealed answer."""
     target = key.replace("solved", "tau").replace(":", "").replace(",", "").replace("dL/d", "slope")
     target = re.sub(r"_dot$", "dot", target) if target.startswith("slope") else target
-    text = answer["answer"]
-    diagnosis = Diagnosis(scene)  # the shell is given what stands before a box
-    try:
-        answers, _ = boxed(text, scene, "text", find_target(target, scene), key, diagnosis)
+    try:  # the shell is given what stands before a box
+        answers, _ = boxed(answer["answer"], find_target(target, scene), key, Diagnosis(scene), "text")
     except SymdynError:
         return Judged(None)
     rules = [

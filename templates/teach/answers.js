@@ -80,11 +80,20 @@ const Answers = (() => {
     const lettered = has(QUESTIONS.named, key) && QUESTIONS.named[key].every(name => formulas.some(one => Terms.used(one.of, points[0]).has(name)));
     const told = drawnValues.every(mine => mine.every(Number.isFinite)) ? compared(key, drawnValues, lettered) : said(false, "answer.undefined");
     if (moving && (moving.row || moving.another)) return forgot([moving.row ? "row" : "other", "", ""]);
-    if (moving && !moving.right && !told.right) return apart(key, formulas, told);
-    if (!moving || moving.right === told.right) return told;
+    if (moving && !moving.right && !told.right) return foreign(key, formulas, apart(key, formulas, told));
+    if (!moving || moving.right === told.right) return foreign(key, formulas, told);
     return moving.right ? said(true, moving.word) : forgot(["other", "", ""]);
   }
 
+  // What is right without the terms of parameters that the result does not have
+  function foreign(key, formulas, told) {
+    if (told.right || told.rule || told.rules || told.whole || has(balances, key)) return told;
+    const known = has(QUESTIONS.named, key) ? QUESTIONS.named[key] : [], rest = formulas.map(({of}) => {
+      const zero = [...Terms.used(of, points[0])].filter(name => QUESTIONS.parameters.includes(name) && !known.includes(name)).map(name => [name, 0]);
+      return zero.length ? points.map(p => of({...p, ...Object.fromEntries(zero)})) : null;
+    });
+    return rest.every(mine => mine && valued(key, mine).right) ? forgot(["extra", "", ""]) : told;
+  }
   // A wrong answer's words, led by the terms that differ where these can be told apart
   function apart(key, formulas, told) {
     if (told.whole || !has(terms, key) || QUESTIONS.apart.whole.includes(told.rule)) return told;

@@ -101,7 +101,7 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         },
         "points": [dict(point) for point in points.at],
         "values": values,
-        "named": {key: sorted(found) for key, (left, form) in requested.items() if (found := _named(diagnosis, left, form))},
+        "named": {key: found for key, (left, form) in requested.items() if (found := _named(diagnosis, left, form))},
         "balances": {key: _balance(diagnosis, points, left) for key, left in balances.items()},
         "mistakes": {
             key: [_row(one, numbers) for one, numbers in _marked(diagnosis, points, left, form, key in balances, few)]
@@ -110,6 +110,7 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         "marks": {"plain": points.marks(), "free": points.marks(True)},
         "pairs": points.pairs,
         "motions": _motions(diagnosis, requested),
+        "parameters": [p.name for p in scene.parameters],
         "alone": {key: drive for key, (left, _) in requested.items() if (drive := drive_alone(diagnosis, left))},
         "terms": {key: told for key, (left, _) in requested.items() if (told := _terms(diagnosis, left))},
         "apart": _apart(diagnosis),
@@ -231,12 +232,12 @@ def drive_alone(diagnosis: Diagnosis, left: str) -> str:
     return drive if drive and front(diagnosis, left) != Symbol(drive) else ""
 
 
-def _named(diagnosis: Diagnosis, left: str, form: Form) -> set[str]:
+def _named(diagnosis: Diagnosis, left: str, form: Form) -> list[str]:
     """Return the parameters of a result; of an equation where units of its terms can be told."""
     if not left.startswith(BALANCED):
-        return {p.name for p in diagnosis.scene.parameters} & set(form.symbols)
+        return sorted({p.name for p in diagnosis.scene.parameters} & set(form.symbols))
     told = diagnosis.course is not None and diagnosis.points.scaled
-    return diagnosis.named(int(left.partition(":")[2]) - 1) if told else set()
+    return sorted(diagnosis.named(int(left.partition(":")[2]) - 1)) if told else []
 
 
 def _row(one: Mistake, numbers: Sequence[float]) -> list[str | float]:

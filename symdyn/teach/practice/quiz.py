@@ -206,7 +206,7 @@ def marked(document: Document, key: str, text: str) -> Told:
     if left in targets and (known or not requested.startswith(BALANCED)) and left:
         drive = ""
         try:
-            answers, drive = boxed(text, scene, key, targets[left], requested if known else "", diagnosis)
+            answers, drive = boxed(text, targets[left], requested if known else "", diagnosis, key)
         except DerivationError:
             answers = []
         except TeachError as fault:
@@ -225,22 +225,19 @@ def marked(document: Document, key: str, text: str) -> Told:
     return Told(not said.startswith(unread), said in (words["answer.right"], words["answer.shifted"]), said)
 
 
-def boxed(
-    text: str, scene: Scene, name: str, target: Target, requested: str, diagnosis: Diagnosis
-) -> tuple[list[Answer], str]:
+def boxed(text: str, target: Target, requested: str, diagnosis: Diagnosis, name: str) -> tuple[list[Answer], str]:
     """Return answers to what is typed into a box, as `check_derivation` gives them.
 
-    Without "=" it stands behind what is in front of the box, or behind the drive alone where that is right, or tells more
-    than that loads are wrong; what is right so has the drive with it.
+    Without "=" it stands behind what is in front of the box, or behind the drive alone where that is right (then the
+    drive is returned), or tells more than that loads are wrong.
     """
-    if not requested.startswith(BALANCED) or "=" in text:
-        return check_derivation(text, scene, name, target), ""
-    drive = drive_alone(diagnosis, requested)
-    answers = check_derivation(f"{text_of(front(diagnosis, requested))} = {text}", scene, name, target)
-    if not drive or all(one.right for one in answers):
+    scene, moves = diagnosis.scene, requested.startswith(BALANCED) and "=" not in text
+    before = f"{text_of(front(diagnosis, requested))} = " if moves else ""
+    answers = check_derivation(before + text, scene, name, target)
+    if not moves or not (drive := drive_alone(diagnosis, requested)) or all(one.right for one in answers):
         return answers, ""
     alone = check_derivation(f"{drive} = {text}", scene, name, target)
+    rule, other = (next((one.mistake.rule for one in some if one.mistake), "") for some in (answers, alone))
     if all(one.right for one in alone):
         return alone, drive
-    rule, other = (next((one.mistake.rule for one in some if one.mistake), "") for some in (answers, alone))
     return (alone if other and rule in ("", "friction", "force") else answers), ""

@@ -29,6 +29,7 @@ from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Graph, gradient, reachable, substitute, tangents
 from symdyn.scene import Scene
+from symdyn.scene.forces.flows import Flow
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Joint
 from symdyn.spatial import Transform, Vec, dot, sub
@@ -89,6 +90,12 @@ class Course:
         self.joints = {joint.child: joint for joint in scene.joints}
         self.slope: Callable[[Expr, Expr], Expr] = cache(lambda node, by: gradient(node, [by])[0])
         self.steps = cache(self._steps)  # quantities with the same energies ask for the same
+
+    @cached_property
+    def loads(self) -> tuple[Expr, ...]:
+        """Return what acts beside the drives but for what flows of matter carry, which is no friction."""
+        kept = tuple(one for one in self.scene.elements if not isinstance(one, Flow))
+        return tuple(generalized_forces(replace(self.scene, elements=kept), self.graph))
 
     @cached_property
     def beside(self) -> str:

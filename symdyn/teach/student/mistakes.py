@@ -65,7 +65,8 @@ def _of_equations(course: Course, key: str) -> Iterator[Wrong]:
     yield "velocities", inertial + static
     yield "gravity", right - 2 * potential
     yield "weightless", right - potential
-    for friction in (Q, 2 * Q):
+    loads = course.loads[i]
+    for friction in (loads, 2 * loads):
         yield course.beside, right + friction
         yield "velocities", inertial + static + friction
         yield "product", right - product + friction
@@ -350,7 +351,7 @@ def absent(course: Course) -> set[str]:
         ("gravity", "weightless", "height"): all(x.is_zero for x in course.gravity),
         ("energies",): graph.total(e.P.values()).is_zero,
         ("spring",): e.P["E"].is_zero,
-        ("friction", "force"): all(x.is_zero for x in e.Q),
+        ("friction", "force"): all(x.is_zero for x in course.loads),
         ("coupling",): course.state.n < 2,
         ("body",): len(course.parts) < 2,
         ("relative", "absolute"): not any(course.ancestors(joint) for joint in course.scene.moving),
