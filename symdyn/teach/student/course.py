@@ -29,7 +29,6 @@ from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Graph, gradient, reachable, substitute, tangents
 from symdyn.scene import Scene
-from symdyn.scene.forces.flows import Flow
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Joint
 from symdyn.spatial import Transform, Vec, dot, sub
@@ -94,7 +93,7 @@ class Course:
     @cached_property
     def loads(self) -> tuple[Expr, ...]:
         """Return what acts beside the drives but for what flows of matter carry, which is no friction."""
-        kept = tuple(one for one in self.scene.elements if not isinstance(one, Flow))
+        kept = tuple(one for one in self.scene.elements if not hasattr(one, "flux"))
         return tuple(generalized_forces(replace(self.scene, elements=kept), self.graph))
 
     @cached_property
