@@ -25,7 +25,6 @@ from pathlib import Path
 from typing import Any
 
 from symdyn.algebra import Form
-from symdyn.emit.print import text_of
 from symdyn.errors import SymdynError
 from symdyn.graph import Expr, gradient
 from symdyn.resources import folder
@@ -34,10 +33,12 @@ from symdyn.scene.toml import read_text
 from symdyn.scene.values import acceleration_name
 from symdyn.teach import check_derivation, in_words
 from symdyn.teach.languages import language_of
-from symdyn.teach.practice.questions import front, questions_of
+from symdyn.teach.practice.questions import questions_of
+from symdyn.teach.practice.quiz import boxed
 from symdyn.teach.student.answer import EMPTY
 from symdyn.teach.student.course import Course
 from symdyn.teach.student.diagnosis import Diagnosis
+from symdyn.teach.student.statements import find_target
 
 ROOT = Path(__file__).parent.parent
 LISTS = tuple(ROOT / "tests" / "data" / "student_answers" / f"{name}.toml" for name in ("first", "second"))
@@ -270,7 +271,6 @@ NAMES: Mapping[str, str] = {
     "energies": "sign gravity-sign",
     "index": "wrong-parameter copied-other-coordinate",
     "ratio": "factor wrong-parameter power",
-    "front": "",
     "force": "drive-missing damping-missing damping-sign missing-term",
     "product": "rate-product-missing",
     "slope": "rate-product-missing",
@@ -389,11 +389,8 @@ def sealed_in_shell(answer: Mapping[str, Any], key: str, scene: Scene) -> Judged
     """Return what `check_derivation` says to a sealed answer."""
     target = key.replace("solved", "tau").replace(":", "").replace(",", "").replace("dL/d", "slope")
     target = re.sub(r"_dot$", "dot", target) if target.startswith("slope") else target
-    text = answer["answer"]
-    if key.startswith(("tau", "solved")) and "=" not in text:  # the shell is given what stands before a box
-        text = f"{text_of(front(Diagnosis(scene), key))} = {text}"
-    try:
-        answers = check_derivation(text, scene, target=target)
+    try:  # the shell is given what stands before a box
+        answers, _ = boxed(answer["answer"], find_target(target, scene), key, Diagnosis(scene), "text")
     except SymdynError:
         return Judged(None)
     rules = [

@@ -132,6 +132,53 @@ def test_page_and_shell_judge_some_sealed_answers_alike(monkeypatch: pytest.Monk
     assert all(shell.verdict == page.verdict == answer["verdict"] for answer, shell, page in rows)
 
 
+OF_PLATE = "(Jc + m a²) β̈ {} ct β̇ − kt (β0 − β) + m g a sin β"
+SEEN = (
+    ("eighth", "plate_pendulum", "drive beta M", OF_PLATE.format("+"), True, ""),
+    ("eighth", "plate_pendulum", "drive beta M", "(Jc + m a²) β̈ − kt (β0 − β) + m g a sin β", True, ""),
+    ("eighth", "plate_pendulum", "drive beta M", OF_PLATE.format("+ 2"), False, "termfactor"),
+    ("eighth", "plate_pendulum", "drive beta M", "M = " + OF_PLATE.format("+ 2"), False, "termfactor"),
+    ("eighth", "plate_pendulum", "drive beta M", "M = " + OF_PLATE.format("−"), False, "friction"),
+    ("eighth", "plate_pendulum", "potential", "m g a (1 - cos β) + kt/2 (β - β0)", False, "power"),
+    ("eighth", "rocket", "equation phi", "m k^2 φ'' = -c l^2 φ'", False, "term"),
+    ("eighth", "furuta", "kinetic", "T = ½ (J1 + m1 l1² + m2 L1² + (J2 + m2 l2²) sin²θ2) θ̇1² + ½ (J2 + m2 l2²) θ̇2² "
+     "+ m2 L1 l2 θ̇1 θ̇2 cos θ2", True, ""),
+    ("eighth", "hoist", "mass phi phi", "J + m r^2", False, "extra"),
+    ("eighth", "atwood", "mass phi phi", "(m1 + m2) R^2 + M R/2", False, "power"),
+    ("seventh", "geartrain", "drive phi M", "(J1 + (J2 + m R^2)(r2/r1)^2) φ'' + b φ' + m g R r2/r1", False, "ratio"),
+    ("seventh", "backlash", "drive phi T", "T = (J1 + J2) φ'' + J2 ψ''", False, "force"),
+)  # fmt: skip
+"""List, scene, what is asked, an answer, whether it is right, and the rule that both doors tell of it."""
+LONG = {"geartrain": pytest.mark.slow, "hoist": pytest.mark.slow, "backlash": pytest.mark.slow}
+
+
+@pytest.mark.runs("node")
+@pytest.mark.skipif(shutil.which("node") is None, reason="the page's program runs in node")
+@pytest.mark.parametrize("scene", [pytest.param(x, marks=LONG.get(x, ())) for x in dict.fromkeys(x[1] for x in SEEN)])
+def test_page_and_shell_name_the_same_cause(scene: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    benchmark = _benchmark(monkeypatch)
+    own = [row for row in SEEN if row[1] == scene]
+    data = benchmark.opened(SEALED.with_name(f"{own[0][0]}.json.gz"))
+    keys = {"drive": ("coordinate", "drive"), "equation": ("coordinate",), "mass": ("row", "column")}
+    some = []
+    for _, _, asked, text, _, _ in own:
+        kind, *names = asked.split()
+        some.append(
+            {
+                "scene": scene,
+                "answer": text,
+                "asked": {"kind": kind, **dict(zip(keys.get(kind, ()), names, strict=True))},
+            }
+        )
+
+    rows = list(benchmark.sealed({**data, "answers": some, "scenes": {scene: data["scenes"][scene]}}))
+
+    for (_, shell, page), (*_, right, rule) in zip(rows, own, strict=True):
+        assert shell.right == page.right == right
+        assert right or {rule} <= {*shell.rules} & {*page.rules}
+        assert rule in ("friction", "force") or not {"friction", "force", "half"} & {*shell.rules, *page.rules}
+
+
 def test_quotients_and_products_go_from_left_to_right() -> None:
     arm = read(ROOT / "examples" / "two_link.toml")
 

@@ -1,7 +1,7 @@
 "use strict";
 // Typed answers, judged by value: as results, on the motions of the scene, and by the mistakes that give them.
 const Answers = (() => {
-  const {dotted, free, points, values, words, speeds, balances, mistakes, marks, pairs, drawn, twins, bound, rounded, enough, scaled, terms, motions, called} = QUESTIONS;
+  const {dotted, free, points, values, words, speeds, balances, mistakes, marks, pairs, alone: drives, drawn, twins, bound, rounded, enough, scaled, terms, motions, called} = QUESTIONS;
   const {Fault, has, members, label, parsed: formula, formula: formula_of} = Formulas;
 
   const TOLERANCE = 1e-9, ROUNDED = 1e-4;  // of the largest value: doubles lose some digits, wrong answers all of them
@@ -35,12 +35,21 @@ const Answers = (() => {
       });
       if (!formulas.length) throw new Fault("fault.quantity", named.find(Boolean));
       const cut = [...new Set(parts.filter((_, k) => !named[k]).flatMap(Formulas.starred))].join(", ");
-      return {...settledBy(key, formulas, named), stars: cut && words["answer.stars"].replace("{text}", () => cut)};
+      return {...boxed(key, formulas, named), stars: cut && words["answer.stars"].replace("{text}", () => cut)};
     } catch (fault) {
       if (!(fault instanceof Fault)) throw fault;
       return said(false, fault.key, fault.text);
     }
   }
+  // What stands behind what is in front of the box, or behind the drive alone where that is right, or tells more than loads
+  function boxed(key, formulas, named) {
+    const told = settledBy(key, formulas, named), rule = told.rules ? told.rules[0] : told.rule;
+    if (told.right || formulas.length > 1 || !has(drives, key)) return told;
+    const alone = settledBy(key, [{of: p => p[drives[key]], near: []}, ...formulas], named);
+    if (alone.right) return said(true, "answer.drive", drives[key]);
+    return alone.rule && (!rule || LOADS.includes(rule)) ? alone : told;
+  }
+  const LOADS = ["friction", "force"];
   function settledBy(key, formulas, named) {
     const energy = motions && free.includes(key), names = energy ? motions.multipliers.filter(name => formulas.some(one => Terms.used(one.of, points[0]).has(name))) : [];
     if (!names.length) return judgedAs(key, formulas, named);
@@ -71,11 +80,20 @@ const Answers = (() => {
     const lettered = has(QUESTIONS.named, key) && QUESTIONS.named[key].every(name => formulas.some(one => Terms.used(one.of, points[0]).has(name)));
     const told = drawnValues.every(mine => mine.every(Number.isFinite)) ? compared(key, drawnValues, lettered) : said(false, "answer.undefined");
     if (moving && (moving.row || moving.another)) return forgot([moving.row ? "row" : "other", "", ""]);
-    if (moving && !moving.right && !told.right) return apart(key, formulas, told);
-    if (!moving || moving.right === told.right) return told;
-    return moving.right ? said(true, moving.word) : forgot([has(balances, key) && balances[key].beside ? "front" : "other", "", ""]);
+    if (moving && !moving.right && !told.right) return foreign(key, formulas, apart(key, formulas, told));
+    if (!moving || moving.right === told.right) return foreign(key, formulas, told);
+    return moving.right ? said(true, moving.word) : forgot(["other", "", ""]);
   }
 
+  // What is right without the terms of parameters that the result does not have
+  function foreign(key, formulas, told) {
+    if (told.right || told.rule || told.rules || told.whole || has(balances, key)) return told;
+    const known = has(QUESTIONS.named, key) ? QUESTIONS.named[key] : [], rest = formulas.map(({of}) => {
+      const zero = [...Terms.used(of, points[0])].filter(name => QUESTIONS.parameters.includes(name) && !known.includes(name)).map(name => [name, 0]);
+      return zero.length ? points.map(p => of({...p, ...Object.fromEntries(zero)})) : null;
+    });
+    return rest.every(mine => mine && valued(key, mine).right) ? forgot(["extra", "", ""]) : told;
+  }
   // A wrong answer's words, led by the terms that differ where these can be told apart
   function apart(key, formulas, told) {
     if (told.whole || !has(terms, key) || QUESTIONS.apart.whole.includes(told.rule)) return told;
@@ -88,14 +106,14 @@ const Answers = (() => {
   }
   // Whether terms of an equation differ in units, see symdyn.teach.student.diagnosis
   function mixed(key, of) {
-    if (!has(QUESTIONS.named, key)) return false;
+    if (!has(QUESTIONS.named, key) || !has(motions.asked[key], "equation")) return false;
     const used = Terms.used(of, points[0]), near = [-4, -3, -2, -1, 0, 1, 2, 3, 4];
     const ratio = of(points[scaled]) / of(points[0]), [kg, m, s] = QUESTIONS.scales;
     if (!QUESTIONS.named[key].every(name => used.has(name)) || !Number.isFinite(ratio) || ratio === 0) return false;
     return !near.some(a => near.some(b => near.some(c => Math.abs(kg ** a * m ** b * s ** c / ratio - 1) < 1e-9)));
   }
   function compared(key, formulas, lettered) {
-    const told = has(balances, key) ? balanced(key, formulas, lettered) : formulas.map(mine => valued(key, mine));
+    const told = has(balances, key) ? balanced(key, formulas, lettered) : formulas.map(mine => valued(key, mine, lettered));
     if (!has(balances, key) && motions && has(motions.asked[key] || {}, "equation") && told.some(one => !one.right)) return said(false, "answer.wrong");
     return told.find(one => !one.right) || told.find(one => one.text !== words["answer.right"]) || told[0];
   }
@@ -152,7 +170,7 @@ const Answers = (() => {
   }
 
   // A quantity
-  function valued(key, mine) {
+  function valued(key, mine, lettered) {
     const agrees = (factor, first, end, tolerance) => {
       const right = values[key].slice(first, end), size = Math.max(...right.map(Math.abs), 1e-4);
       return right.every((x, i) => Math.abs(mine[first + i] - factor * x) <= tolerance * size * Math.max(1, Math.abs(factor)));
@@ -163,7 +181,7 @@ const Answers = (() => {
     if (points.length > bound && agrees(1, bound, points.length, TOLERANCE)) return said(true, "answer.numbers");
     if (rounded.includes(key) && points.length > bound && agrees(1, bound, points.length, enough)) return said(true, "answer.right");
     if (near(1, ROUNDED)) return whole("answer.rounded");
-    const changes = free.includes(key), rule = mistaken(key, (changes ? marks.free : marks.plain).map(k => mine[k]), changes);
+    const changes = free.includes(key), rule = mistaken(key, (changes ? marks.free : marks.plain).map(k => mine[k]), changes, lettered);
     if (mine.every(x => x === 0) && !(rule && ["product", "slope"].includes(rule.rule))) return forgot(["nothing", "", ""]);
     if (rule) return rule;
     if (near(-1)) return whole("answer.turned");
@@ -178,9 +196,9 @@ const Answers = (() => {
     return {right: false, rule, reason, text: words["answer.mistake"].replace("{rule}", () => reason)};
   }
   // Which rule a wrong value forgets, by what such a mistake is worth at a few points
-  function mistaken(key, at, changes) {
+  function mistaken(key, at, changes, lettered) {
     const mine = changes ? [at[0] - at[1], at[2] - at[3]] : at;
-    const row = (mistakes[key] || []).find(one => [3, 5].some(k => one.length > k + 1 && close(mine[k - 3], one[k]) && close(mine[k - 2], one[k + 1])));
+    const row = (mistakes[key] || []).find(one => (lettered ? [3] : [3, 5]).some(k => one.length > k + 1 && close(mine[k - 3], one[k]) && close(mine[k - 2], one[k + 1])));
     return row && forgot(row);
   }
   // Whether lengths, masses and times in other units change a value as they change the result, where that can be told

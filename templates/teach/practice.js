@@ -49,10 +49,12 @@
     math.innerHTML = inside;
     return math;
   }
+  const LIKE = {weight: "gravity", hung: "gravity", law: "load", flow: "load", slope: "rates", product: "rates", row: ""};
   // Which kinds of terms differ is told after the second try, the terms after the third
   function differing(told, tries, verdict) {
     const said = key => words["answer.kind." + key];
-    if (told.kinds && tries > 1) verdict.append(" " + said("look").replace("{text}", told.kinds.map(said).join(", ")));
+    const kinds = [...new Set((told.kinds || []).map(kind => said(kind) || said(LIKE[kind] ?? "inertia")))].filter(Boolean);
+    if (kinds.length && tries > 1) verdict.append(" " + said("look").replace("{text}", kinds.join(", ")));
     if (told.terms && tries > 2) {
       verdict.append(" " + said("term"));
       for (const term of told.terms) verdict.append(" ", shown(term));

@@ -57,7 +57,8 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         c12, quantities: names of results, points: see `symdyn.teach.student.diagnosis`, values: of each question at
         every point, free: questions that a constant may be added to, rounded: those that a number answers which is
         right to a part of itself, enough, balances: of equations what vanishes at every point, their drive, the
-        acceleration that they are solved for, and whether forces stand beside the drive in front of the answer;
+        acceleration that they are solved for, and whether forces stand beside the drive in front of the answer; alone:
+        the drive where more than it stands there, which an answer may be for as well;
         mistakes: of each question rules and what they give at a few points (marks, pairs),
         motions: groups of points on the motions, see `symdyn.teach.student.motions`, and by question what it is worth
         there, or the number of its equation and what stands in front of its answer there; grammar, words.
@@ -100,7 +101,7 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         },
         "points": [dict(point) for point in points.at],
         "values": values,
-        "named": {key: sorted(found) for key, (left, _) in requested.items() if (found := _named(diagnosis, left))},
+        "named": {key: found for key, (left, form) in requested.items() if (found := _named(diagnosis, left, form))},
         "balances": {key: _balance(diagnosis, points, left) for key, left in balances.items()},
         "mistakes": {
             key: [_row(one, numbers) for one, numbers in _marked(diagnosis, points, left, form, key in balances, few)]
@@ -109,6 +110,8 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         "marks": {"plain": points.marks(), "free": points.marks(True)},
         "pairs": points.pairs,
         "motions": _motions(diagnosis, requested),
+        "parameters": [p.name for p in scene.parameters],
+        "alone": {key: drive for key, (left, _) in requested.items() if (drive := drive_alone(diagnosis, left))},
         "terms": {key: told for key, (left, _) in requested.items() if (told := _terms(diagnosis, left))},
         "apart": _apart(diagnosis),
         "grammar": PAGE,
@@ -223,10 +226,18 @@ def front(diagnosis: Diagnosis, left: str) -> Form:
     return Form.sum((Form.of(diagnosis.drive(i) + diagnosis.course.right.Q[i]), *held))
 
 
-def _named(diagnosis: Diagnosis, left: str) -> set[str]:
-    """Return the parameters of an equation, where units of its terms can be told; none of others."""
-    told = left.startswith(BALANCED) and diagnosis.course is not None and diagnosis.points.scaled
-    return diagnosis.named(int(left.partition(":")[2]) - 1) if told else set()
+def drive_alone(diagnosis: Diagnosis, left: str) -> str:
+    """Return the drive of an equation that has more than it in front of its answer, "" for none."""
+    drive = diagnosis.scene.drives[int(left[4:]) - 1] if left.startswith("tau:") and diagnosis.course else None
+    return drive if drive and front(diagnosis, left) != Symbol(drive) else ""
+
+
+def _named(diagnosis: Diagnosis, left: str, form: Form) -> list[str]:
+    """Return the parameters of a result; of an equation where units of its terms can be told."""
+    if not left.startswith(BALANCED):
+        return sorted({p.name for p in diagnosis.scene.parameters} & set(form.symbols))
+    told = diagnosis.course is not None and diagnosis.points.scaled
+    return sorted(diagnosis.named(int(left.partition(":")[2]) - 1)) if told else []
 
 
 def _row(one: Mistake, numbers: Sequence[float]) -> list[str | float]:

@@ -18,11 +18,11 @@ from symdyn.scene import Scene
 from symdyn.teach.document import Blank, Block, Choice, Document, Questions
 from symdyn.teach.languages import Language, language_of
 from symdyn.teach.practice.exercises import ROUNDED, is_given, judge
-from symdyn.teach.practice.questions import BALANCED, front
-from symdyn.teach.student.answer import in_words
+from symdyn.teach.practice.questions import BALANCED, drive_alone, front
+from symdyn.teach.student.answer import Answer, in_words
 from symdyn.teach.student.derivation_check import check_derivation
 from symdyn.teach.student.diagnosis import Diagnosis
-from symdyn.teach.student.grammar import Names
+from symdyn.teach.student.grammar import Names, Target
 from symdyn.teach.student.mistakes import FREE, Mistake
 from symdyn.teach.student.motions import PLACES, SAME, Point, rows_of
 from symdyn.teach.student.statements import read_formula
@@ -204,13 +204,15 @@ def marked(document: Document, key: str, text: str) -> Told:
     diagnosis = Diagnosis(scene, others)
     known = requested.startswith(BALANCED) and diagnosis.course is not None
     if left in targets and (known or not requested.startswith(BALANCED)) and left:
-        stated = f"{text_of(front(diagnosis, requested))} = {text}" if known and "=" not in text else text
+        drive = ""
         try:
-            answers = check_derivation(stated, scene, key, targets[left])
+            answers, drive = boxed(text, targets[left], requested if known else "", diagnosis, key)
         except DerivationError:
             answers = []
         except TeachError as fault:
             return Told(False, False, str(fault))
+        if drive:
+            return Told(True, True, words["answer.drive"].format(text=drive))
         if told := [in_words(one, document.language)[0] for one in answers]:  # without the terms that it should have
             return Told(True, all(one.right for one in answers), "\n".join(told))
     if isinstance(block, Blank):
@@ -221,3 +223,21 @@ def marked(document: Document, key: str, text: str) -> Told:
     said = judge(document, key, text)
     unread = words["answer.letters"].partition("{")[0]
     return Told(not said.startswith(unread), said in (words["answer.right"], words["answer.shifted"]), said)
+
+
+def boxed(text: str, target: Target, requested: str, diagnosis: Diagnosis, name: str) -> tuple[list[Answer], str]:
+    """Return answers to what is typed into a box, as `check_derivation` gives them.
+
+    Without "=" it stands behind what is in front of the box, or behind the drive alone where that is right (then the
+    drive is returned), or tells more than that loads are wrong.
+    """
+    scene, moves = diagnosis.scene, requested.startswith(BALANCED) and "=" not in text
+    before = f"{text_of(front(diagnosis, requested))} = " if moves else ""
+    answers = check_derivation(before + text, scene, name, target)
+    if not moves or not (drive := drive_alone(diagnosis, requested)) or all(one.right for one in answers):
+        return answers, ""
+    alone = check_derivation(f"{drive} = {text}", scene, name, target)
+    rule, other = (next((one.mistake.rule for one in some if one.mistake), "") for some in (answers, alone))
+    if all(one.right for one in alone):
+        return alone, drive
+    return (alone if other and rule in ("", "friction", "force") else answers), ""

@@ -91,6 +91,12 @@ class Course:
         self.steps = cache(self._steps)  # quantities with the same energies ask for the same
 
     @cached_property
+    def loads(self) -> tuple[Expr, ...]:
+        """Return what acts beside the drives but for what flows of matter carry, which is no friction."""
+        kept = tuple(one for one in self.scene.elements if not hasattr(one, "flux"))
+        return tuple(generalized_forces(replace(self.scene, elements=kept), self.graph))
+
+    @cached_property
     def beside(self) -> str:
         """Return the rule about what acts beside the drives: "force" where it goes by positions and is no load."""
         held = set(reachable(self.right.Q)).intersection(self.state.q)

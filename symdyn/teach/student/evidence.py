@@ -39,6 +39,7 @@ STATES: Mapping[str, tuple[str, str, str]] = {
     "spring": ("spring", "spring", "termfactor"),
     "load": ("friction", "friction", "termfactor"),
     "law": ("force", "force", "termfactor"),
+    "flow": ("term", "termsign", "termfactor"),
     "rates": ("velocities", "termsign", "termfactor"),
     "slope": ("slope", "slope", ""),
     "product": ("product", "", ""),
@@ -70,7 +71,7 @@ SUITS: Mapping[str, tuple[str, ...]] = {
     "coupling": ("carried", "relative", "cross"),
 }
 """Rules found otherwise that explain what differs in a term of a kind."""
-ALL_OF_IT = ("turned", "factor", "half", "ratio", "front")
+ALL_OF_IT = ("turned", "factor", "half", "ratio")
 """Rules found otherwise that say more than terms do."""
 
 
@@ -311,11 +312,11 @@ def _equations(course: Course, weights: Sequence[Expr], joints: Sequence[int]) -
     terms = []
     for j in joints:
         inertial, product, slope, _ = course.steps(j, kinetic, zero)
-        drive = course.scene.drives[j]
+        drive, load = course.scene.drives[j], course.loads[j]
         of = {
             "inertia": inertial, "rates": product - slope, "gravity": course.slope(gravity, state.q[j]),
-            "spring": course.slope(e.P["E"], state.q[j]), "law" if course.beside == "force" else "load": -e.Q[j],
-            "drive": -graph.symbol(drive) if drive else zero,
+            "spring": course.slope(e.P["E"], state.q[j]), "law" if course.beside == "force" else "load": -load,
+            "flow": load - e.Q[j], "drive": -graph.symbol(drive) if drive else zero,
         }  # fmt: skip
         terms += [(kind, node, j) for kind, node in of.items()]
         for kind, node in (*of.items(), ("product", product), ("slope", -slope)):

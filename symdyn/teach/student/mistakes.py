@@ -19,7 +19,7 @@ from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute
 from symdyn.scene import SceneUnits
 from symdyn.teach.student.course import Course, Parts
 from symdyn.teach.student.differences import split_terms
-from symdyn.teach.student.wrong_energies import Wrong, used, wrong_energies, wrong_ratios, wrong_terms
+from symdyn.teach.student.wrong_energies import Wrong, used, wrong_energies, wrong_terms
 
 
 def wrong_steps(course: Course, key: str) -> Iterator[Wrong]:
@@ -65,11 +65,8 @@ def _of_equations(course: Course, key: str) -> Iterator[Wrong]:
     yield "velocities", inertial + static
     yield "gravity", right - 2 * potential
     yield "weightless", right - potential
-    if course.scene.drives[i] and not Q.is_zero:  # for the drive alone, where it stands with the loads
-        yield "front", right - Q
-        for wrong in wrong_ratios(course):
-            yield "ratio", _known(course.value(key, wrong)) - Q
-    for friction in (Q, 2 * Q):
+    loads = course.loads[i]
+    for friction in (loads, 2 * loads):
         yield course.beside, right + friction
         yield "velocities", inertial + static + friction
         yield "product", right - product + friction
@@ -260,7 +257,7 @@ RULES = (
     "weightless", "energies", "index", "product", "slope", "chain", "convention", "friction", "coupling", "body",
     "factor", "variable", "undifferentiated", "undivided", "squared", "clockwise", "velocities", "spring", "turned",
     "term", "termsign", "termfactor", "direction", "dimension", "nothing", "multiplier", "other",
-    "power", "extra", "drive", "untied", "prescribed", "row", "ratio", "front", "force",
+    "power", "extra", "drive", "untied", "prescribed", "row", "ratio", "force",
 )  # fmt: skip
 """Rules by name; what each says stands in the languages' table of answers under `mistake.` and the name."""
 
@@ -354,7 +351,7 @@ def absent(course: Course) -> set[str]:
         ("gravity", "weightless", "height"): all(x.is_zero for x in course.gravity),
         ("energies",): graph.total(e.P.values()).is_zero,
         ("spring",): e.P["E"].is_zero,
-        ("friction", "force"): all(x.is_zero for x in e.Q),
+        ("friction", "force"): all(x.is_zero for x in course.loads),
         ("coupling",): course.state.n < 2,
         ("body",): len(course.parts) < 2,
         ("relative", "absolute"): not any(course.ancestors(joint) for joint in course.scene.moving),

@@ -330,5 +330,7 @@ class _Drawing:
         if not self.rows:
             return {}
         G = np.array([numbers(row, point) for row in self.rows.values()])
+        if not np.isfinite(G).all():
+            raise DerivationError(f"{self.scene.name}: rows that are not written out have no numbers here")
         found = np.linalg.lstsq(G.T, needed, rcond=None)[0]
         return dict(zip(self.rows, found.tolist(), strict=True))

@@ -189,6 +189,10 @@ def _statement(from_text: Source, chunk: Sequence[Token], names: Names, target: 
     ends.append(chunk[-1].at + len(chunk[-1].text))
     line = from_text.line(chunk[0].at)
     given = [_target(part, names) for part in parts]
+    if target is not None and len(parts) > 1 and _lone(parts[0]):
+        word = parts[0][0].text
+        if called(target.course_key, word) or not (any(given) or names.read(word)):  # a name that is usual, or new
+            given[0] = target
     if from_text.marked and (len(parts) == 1 or not (any(given) or _moves(chunk, names) or _ties(chunk, names))):
         return None  # mathematics in prose: a symbol, an abbreviation, a step on the way
     targets = [found for found in given if found is not None] if len(parts) > 1 else []
@@ -198,8 +202,6 @@ def _statement(from_text: Source, chunk: Sequence[Token], names: Names, target: 
             raise from_text.fault(chunk[0].at, f"the left-hand side is missing; write k_z11 = ..., or give {named}")
         targets = [target]
         given = [None]
-    elif target is not None and not targets and _lone(parts[0]) and _names(parts[0][0].text, target, names):
-        targets, given[0] = [target], target
     forms = []
     near = []
     stars: list[str] = []
@@ -224,11 +226,6 @@ def starred(word: str, names: Names) -> str:
     pieces = ways[0] if len(ways) == 1 else []
     shown = [x if isinstance(x, str) else text_of(x) if x.symbols else f"{x.op.name.lower()}(...)" for x in pieces]  # type: ignore[attr-defined]
     return "*".join(shown) if len(pieces) > 1 else ""
-
-
-def _names(word: str, target: Target, names: Names) -> bool:
-    """Whether a word is a name of the target: one that is usual, or that is no symbol."""
-    return called(target.course_key, word) or not names.read(word)
 
 
 def _rounded(part: Sequence[Token]) -> Iterator[list[Token]]:

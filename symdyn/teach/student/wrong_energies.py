@@ -41,15 +41,17 @@ def wrong_energies(course: Course) -> Iterator[tuple[str, str, Energies]]:
     negative = {tag: -node for tag, node in right.P.items()}
     yield "energies", "", replace(right, P=negative | {"E": right.P["E"]})
     yield "energies", "", replace(right, P=negative)
-    zero = course.graph.zero
-    if not right.P["E"].is_zero:
-        yield "spring", "", replace(right, P={**right.P, "E": zero})
-        yield "spring", "", replace(right, P={**right.P, "E": -right.P["E"]})
-        yield "factor", "", replace(right, P={**right.P, "E": 2 * right.P["E"]})
+    zero, E = course.graph.zero, right.P["E"]
+    stored = [("spring", zero), ("spring", -E), ("factor", 2 * E)]
+    for term in Form.of(E).terms:  # a stretch that is not squared
+        flat = Form.product(x.base if isinstance(x, Power) and x.exponent == 2 else x for x in term.factors)
+        stored.append(("power", E + flat.express(course.graph) - term.express(course.graph)))
+    yield from ((rule, "", replace(right, P={**right.P, "E": node})) for rule, node in stored if not E.is_zero)
     yield from (("ratio", "", energies) for energies in wrong_ratios(course))
-    if any(not node.is_zero for node in right.Q):
-        yield course.beside, "", replace(right, Q=tuple(zero for _ in right.Q))
-        yield course.beside, "", replace(right, Q=tuple(-node for node in right.Q))
+    if any(not node.is_zero for node in course.loads):
+        for times in (1, 2):
+            less = tuple(node - times * load for node, load in zip(right.Q, course.loads, strict=True))
+            yield course.beside, "", replace(right, Q=less)
     for p in course.scene.parameters:  # a sum of angles for their difference
         if p.unit == "rad" and (by := course.graph.symbol(p.name)) in reachable(right.K.values()):
             wrong = course.replaced(right, {by: -by})
