@@ -75,12 +75,12 @@ def test_a_page_is_for_everybody(name: str, tmp_path: Path, browser: Any) -> Non
         with opened(browser, path, width, scheme) as page:
             page.evaluate(OPENED)
             page.evaluate(axe)
-            assert page.evaluate(AXE) == []
-            assert page.evaluate(SMALL) == []
-            assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+            assert (name, width, page.evaluate(AXE)) == (name, width, [])
+            assert (name, width, page.evaluate(SMALL)) == (name, width, [])
+            assert page.evaluate("document.documentElement.scrollWidth <= innerWidth"), (name, width)
             if width == 1280:
                 nameless = list(nameless_in(page))
-    assert nameless == []
+    assert (name, nameless) == (name, [])
 
 
 def nameless_in(page: Any) -> Iterator[str]:
