@@ -322,7 +322,7 @@ const follow = rows => {
     const more = Math.min(to[i] - from[i], 1.5 * begun[i]) - (high[i] - low[i]);
     if (more > 0) [low[i], high[i]] = [low[i] - more / 2, high[i] + more / 2];
     const after = Math.max(0, to[i] - high[i]), before = Math.max(0, low[i] - from[i]);
-    const off = after && before ? (after - before) / 2 : after - before;
+    const off = after && before ? 0 : after - before; // what parts with the others leaves them in the picture
     if (Number.isFinite(off)) [low[i], high[i]] = [low[i] + off, high[i] + off];
   }
 };
