@@ -302,7 +302,8 @@ def kane_steps(lesson: Lesson, page: Printable, chosen: Chosen) -> list[Step]:
     reason = lesson.say("kane.reason") if lesson.state.n > 1 else Words(())
     if turned := list(dict.fromkeys(symbol for form in forms for symbol in form.factors if is_turned(symbol))):
         said = "kane.turned" if len(turned) > 1 else "kane.turned.one"
-        blocks += [lesson.say(said, rates=together(turned)), lesson.say("kane.reason.turned")]
+        blocks.append(lesson.say(said, rates=together(turned)))
+        reason = lesson.say("kane.reason.turned", reason=lesson.say("kane.reason"))
     return [Step("kane", claim, tuple(blocks), reason, show=("accelerations", "velocities"))]
 
 
