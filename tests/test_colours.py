@@ -33,8 +33,14 @@ TO_XYZ = np.array(
     [[0.4124564, 0.3575761, 0.1804375], [0.2126729, 0.7151522, 0.0721750], [0.0193339, 0.1191920, 0.9503041]]
 )
 WHITE = np.array([0.95047, 1.0, 1.08883])
-ARROWS = (Path(__file__).parent.parent / "templates/teach/interactive_figure.css").read_text(encoding="utf-8")
-PAPERS = [dict(re.findall(r"--([a-z-]+):(#[0-9a-f]+)", line)) for line in ARROWS.splitlines()[:2]]
+TEACH = Path(__file__).parent.parent / "templates/teach"
+PAPERS, PAGES = (
+    [
+        dict(re.findall(r"--([a-z-]+):(#[0-9a-f]+)", line))
+        for line in (TEACH / name).read_text(encoding="utf-8").splitlines()[:2]
+    ]
+    for name in ("interactive_figure.css", "interactive.css")
+)
 PALETTES = {
     **{
         f"bodies, {name}": {k: x for k, x in one.items() if k.startswith("body")}
@@ -44,8 +50,12 @@ PALETTES = {
         f"arrows, {name}": {k: x for k, x in one.items() if len(k) < 4}
         for name, one in zip(("light", "dark"), PAPERS, strict=True)
     },
+    **{
+        f"energies, {name}": {k: one[f"live-{k}"] for k in ("plus", "minus", "e")}
+        for name, one in zip(("light", "dark"), PAGES, strict=True)
+    },
 }
-LEAST = {"bodies": 12.0, "arrows": 25.0}
+LEAST = {"bodies": 12.0, "arrows": 25.0, "energies": 25.0}
 
 
 def linear(colour: str) -> Array:
@@ -65,7 +75,7 @@ def lab(rgb: Array) -> Array:
 @pytest.mark.parametrize("palette", PALETTES)
 def test_colours_are_told_apart(palette: str, vision: str) -> None:
     seen = {name: lab(VISIONS[vision] @ linear(colour)) for name, colour in PALETTES[palette].items()}
-    assert len(seen) == {"bodies": 6, "arrows": 9}[palette.partition(",")[0]]
+    assert len(seen) == {"bodies": 6, "arrows": 9, "energies": 3}[palette.partition(",")[0]]
     apart = {(a, b): float(np.linalg.norm(seen[a] - seen[b])) for a, b in combinations(seen, 2)}
     assert min(apart.values()) > LEAST[palette.partition(",")[0]], sorted(apart.items(), key=lambda one: one[1])[:3]
 

@@ -15,6 +15,7 @@ from symdyn.graph import Op, evaluate, reachable
 from symdyn.scene import Scene, read, read_text
 from symdyn.teach import Document
 from symdyn.teach.document import Matrix, Picture
+from symdyn.teach.lesson import Lesson
 from symdyn.teach.mathematics import Spelling
 
 ROOT = Path(__file__).parent
@@ -47,6 +48,23 @@ slide = { type = "prismatic", parent = "first", child = "second", axis = [0, 1, 
 joint = "slide"
 stiffness = "K"
 """
+
+
+GROWTH = """
+name = "growth"
+gravity = [0, "-g", 0]
+parameters = { g = { value = 9.81 }, l = { value = 1, latex = '\\lambda', unit = "m", positive = true } }
+[bodies]
+bob = { particles = [{ mass = 1, at = [0, "-l", 0] }] }
+[joints]
+hinge = { type = "revolute", parent = "ground", child = "bob", axis = [0, 0, 1], coordinate = "q", drive = false }
+"""
+
+
+@pytest.mark.parametrize(("length", "letter"), [("lambda", "κ"), ("ell", "λ")])
+def test_a_growth_has_a_letter_that_the_scene_has_not(length: str, letter: str) -> None:
+    said = Lesson(read_text(GROWTH.replace("lambda", length), "growth"), "en").say("near.negative")
+    assert f"exp {letter}t, {letter}² being" in str(said.parts[0])
 
 
 def scenes() -> dict[str, Scene]:

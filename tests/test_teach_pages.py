@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from browser import chromium, opened
+from browser import chromium, opened, played
 from npm_packages import packages
 from programs import path_of
 
@@ -75,12 +75,39 @@ def test_a_page_is_for_everybody(name: str, tmp_path: Path, browser: Any) -> Non
         with opened(browser, path, width, scheme) as page:
             page.evaluate(OPENED)
             page.evaluate(axe)
-            assert page.evaluate(AXE) == []
-            assert page.evaluate(SMALL) == []
-            assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+            assert (name, width, page.evaluate(AXE)) == (name, width, [])
+            assert (name, width, page.evaluate(SMALL)) == (name, width, [])
+            assert page.evaluate("document.documentElement.scrollWidth <= innerWidth"), (name, width)
             if width == 1280:
                 nameless = list(nameless_in(page))
-    assert nameless == []
+    assert (name, nameless) == (name, [])
+
+
+INSIDE = """() => {
+  const picture = document.querySelector(".live-figure svg.symdyn"), at = one => one.getBoundingClientRect();
+  const seen = [...picture.querySelectorAll("text")].filter(one => one.checkVisibility());
+  const names = seen.filter(one => one.classList.contains("live-name"));
+  const hit = (a, b) => Math.min(a.right, b.right) - Math.max(a.left, b.left) > 2
+    && Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > 8;
+  const frame = at(picture), round = [...picture.querySelectorAll("[data-mark=disc] path, [data-mark=wheel] path")];
+  return [names.filter(a => seen.some(b => b !== a && hit(at(a), at(b)))).length,
+    round.map(at).filter(one => one.left < frame.left - 1 || one.right > frame.right + 1).length];
+}"""
+"""How many names of bodies stand on other letters, and how many wheels are cut off by the frame."""
+ASKED = """document.querySelectorAll('[data-word=velocities], [data-word=weights]')
+  .forEach(one => one.checked || one.click())"""
+
+
+@pytest.mark.slow
+@pytest.mark.long(0)
+@pytest.mark.runs("chromium")
+@pytest.mark.parametrize("name", ["governor-en", "gripper2-en", "cart_with_wheel-en"])
+def test_names_are_apart_and_wheels_inside_while_it_moves(name: str, tmp_path: Path, browser: Any) -> None:
+    with opened(browser, shown(name, tmp_path)) as page:
+        page.evaluate(ASKED)
+        for seconds in (0.0, 0.6, 1.2):
+            played(page, seconds)
+            assert page.evaluate(INSIDE) == [0, 0], (name, seconds)
 
 
 def nameless_in(page: Any) -> Iterator[str]:

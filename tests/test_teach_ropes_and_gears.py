@@ -176,7 +176,7 @@ def test_the_wheel_s_inertia_stands_in_both_tensions() -> None:
 )
 def test_a_rope_over_a_wheel_rests_nowhere_or_everywhere(name: str, said: str) -> None:
     text = page(name)
-    rests = text[text.index("## Where it rests") : text.index("## What is conserved")]
+    rests = text[text.index("## Equilibria and small oscillations") : text.index("## What is conserved")]
     assert said in rests
     assert "Newton's method" not in rests
     assert "−0.04472" not in text  # where the rope leaves the wheel another way than the page's equation says

@@ -167,10 +167,7 @@ class Prose:
         return self.called(key, Letter(letter, index, dots, power), node)
 
     def called(self, key: str, look: Letter, node: Expr | None = None) -> Symbol:
-        """Name a quantity by its usual letter, or what stands for it here, and return its symbol.
-
-        The key has a sign that no name of a scene has, such as a colon.
-        """
+        """Name a quantity by its usual letter, or what stands for it here; its key has a sign such as a colon."""
         self.names[key] = Name(replace(look, letter=self.letters[look.letter]), node)
         return Symbol(key)
 
@@ -188,7 +185,8 @@ class Prose:
 
     def say(self, key: str, **places: str | Form | Words) -> Words:
         """Return the prose of a key in the language, its places filled; bodies and joints by their descriptions."""
-        return Words(fill(self.tongue.lesson[key], {place: self.shown(place, x) for place, x in places.items()}))
+        text = self.tongue.lesson[key].replace("λ", self.letters.exponent)
+        return Words(fill(text, {place: self.shown(place, x) for place, x in places.items()}))
 
     def shown(self, place: str, value: str | Form | Words) -> str | Form | Words:
         """Return what stands in a place of a text: names of bodies and joints, commas between, as described."""

@@ -57,7 +57,7 @@ const headed = (tip, [x, y], [a, b], on) => {
 const called = data.bodies.map((body, k) => {
   const marks = data.marks.filter(([, , of]) => data.bodies[of] === body);
   const mark = ["ring", "disc", "link", "particle", "com", "slide"].map(kind => marks.find(one => one[0] === kind)).find(Boolean);
-  const name = label(""), text = picture.lastChild;
+  const name = label("", true), text = picture.lastChild;
   text.textContent = data.called[k].replaceAll("_", " ");
   text.setAttribute("class", "live-name");
   return rows => {

@@ -36,22 +36,24 @@ const arrow = (look, width) => {
 };
 const HALF = [240, 180]; // of the picture, px
 let named = []; // middles and half the widths of the names that this drawing has so far
-/** Returns what puts a name near a point, inside the picture and clear of names that are already there; or hides it. */
-const label = letters => {
+/** Returns what puts a name near a point, inside the picture and clear of names that are already there; where it finds no
+ * room, one that `may` be left out is hidden. */
+const label = (letters, may = false) => {
   const text = add("text", "");
   text.innerHTML = letters;
   let wide = 0; // measured once: asking makes the browser lay out the page
   return point => {
-    text.style.display = point ? "" : "none";
-    if (!point) return;
-    const [x, y] = point;
+    const [x, y] = point ?? [Infinity, 0], on = Math.abs(x) < 270 && Math.abs(y) < 210; // else what it names is not in the picture
+    text.style.display = on ? "" : "none";
+    if (!on) return;
     wide ||= text.getComputedTextLength();
     const half = (wide || 20) / 2 + 2;
-    const at = [Math.max(half - 236, Math.min(236 - half, x)), Math.max(-160, Math.min(170, y))];
-    const crowded = () => named.some(([a, b, other]) => Math.abs(a - at[0]) < other + half && Math.abs(b - at[1]) < 24);
-    for (let k = 0; k < 8 && crowded(); k++) at[1] += at[1] < 146 ? 24 : -160;
-    named.push([...at, half]);
-    put(text, at);
+    const inside = Math.max(half - 236, Math.min(236 - half, x)), level = off => Math.max(-160, Math.min(170, y + off));
+    const free = off => !named.some(([a, b, other]) => Math.abs(a - inside) < other + half && Math.abs(b - level(off)) < 20);
+    const off = [0, 22, -22, 44, -44].find(free);
+    if (off === undefined && may) { text.style.display = "none"; return; }
+    named.push([inside, level(off ?? 0), half]);
+    put(text, [inside, level(off ?? 0)]);
   };
 };
 
@@ -287,6 +289,14 @@ const box = (rows, places, low, high) => {
     });
   }
 };
+/** Middles and one place of the rim of what is round: it reaches as far to the other side. */
+const round = data.marks.filter(([kind]) => ["disc", "ring", "wheel", "ball"].includes(kind)).map(([, rows]) => rows);
+const boxRound = (rows, low, high) => {
+  for (const [at, rim] of round) {
+    const from = row(rows, at), r = Math.hypot(...[0, 1, 2].map(i => row(rows, rim)[i] - from[i]));
+    if (Number.isFinite(r)) lean(from).forEach((x, i) => { low[i] = Math.min(low[i], x - r); high[i] = Math.max(high[i], x + r); });
+  }
+};
 /** Rows of points that bodies carry along. */
 const carriedAlong = [...new Set(data.marks.flatMap(([kind, rows, body]) => body < 0 ? [] : ["turn", "slide"].includes(kind) ? [rows[0]] : rows))]
   .filter(k => data.points.includes(k));
@@ -295,7 +305,11 @@ let low = [0, 0], high = [0, 0], begun = [0, 0];
 const fit = () => {
   low = [Infinity, Infinity];
   high = [-Infinity, -Infinity];
-  for (const at of reached()) box(call("drawn_points", { ...at, qd: new Float64Array(n) }), data.points, low, high);
+  for (const at of reached()) {
+    const rows = call("drawn_points", { ...at, qd: new Float64Array(n) });
+    box(rows, data.points, low, high);
+    boxRound(rows, low, high);
+  }
   const most = Math.max(high[0] - low[0], high[1] - low[1]);
   begun = [0, 1].map(i => Math.max(high[i] - low[i], most / 2));
 };
@@ -303,11 +317,12 @@ const fit = () => {
 const follow = rows => {
   const from = [Infinity, Infinity], to = [-Infinity, -Infinity];
   box(rows, carriedAlong, from, to);
+  boxRound(rows, from, to);
   for (const i of [0, 1]) {
     const more = Math.min(to[i] - from[i], 1.5 * begun[i]) - (high[i] - low[i]);
     if (more > 0) [low[i], high[i]] = [low[i] - more / 2, high[i] + more / 2];
     const after = Math.max(0, to[i] - high[i]), before = Math.max(0, low[i] - from[i]);
-    const off = after && before ? (after - before) / 2 : after - before;
+    const off = after && before ? 0 : after - before; // what parts with the others leaves them in the picture
     if (Number.isFinite(off)) [low[i], high[i]] = [low[i] + off, high[i] + off];
   }
 };

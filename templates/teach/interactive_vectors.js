@@ -77,9 +77,11 @@ const drawnVector = (kind, owner, body) => {
     const [x, y] = lean(way), seen = Math.hypot(x, y), long = length * seen / (Math.hypot(...way) || 1);
     const from = flat(at), [a, b] = seen ? [x / seen, y / seen] : [0, -1], reach = long > 3 ? long : size;
     along(from, seen ? [a, b] : NONE, long > 3 ? long : 0);
-    put(sign, [from[0] + (reach + 9) * a - 7 * b, from[1] + (reach + 9) * b + 7 * a + 4]);
+    const spot = [from[0] + (reach + 9) * a - 7 * b, from[1] + (reach + 9) * b + 7 * a + 4], on = long > 3 || size > 3;
+    put(sign, spot);
+    if (on) named.push([...spot, 6]);
     bend(curve, tip, flat(at), about, size);
-    group.style.display = long > 3 || size > 3 ? "" : "none";
+    group.style.display = on ? "" : "none";
   };
 };
 /** A circle about an axis, three quarters of a turn in its sense, as it is seen. */

@@ -173,6 +173,9 @@ def latex_unit(unit: str) -> str:
     return text
 
 
+EXPONENTS = {"λ": "lambda", "κ": "kappa", "σ": "sigma", "χ": "chi", "ζ": "zeta", "η": "eta"}
+"""Letters of a growth, by what they are called."""
+
 _TAG = r"\d+[a-h]?"  # of a mass: its body, and a letter where the body has several
 _AXIS = "[xyz]"
 _JOINT = "{joints}"
@@ -283,6 +286,12 @@ class Letters:
     def mass_matrix(self) -> str:
         """Letter of mass matrices: M, in bold type beside a mass M."""
         return r"\mathbf{M}" if "M" in latex_symbols(self.scene).values() else "M"
+
+    @cached_property
+    def exponent(self) -> str:
+        """Letter λ of a motion that goes like exp λt, or another where the scene has it."""
+        taken = self._taken()
+        return next(one for one, name in EXPONENTS.items() if name not in taken)
 
     @staticmethod
     def body_number(j: int) -> int:

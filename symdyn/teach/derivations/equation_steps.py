@@ -299,10 +299,12 @@ def kane_steps(lesson: Lesson, page: Printable, chosen: Chosen) -> list[Step]:
     assert abs(ours - truth) <= SMALL * (1 + sum(map(abs, chosen.of(*nodes)))), "Kane's form is another equation"
     claim = lesson.say("kane", rate=named(u), left=page.right[i])
     blocks: list[Block] = [folded(lesson, Formula("", page.right[i], right=Form.sum(forms)))]
+    reason = lesson.say("kane.reason") if lesson.state.n > 1 else Words(())
     if turned := list(dict.fromkeys(symbol for form in forms for symbol in form.factors if is_turned(symbol))):
         said = "kane.turned" if len(turned) > 1 else "kane.turned.one"
         blocks.append(lesson.say(said, rates=together(turned)))
-    return [Step("kane", claim, tuple(blocks), lesson.say("kane.reason"), show=("accelerations", "velocities"))]
+        reason = lesson.say("kane.reason.turned", reason=lesson.say("kane.reason"))
+    return [Step("kane", claim, tuple(blocks), reason, show=("accelerations", "velocities"))]
 
 
 def is_turned(form: Form) -> bool:

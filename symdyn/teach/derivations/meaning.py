@@ -213,11 +213,11 @@ def _others(lesson: Lesson, page: Printable, joints: Sequence[Joint]) -> Iterato
     followed = [one for one in joints if lesson.scene.followed.intersection(one.coordinates)]
     alone = followed[0] if followed and lesson.state.n == 1 else None
     if alone is not None and JOINTS[alone.type].axis(alone) is not None:
-        said = lesson.say("meaning.reduced", inertia=Symbol("k_z:1,1"), joint=alone.name)
+        slide = ".slide" if JOINTS[alone.type].slides(alone) else ""
+        said = lesson.say(f"meaning.reduced{slide}", inertia=Symbol("k_z:1,1"), q=named(lesson.state.q[0]))
         blocks: list[Block] = []
         if (drive := lesson.scene.drives[0]) and not lesson.vanishes(node_of(lesson, "k_G:1")):
-            key = "meaning.holding" + (".slide" if JOINTS[alone.type].slides(alone) else "")
-            blocks = [lesson.say(key, drive=Symbol(drive), value=lesson.forms.form("k_G", 0))]
+            blocks = [lesson.say(f"meaning.holding{slide}", drive=Symbol(drive), value=lesson.forms.form("k_G", 0))]
         yield Step("meaning:reduced", said, tuple(blocks))
     kinds = {
         one.name: "followed" if one in followed else one.type if one.type == "custom" else "several" for one in joints

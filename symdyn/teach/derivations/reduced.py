@@ -220,7 +220,8 @@ def _energies(lesson: Lesson) -> Step | None:
             continue
         if max(map(length, shown)) > LONGEST:
             continue
-        rows.append((Words((named(symbol), "\u00a0→\u00a00")), *shown, _left(lesson, symbol, K, P)))
+        if (said := _left(lesson, symbol, K, P)).parts:
+            rows.append((Words((named(symbol), "\u00a0→\u00a00")), *shown, said))
         if body := smaller_by(lesson, symbol, K, P):
             checks.append(lesson.say("limits.smaller", parameter=named(symbol), body=body))
     rows += _stopped(lesson)
@@ -274,7 +275,7 @@ def forgotten(lesson: Lesson, K: Expr, P: Expr) -> tuple[list[Form], list[Form]]
 
 
 def _left(lesson: Lesson, vanishing: Expr, K: Expr, P: Expr) -> Words:
-    """Return what no longer counts, and of which body an inertia without a mass would be left."""
+    """Return what no longer counts, and of which body an inertia without a mass would be left; often nothing."""
     idle, cyclic = forgotten(lesson, K, P)
     said: list[Words] = []
     if idle:
@@ -294,7 +295,7 @@ def _left(lesson: Lesson, vanishing: Expr, K: Expr, P: Expr) -> Words:
         if m.is_zero and not mass.m.is_zero and not all(x.is_zero for x in kept):
             said.append(lesson.say("limits.massless", body=mass.body.name))
     parts = [part for words in said for part in ("; ", *words.parts)]
-    return Words(tuple(parts[1:]) or ("–",))
+    return Words(tuple(parts[1:]))
 
 
 def smaller_by(lesson: Lesson, vanishing: Expr, K: Expr, P: Expr) -> str:
@@ -345,10 +346,11 @@ def _swings(lesson: Lesson, left: Reduced) -> Step | None:
         return None
     place, curvature, m = min(valleys, key=lambda one: (abs(one[0]) > EVEN, one[0] < 0, abs(one[0])))
     small = 2 * math.pi * math.sqrt(m / curvature)
-    rows, ratios = [], []
+    rows, ratios, over = [], [], list[Block]()
     for degrees in AMPLITUDES:
         taken = swing(left, place, math.radians(degrees))
         if taken is None:
+            over = [lesson.say("swings.over", amplitude=f"{degrees}°", place=_angle(lesson, place))]
             break
         ratios.append(taken / small)
         rows.append((f"{degrees}°", f"{lesson.written(taken)} s", lesson.written(taken / small)))
@@ -357,7 +359,7 @@ def _swings(lesson: Lesson, left: Reduced) -> Step | None:
     table = lesson.table(("swings.amplitude", "swings.period", "swings.ratio"), rows)
     key = "longer" if min(ratios) > 1 + EVEN else "shorter" if max(ratios) < 1 - EVEN else "other"
     claim = lesson.say(f"swings.{key}", q=named(left.q), place=_angle(lesson, place), period=f"{lesson.about(small)} s")
-    return Step("swings", claim, (table,), lesson.say("swings.reason"), show=("phase", "plots"))
+    return Step("swings", claim, (table, *over), lesson.say("swings.reason"), show=("phase", "plots"))
 
 
 def _angle(lesson: Lesson, place: float) -> str:

@@ -62,15 +62,15 @@ def velocity_steps(lesson: Lesson, result: list[Mass]) -> list[Step]:
             details.append(lesson.table(("velocity.term", "velocity.rate"), rows))
             blocks.append(folded(lesson, Formula(key, rate, lesson.number(key))))
         if not blocks:
-            blocks = [lesson.say("velocity.rests")]
+            steps.append(Step(f"velocity:{mass.tag}", lesson.say("velocity.rests", mass=lesson.of(mass)), ()))
         if details:
             shown = len(lesson.scene.velocities) <= SMALL_SCENE
             table = tuple(details)
             blocks = [*(table if shown and len(table) < 3 else (Fold(lesson.say("velocity.terms"), table),)), *blocks]
-        claim = lesson.say("velocity", mass=lesson.of(mass))
-        reason = lesson.once("velocity.reason")
-        reference = _range([block for block in blocks if isinstance(block, Formula)])
-        steps.append(Step(f"velocity:{mass.tag}", claim, tuple(blocks), reason, reference))
+        if blocks:
+            claim, reason = lesson.say("velocity", mass=lesson.of(mass)), lesson.once("velocity.reason")
+            reference = _range([block for block in blocks if isinstance(block, Formula)])
+            steps.append(Step(f"velocity:{mass.tag}", claim, tuple(blocks), reason, reference))
         if mass.spins:
             steps.append(_turning(lesson, mass, result))
     return steps
