@@ -52,3 +52,17 @@ def test_an_impact_with_more_impulses_than_ways_to_move_has_no_formula() -> None
     for text in (LOOPED, ALONE):
         with pytest.raises(DerivationError, match=words):
             symdyn.lambdify(read_text(text), "impact:floor")
+
+
+@pytest.mark.parametrize("text", [LOOPED, ALONE], ids=["loop", "alone"])
+def test_forces_that_are_not_unique_are_those_of_least_size(text: str) -> None:
+    """One freedom that a normal force holds, and friction too."""
+    call = symdyn.load(read_text(text), ["contact_dynamics", "delassus", "contact_bias"])
+    q = np.array([0.3, 0.3, -0.3])[: 3 if text == LOOPED else 1]
+    rest, closed = np.zeros(len(q)), np.ones(1)
+    found = call.contact_dynamics(q, rest, rest, closed, 0 * closed)
+    wanted = np.linalg.lstsq(call.delassus(q), -call.contact_bias(q, rest, rest), rcond=1e-10)[0]
+
+    assert found[: len(q)] == pytest.approx(rest, abs=1e-9)
+    assert found[len(q) :] == pytest.approx(wanted, rel=1e-7)
+    assert np.abs(wanted).max() > 1
