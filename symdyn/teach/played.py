@@ -16,7 +16,6 @@ from symdyn.dynamics.outputs import Touch
 from symdyn.frozen import dataclass
 from symdyn.scene import Scene
 from symdyn.scene.values import PlaneContact
-from symdyn.simulation.equations.contact_modes import column_words
 
 if TYPE_CHECKING:
     from symdyn.simulation import Trajectory
@@ -53,7 +52,8 @@ def played(
         if not isinstance(touch.law, PlaneContact):
             continue
         name, size = touch.law.name, len(touch.tangents)
-        forces = np.stack([run[word] for word in column_words(name, True, size)], axis=1)
+        words = ("normal", *(("friction_along", "friction_across") if size > 1 else ("friction",) * size))
+        forces = np.stack([run[f"{word}_{name}"] for word in words], axis=1)
         spots, ways = zip(*(pushes(touch.law.closed, found, k) for k in range(len(some))), strict=True)
         along = np.array(ways)[:, [0, *touch.ways[:size]]]
         told = np.zeros((len(run.t), 10))
