@@ -97,6 +97,7 @@ plane = {{ body = "lever", normal = [0, 0, 1] }}
 """
 
 
+@pytest.mark.slow
 def test_what_hangs_on_a_joint_moves_by_its_reaction_its_weight_and_its_contact() -> None:
     run = symdyn.simulate(
         read_text(ARM + '[outputs]\nr = "reaction_j_fz_ground"\n'), until=1.5, every=0.05, reactions="ground"

@@ -6,7 +6,7 @@ from math import atan, pi
 
 import numpy as np
 import pytest
-from contact_scenes import BELT, CASES, DATA, DOWN, FALL, KNEE, ROD, TWO, row_of_balls, sliders, wheel
+from contact_scenes import ALONE, BELT, CASES, DATA, DOWN, FALL, KNEE, LOOPED, ROD, TWO, row_of_balls, sliders, wheel
 
 import symdyn
 from symdyn.errors import SceneError, SimulateError
@@ -216,63 +216,7 @@ def test_a_block_that_rocks_from_corner_to_corner_comes_to_rest() -> None:
     assert np.abs(run["energy_error"]).max() < 1e-10
 
 
-LOOPED = """
-gravity = [0, 0, -9.81]
-[bodies]
-left = { mass = 1, com = [0.2, 0, 0], inertia = [0.02, 0.02, 0.02], inertia_about = "com" }
-right = { mass = 2, com = [0.3, 0, 0], inertia = [0.03, 0.03, 0.03], inertia_about = "com" }
-coupler = { mass = 3 }
-[joints]
-a = { type = "revolute", parent = "ground", child = "left", axis = [0, 1, 0], coordinate = "a", start = 0.2 }
-[joints.b]
-type = "revolute"
-parent = "ground"
-child = "right"
-axis = [0, 1, 0]
-origin = [1, 0, 0]
-coordinate = "b"
-start = 0.2
-[joints.c]
-type = "revolute"
-parent = "left"
-child = "coupler"
-axis = [0, 1, 0]
-origin = [0.5, 0, 0]
-coordinate = "c"
-start = -0.2
-[[loop]]
-type = "revolute"
-parent = "coupler"
-child = "right"
-axis = [0, 1, 0]
-origin = [1, 0, 0]
-tip = [-0.5, 0, 0]
-[contacts.floor]
-body = "coupler"
-at = [0.4, 0, -0.1]
-restitution = 0.5
-friction = 0.2
-plane = { at = [0, 0, -0.45], normal = [0, 0, 1] }
-"""
-
 """A parallelogram, which is a pendulum of one angle."""
-
-ALONE = """
-gravity = [0, 0, -9.81]
-[parameters]
-J = "0.02 + 0.03 + 1*0.2**2 + 2*0.3**2 + 3*0.5**2"
-Jc = "J - (1*0.2 + 2*0.3 + 3*0.5)**2/6"
-[bodies]
-arm = { mass = 6, com = ["(1*0.2 + 2*0.3 + 3*0.5)/6", 0, 0], inertia = ["Jc/2", "Jc", "Jc/2"], inertia_about = "com" }
-[joints]
-a = { type = "revolute", parent = "ground", child = "arm", axis = [0, 1, 0], coordinate = "a", start = 0.2 }
-[contacts.floor]
-type = "gap"
-gap = "0.35 - 0.5*sin(a)"
-tangent = "-0.5*a_dot*sin(a)"
-restitution = 0.5
-friction = 0.2
-"""
 
 
 def test_contacts_of_a_loop_are_those_of_the_same_mechanism_without() -> None:

@@ -4,90 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from contact_scenes import ALONE, LOOPED
 
 import symdyn
 from symdyn.errors import DerivationError
 from symdyn.scene.toml import read_text
 
 pytestmark = [pytest.mark.runs("cc")]
-
-LOOPED = """
-gravity = [0, 0, -9.81]
-[bodies.left]
-mass = 1
-com = [0.2, 0, 0]
-inertia = [0.02, 0.02, 0.02]
-inertia_about = "com"
-[bodies.right]
-mass = 2
-com = [0.3, 0, 0]
-inertia = [0.03, 0.03, 0.03]
-inertia_about = "com"
-[bodies.coupler]
-mass = 3
-[joints.a]
-type = "revolute"
-parent = "ground"
-child = "left"
-axis = [0, 1, 0]
-coordinate = "a"
-start = 0.2
-[joints.b]
-type = "revolute"
-parent = "ground"
-child = "right"
-axis = [0, 1, 0]
-origin = [1, 0, 0]
-coordinate = "b"
-start = 0.2
-[joints.c]
-type = "revolute"
-parent = "left"
-child = "coupler"
-axis = [0, 1, 0]
-origin = [0.5, 0, 0]
-coordinate = "c"
-start = -0.2
-[[loop]]
-type = "revolute"
-parent = "coupler"
-child = "right"
-axis = [0, 1, 0]
-origin = [1, 0, 0]
-tip = [-0.5, 0, 0]
-[contacts.floor]
-body = "coupler"
-at = [0.4, 0, -0.1]
-restitution = 0.5
-friction = 0.2
-plane = { at = [0, 0, -0.45], normal = [0, 0, 1] }
-"""
-"""A parallelogram, which is a pendulum of one angle."""
-
-ALONE = """
-gravity = [0, 0, -9.81]
-[parameters]
-J = "0.02 + 0.03 + 1*0.2**2 + 2*0.3**2 + 3*0.5**2"
-Jc = "J - (1*0.2 + 2*0.3 + 3*0.5)**2/6"
-[bodies.arm]
-mass = 6
-com = ["(1*0.2 + 2*0.3 + 3*0.5)/6", 0, 0]
-inertia = ["Jc/2", "Jc", "Jc/2"]
-inertia_about = "com"
-[joints.a]
-type = "revolute"
-parent = "ground"
-child = "arm"
-axis = [0, 1, 0]
-coordinate = "a"
-start = 0.2
-[contacts.floor]
-type = "gap"
-gap = "0.35 - 0.5*sin(a)"
-tangent = "-0.5*a_dot*sin(a)"
-restitution = 0.5
-friction = 0.2
-"""
 
 SMOOTH, SMOOTH_ALONE = (read_text(text.replace("friction = 0.2", "")) for text in (LOOPED, ALONE))
 
@@ -129,3 +52,17 @@ def test_an_impact_with_more_impulses_than_ways_to_move_has_no_formula() -> None
     for text in (LOOPED, ALONE):
         with pytest.raises(DerivationError, match=words):
             symdyn.lambdify(read_text(text), "impact:floor")
+
+
+@pytest.mark.parametrize("text", [LOOPED, ALONE], ids=["loop", "alone"])
+def test_forces_that_are_not_unique_are_those_of_least_size(text: str) -> None:
+    """One freedom that a normal force holds, and friction too."""
+    call = symdyn.load(read_text(text), ["contact_dynamics", "delassus", "contact_bias"])
+    q = np.array([0.3, 0.3, -0.3])[: 3 if text == LOOPED else 1]
+    rest, closed = np.zeros(len(q)), np.ones(1)
+    found = call.contact_dynamics(q, rest, rest, closed, 0 * closed)
+    wanted = np.linalg.lstsq(call.delassus(q), -call.contact_bias(q, rest, rest), rcond=1e-10)[0]
+
+    assert found[: len(q)] == pytest.approx(rest, abs=1e-9)
+    assert found[len(q) :] == pytest.approx(wanted, rel=1e-7)
+    assert np.abs(wanted).max() > 1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from contact_scenes import sliders
 
 import symdyn
 from symdyn.errors import SymdynError
@@ -131,3 +132,16 @@ def test_a_contact_that_cannot_be_is_refused(keys: str, joint: tuple[str, str], 
         symdyn.simulate(read_text(SLIDES.format(keys=keys, type=kind, axis=axis, more=contact)), until=0.1)
 
     assert words in str(fault.value)
+
+
+def test_nine_contacts_at_once_are_too_many_and_eight_are_not() -> None:
+    table = f"gravity = [0, 0, -9.81]\n{sliders('z')}"
+    feet = [f'[contacts.f{k}]\nbody = "b"\nat = [{k}, 0, 0]\n' for k in range(9)]
+    words = r"9 contacts are closed at once, f0, .*, f8; 8 can be: leave out what others carry"
+
+    run = symdyn.simulate(read_text(table + "".join(feet[:8])), until=0.1, method="dop853")
+    assert run["normal_f3"][-1] == pytest.approx(9.81 / 8)
+    with pytest.raises(SymdynError, match=rf"start: {words}"):
+        symdyn.simulate(read_text(table + "".join(feet)), until=0.1, method="dop853")
+    with pytest.warns(RuntimeWarning, match=words):  # what came before is kept
+        symdyn.simulate(read_text(table + "".join(feet)), until=0.1, start="z=0.01", method="moreau:0.05")

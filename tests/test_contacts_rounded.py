@@ -23,6 +23,7 @@ def far(at: float) -> symdyn.Scene:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["taylor", "dop853"])
 def test_a_ball_bounces_a_kilometre_up_and_rests(method: str) -> None:
     run = symdyn.simulate(far(1000), until=6, method=method)

@@ -5,9 +5,11 @@ from __future__ import annotations
 import random
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from browser import opened
 
 import symdyn
 from symdyn.algebra import Floats, Form
@@ -20,6 +22,7 @@ from symdyn.teach import rendered, walkthrough
 from symdyn.teach.document import Document, Formula, Section
 from symdyn.teach.languages import languages
 from symdyn.teach.practice.variants import variant
+from symdyn.teach.render.html import html
 from symdyn.teach.render.markdown import markdown
 from tests.lessons import lesson_of
 
@@ -300,3 +303,40 @@ friction = { coulomb = 3 }
     shown = str(next(iter(markdown(lesson_of(read_text(text))).values())))
     assert "| sticks | $s$ = 0 | the amount of $\\lambda_t$ is" in shown
     assert "| 2 s | shaft\\_friction sticks |" in shown
+
+
+def test_what_a_page_plays_is_a_run_whose_forces_balance_inside_their_cone() -> None:
+    shown = lesson_of(symdyn.read(SCENES / "brick.toml"))
+    step = next(one for x in shown.sections for one in x.steps if one.key.startswith("contacts:laws"))
+    assert shown.played is not None
+    assert "cone" in step.show
+    _, x, _, speed, _, *qdd, missed, _, _, _, along, up, _, _, n, _, mode = np.array(shown.played.rows).T
+    gravity = 9.81 * np.array([np.sin(0.3), -np.cos(0.3)])
+
+    assert np.transpose(qdd) == pytest.approx(np.stack([along, up], axis=1) + gravity, abs=1e-4)  # mass 1, six digits
+    assert np.all(np.abs(along) <= 0.5 * up + 1e-4)
+    assert np.all(n == 1)
+    assert np.all(along[mode == 2] == pytest.approx(-0.5 * up[mode == 2], rel=1e-4))
+    assert {*mode} == {1, 2}
+    assert x[-1] == pytest.approx(2**2 / 2 / (9.81 * (0.5 * np.cos(0.3) - np.sin(0.3))), 1e-4)
+    assert speed[-1] == 0
+    assert np.abs(missed).max() < 1e-9
+
+
+@pytest.mark.slow
+def test_a_page_plays_impacts_and_moves_on_without_once_it_is_changed(browser: Any, tmp_path: Path) -> None:
+    place = tmp_path / "ball.html"
+    place.write_text(html(lesson_of(BALL))["bouncing_ball.html"])
+    run = symdyn.simulate(BALL, until=2, every=0.04)
+
+    with opened(browser, place) as page:
+
+        def stepped() -> float:
+            page.evaluate("document.querySelector('[data-do=step]').click()")
+            return float(page.evaluate("symdyn.bouncing_ball.state().q[0]"))
+
+        played = [stepped() for _ in range(48)]
+        page.evaluate("symdyn.bouncing_ball.set(0, 0.3)")
+        changed = [stepped() for _ in range(30)]
+    assert min(played) >= 0 > min(changed)
+    assert played == pytest.approx(run["z"][1:49], abs=1e-2)  # straight between rows

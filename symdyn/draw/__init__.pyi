@@ -4,6 +4,7 @@ from .animate import animation as animation, moving_picture as moving_picture
 from .films import Reel as Reel, check_film as check_film, film as film
 from .force_arrows import Wrench as Wrench
 from .free_bodies import acting_on as acting_on, free_body as free_body
+from .ground import pushes as pushes
 from .paint import tex_picture as tex_picture
 from .pictures import Lettered as Lettered, picture as picture, swing as swing
 from .plots import FilledFigure as FilledFigure

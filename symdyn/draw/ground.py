@@ -357,14 +357,14 @@ def _shown(corners: Array, normal: Array, view: View) -> tuple[Shape, ...]:
     return (path("stand", corners, closed=True), path("hatch", *strokes, size=0.8))
 
 
-def pushes(row: Contact, places: Places) -> tuple[Array, list[Array]]:
-    """Return where a contact acts at the first position that is found, and its unit forces, as its multipliers go."""
+def pushes(row: Contact, places: Places, k: int = 0) -> tuple[Array, list[Array]]:
+    """Return where a contact acts at position k of those found, and its unit forces, as its multipliers go."""
     touch = places.touches[row.name]
-    n, spot = touch.normal[0], touch.spot[0]
+    n, spot = touch.normal[k], touch.spot[k]
     if touch.across is not None:
-        return spot, [touch.across[0]]
-    _, axis, radius = places.wheels[row.name]
-    a = np.cross(n, touch.along[0]) if axis is None else axis[0]
+        return spot, [touch.across[k]]
+    _, axis, radius = places.wheels.get(row.name, (None, None, 0.0))  # a point is a small ball
+    a = np.cross(n, touch.along[k]) if axis is None else axis[k]
     w = float(np.linalg.norm(np.cross(a, n))) or 1.0
     along = np.cross(a, n) / w
     ways = {"along": along, "across": np.cross(n, along), "normal": n}

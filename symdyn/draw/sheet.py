@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping, Sequence
 
 from symdyn.draw.force_arrows import from_zero
-from symdyn.draw.outlines import drawn, gears, outline, strings
+from symdyn.draw.outlines import drawn, gears, outline, strings, touching
 from symdyn.dynamics.mechanism import vector
 from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph
@@ -28,7 +28,7 @@ class Mark:
             stands on the ground; "frame", "load", "spring" or "damper", "spring_turn" and the like for one in a joint
             ("spring_zero" begins at the zero of a slide, "spring_slide" behind it), "wheel", the rim of what rolls;
             "ball", its outline; "rod", "disc", "ring" or "plate", what a body looks like; or "plane", what wheels and
-            blades touch.
+            blades touch; "floor", the plane of what opens and closes.
         rows: of `drawn_points` that it needs, points first, then directions.
         body: number of the body that it belongs to, which is its colour; -1 for the ground.
         text: the name of a point or a load.
@@ -123,7 +123,8 @@ class Sheet:
             self._hinges[joint.name] = ((at, place, way), sign.slides, joint.child)
             if sign.line:
                 self.marks.append(self._made("link", (at, place), Scene.GROUND))
-            if sign.shape and joint.parent == Scene.GROUND:
+            lies = sign.slides and any(mark.kind == "floor" for mark in self.marks)  # it may slide along that
+            if sign.shape and joint.parent == Scene.GROUND and not lies:
                 self.marks.append(self._made("rail" if sign.slides else "support", (at, way), Scene.GROUND))
             if sign.shape:
                 yield self._made(sign.shape, (place, way, at), joint.child, joint=joint.name)
@@ -141,22 +142,23 @@ class Sheet:
 
     def _planes(self, scene: Scene) -> Iterator[Mark]:
         """Yield what wheels and blades touch: a point of it, what touches it, and two ways as long as is drawn."""
-        for row in scene.contacts:
-            radius = self.found.get(("radius", row))
-            if not (radius or row.plane.declared):
+        for row in touching(scene):
+            radius, opens = self.found.get(("radius", row)), row not in scene.contacts
+            if not (radius or row.plane.declared or opens):
                 continue
             frame = self.found["frame", row.plane.body]
             graph = frame[0].graph
             normal = unit(row.plane.normal, graph)
             first = _across(normal)
             reach = AROUND * radius[0] if radius else graph.constant(BLADE)
-            ways = [self._direction(_turned(frame, scale(reach, way))) for way in (first, cross(normal, first))]
+            sizes = ((first, reach), (cross(normal, first), reach), *([(normal, graph.one)] if opens else ()))
+            ways = [self._direction(_turned(frame, scale(size, way))) for way, size in sizes]
             rows = (self._direction(self.found["plane", row]), self._direction(self.found["end", row, 0]), *ways)
-            yield self._made("plane", rows, row.plane.body)
+            yield self._made("floor" if opens else "plane", rows, row.plane.body)
 
     def _wheels(self, scene: Scene, values: Mapping[str, float]) -> Iterator[Mark]:
         """Yield rims of what rolls or meshes: the centre, and two points a quarter turn apart that turn with it."""
-        for row in (*scene.contacts, *gears(scene, values)):
+        for row in (*touching(scene), *gears(scene, values)):
             if ("radius", row) not in self.found:
                 continue
             (radius,), at = self.found["radius", row], self.found["end", row, 0]

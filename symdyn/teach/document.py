@@ -17,6 +17,7 @@ from symdyn.graph import Expr, Graph, Op, reachable, substitute
 from symdyn.scene import Scene
 from symdyn.table import Table
 from symdyn.teach.languages import language_of
+from symdyn.teach.played import Played
 
 # Names
 
@@ -302,8 +303,7 @@ class Step:
         blocks: the mathematics.
         reason: why it is so; no parts where the blocks say it.
         reference: where it comes from, "(5.24)"; "" for none.
-        show: what the figure of a page shows while the step is read, words of `symdyn.teach.render.html`; none
-            for what the step before showed.
+        show: words of `symdyn.teach.render.html`, what the figure of a page shows; none for those before.
         needs: keys of blanks that are answered or given up before the step is shown.
         tries: sliders that a page with a moving figure has below the blocks.
     """
@@ -363,8 +363,7 @@ class Section:
 
     def runs(self, folded: Callable[[Step], bool]) -> Iterator[tuple[bool, tuple[Step, ...]]]:
         """Yield steps that follow each other and are folded, or are not."""
-        for hidden, steps in groupby(self.steps, folded):
-            yield hidden, tuple(steps)
+        yield from ((hidden, tuple(steps)) for hidden, steps in groupby(self.steps, folded))
 
 
 @dataclass(frozen=True)
@@ -377,6 +376,7 @@ class Document:
         names: how keys in formulas are printed, and what they are worth.
         formulation: a key of `FORMULATIONS` in `handout.py`.
         declared: the scene where it has states of its own, which are parameters of `scene`.
+        played: the run of its page through the contacts that `scene` has been taken without.
         brief: whether steps that are not `Step.is_brief` are folded, or left out of what cannot fold.
     """
 
@@ -389,12 +389,12 @@ class Document:
     formulation: str = "lagrange"
     brief: bool = False
     declared: Scene | None = None
+    played: Played | None = None
 
     def blocks(self) -> Iterator[tuple[Step, Block]]:
         """Yield every block with its step, those inside boxes, folds and solutions too."""
-        for section in self.sections:
-            for step in section.steps:
-                yield from ((step, block) for block in step.opened())
+        for step in (step for section in self.sections for step in section.steps):
+            yield from ((step, block) for block in step.opened())
 
     def forms(self) -> Iterator[Form]:
         """Yield every form that stands in a display."""

@@ -7,6 +7,13 @@ const show = except => {
 };
 let before = null;
 const play = one("[data-do=play]"), speed = one("[data-do=speed]"), drives = one("[data-do=drives]"), lost = one("[data-out=lost]");
+/** Begins a motion with the drives that are chosen: that of the run where the state is of it, or is the first one. */
+const driven = () => {
+  const t = drives.value === "held" ? null : playedFrom();
+  state = { ...state, tau: drives.value === "held" ? call("inverse_dynamics") : new Float64Array(n) };
+  rebase();
+  if (t !== null) state = replayed(t);
+};
 const run = on => {
   running = on;
   before = null;
@@ -16,13 +23,18 @@ const run = on => {
     return;
   }
   lost.textContent = "";
-  state = { ...state, tau: drives.value === "held" ? call("inverse_dynamics") : new Float64Array(n) };
-  rebase();
+  driven();
   requestAnimationFrame(tick);
 };
 const LONG = 3; // ms that a picture's share of the motion takes at most; beyond that it falls behind the clock
 /** Moves on by some seconds; returns whether the motion is still one. */
 const moveOn = seconds => {
+  if (ofRun.has(state)) {
+    state = replayed(Math.min(ended, state.t + seconds));
+    show();
+    if (state.t >= ended && running) run(false);
+    return running;
+  }
   const next = advanced(state, seconds, performance.now() + LONG);
   if (!next) {
     reset();
@@ -44,7 +56,7 @@ const STEP = 0.04; // s, at full speed
 const step = () => {
   if (running) run(false);
   else {
-    state = { ...state, tau: drives.value === "held" ? call("inverse_dynamics") : new Float64Array(n) };
+    if (!ofRun.has(state)) driven();
     moveOn(STEP * Number(speed.value));
   }
 };

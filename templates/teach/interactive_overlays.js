@@ -136,6 +136,7 @@ howMuch?.addEventListener("input", () => {
 const overlays = rows => {
   if (wanted("ghost") && !ghost && data.start.params.length) compute.ghost(0, state.params[0] / 2 || 1, false);
   vectors();
+  cones();
   placeLines();
   for (const move of coordinates) move(rows);
   for (const move of called) move(rows);

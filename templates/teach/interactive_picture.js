@@ -123,10 +123,10 @@ const kinds = {
     hatch.setAttribute("d", "M-20 18H20M-16 26L-8 18M-6 26L2 18M4 26L12 18M14 26L22 18");
     return ([at]) => [base, hatch].forEach(element => put(element, flat(at)));
   },
-  rail: () => {
+  rail: (body, letters, off = 12) => {
     const rail = add("path", "rail"), hatch = add("path", "hatch");
-    rail.setAttribute("d", "M-600 12H600");
-    hatch.setAttribute("d", Array.from({ length: 76 }, (_, i) => `M${16 * i - 600} 20l8 -8`).join(""));
+    rail.setAttribute("d", `M-600 ${off}H600`);
+    hatch.setAttribute("d", Array.from({ length: 76 }, (_, i) => `M${16 * i - 600} ${off + 8}l8 -8`).join(""));
     return ([at, way]) => {
       const [x, y] = unit(lean(way)), from = flat(at), along = Math.round(-(from[0] * x + from[1] * y) / 16) * 16;
       [rail, hatch].forEach(element => put(element, [from[0] + along * x, from[1] + along * y], Math.atan2(y, x) * 180 / Math.PI));
@@ -177,6 +177,15 @@ const kinds = {
       const strokes = [];
       for (let k = Math.ceil(4 * (u - 1)); k <= 4 * (u + 1); k++) strokes.push(line(place(k / 4, v - 1), place(k / 4, v + 1)));
       hatch.setAttribute("d", strokes.join(""));
+    };
+  },
+  floor: body => {
+    const edge = kinds.rail(body, "", 0), face = kinds.plane(), parts = [...into.children];
+    return ([at, spot, first, second, normal]) => {
+      const level = Math.hypot(...lean(normal)) > 0.999;
+      parts.forEach((part, k) => { part.style.display = level === k < 2 ? "" : "none"; });
+      if (level) edge([at, across(normal, axes[2])]);
+      else face([at, spot, first, second]);
     };
   },
   rod: body => {

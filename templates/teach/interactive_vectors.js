@@ -147,7 +147,9 @@ const tellPage = (name, detail) => root.dispatchEvent(new CustomEvent(`symdyn:${
 /** Shows these words, and nothing of what was shown but what the reader has ticked; unknown words change nothing. */
 compute.show = chosen => {
   words = [...chosen];
+  const pressed = words.includes("cone") && press();
   rearrange();
+  if (pressed) show();
 };
 const rearrange = () => {
   most = {};

@@ -17,6 +17,7 @@ from .contact_equations import (
     dot as dot,
 )
 from .contact_rows import (
+    CLOSED_AT_ONCE as CLOSED_AT_ONCE,
     MODE as MODE,
     Row as Row,
     Touch as Touch,

@@ -104,7 +104,7 @@ def _all(w: Workspace, by_recursion: bool) -> ContactEquations:
 
 
 def _in_mode(w: Workspace, by_recursion: bool) -> list[Expr]:
-    """Return accelerations and forces, the mode told by mask and slip."""
+    """Return accelerations and forces, the mode told by mask and slip; of least size where rows may hold the same."""
     c: ContactEquations = w.once(_all, by_recursion)
     masks, slips = (iter(direction(w.graph, name, len(mode_names(w, name)))) for name in MODES)
     one, touches = w.graph.one, list[Touch]()
@@ -112,7 +112,7 @@ def _in_mode(w: Workspace, by_recursion: bool) -> list[Expr]:
         along = tuple(islice(slips, max(1, len(touch.tangents))))
         sticks = one - w.graph.total(part * part for part in along)
         touches.append(replace(touch, mode=(next(masks), sticks, one, one), directions=along))
-    told = replace(c, touches=tuple(touches))
+    told = replace(c, touches=tuple(touches), shared=len(c.rows) > _free_ways(w))
     return [*told.accelerations, *told.forces]
 
 
@@ -128,6 +128,11 @@ def _drift(w: Workspace, by_recursion: bool) -> list[Expr]:
 # One impact
 
 
+def _free_ways(w: Workspace) -> int:
+    """Return how many velocities are free."""
+    return len(w.prescribed.free) - (len(w.loops.decisions.independent_rows) if w.scene.is_constrained else 0)
+
+
 def _impact(w: Workspace, name: str, by_recursion: bool) -> list[Expr]:
     """Return u⁺ and Λ where a contact strikes alone."""
     touch, free = _touch(w, name, by_recursion), _free(w, by_recursion)
@@ -138,9 +143,8 @@ def _impact(w: Workspace, name: str, by_recursion: bool) -> list[Expr]:
             f"{w.scene.name}: contacts.{name}: it can slip along two directions, and no formula says how"
         )
     rows = list(touch.rows)
-    free_ways = len(w.prescribed.free) - (len(w.loops.decisions.independent_rows) if w.scene.is_constrained else 0)
-    if len(rows) > free_ways > 0:
-        told = f"{len(rows)} impulses act, and {free_ways} velocity is free, so that they are not unique"
+    if len(rows) > _free_ways(w) > 0:
+        told = f"{len(rows)} impulses act, and {_free_ways(w)} velocity is free, so that they are not unique"
         raise DerivationError(f"{w.scene.name}: contacts.{name}: {told}; leave its friction out")
     columns = [columns_of(w, free, row) for row in rows]
     D = [[dot(row.entries, column) for column in columns] for row in rows]

@@ -29,6 +29,9 @@ MODE = ("closed", "sticks", "slip", "yields")
 """The numbers of a mode: whether it is closed, whether it sticks, the sign of its slip, or 1 where it may slip any way,
 and how much it leaves to others that stick with it. What touches while others carry all is not closed, and sticks."""
 
+CLOSED_AT_ONCE = 8
+"""Contacts with gaps that are closed at once, at most, in runs and in generated C."""
+
 
 def unilaterals_of(scene: Scene) -> tuple[Unilateral, ...]:
     """Return all that opens, closes and sticks: what is declared, limits with a restitution, friction not smoothed."""

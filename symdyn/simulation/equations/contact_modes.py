@@ -23,7 +23,7 @@ import numpy.typing as npt
 
 from symdyn.algebra import Array
 from symdyn.dynamics import Function, Workspace
-from symdyn.dynamics.outputs import MODE, ContactEquations, Touch, unilaterals_of
+from symdyn.dynamics.outputs import CLOSED_AT_ONCE, MODE, ContactEquations, Touch, unilaterals_of
 from symdyn.errors import SimulateError, suggestion
 from symdyn.frozen import dataclass, field, replace
 from symdyn.graph import Expr, Op, substitute
@@ -232,6 +232,13 @@ class Contacts:
     def name(self, k: int) -> str:
         """Return the name of one."""
         return self.touches[k][0]
+
+    def refuse_many(self, touching: Sequence[int]) -> None:
+        """Raise ArithmeticError where more contacts touch at once than runs and generated code close."""
+        some = [self.name(k) for k in touching if self.touches[k][1] and k not in self.always]
+        if len(some) > CLOSED_AT_ONCE:
+            told = f"{len(some)} contacts are closed at once, {', '.join(some)}; {CLOSED_AT_ONCE} can be"
+            raise ArithmeticError(f"{told}: leave out what others carry, such as all but the corners of a foot")
 
     def closed(self, x: Array) -> list[int]:
         """Return which contacts are closed, or touch while nothing presses there."""

@@ -107,6 +107,7 @@ class Settling:
         rest = RESTS * max(1.0, float(np.abs(u).max(initial=0.0)))
         near = set(np.flatnonzero(self.n.able & (np.abs(self.n.gaps) <= TOUCHES)).tolist())
         touching = sorted({*self.contacts.closed(x), *struck, *near, *self.contacts.always})
+        self.contacts.refuse_many(touching)
         v = self.n.W @ u
         impulses, lost, after = np.zeros(len(v)), 0.0, v
         normal = {k: n for k in touching if (n := laws.normals[k]) is not None}

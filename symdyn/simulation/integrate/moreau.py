@@ -84,6 +84,7 @@ def _stepped(problem: InitialValueProblem, contacts: Contacts, t: float, x: Arra
     free = before + h * system.rates(middle, x)[velocities]
     height = contacts.heights(found, range(len(contacts.touches)))
     closed = [k for k, (n, _) in enumerate(contacts.rows) if n is None or (found.able[k] and height[k] <= 0.0)]
+    contacts.refuse_many(closed)
     some, rows = part(laws, closed)
     cases = list[tuple[int, Case]]()
     if rows:

@@ -67,7 +67,8 @@ def law_steps(lesson: Lesson, struck: Sequence[Struck]) -> Iterator[Step]:
                 table,
                 cone(lesson, str(k), *one.chosen.of(*(x.express(lesson.graph) for x in (one.static, one.mu)))),
             )
-        yield Step(f"contacts:laws:{k}" if reason.parts else f"more.contacts:laws:{k}", claim, shown, reason)
+        key = f"contacts:laws:{k}" if reason.parts else f"more.contacts:laws:{k}"
+        yield Step(key, claim, shown, reason, show=("cone", "names"))
 
 
 APART, HIGH, DEEP = 190.0, 100.0, 30.0  # of the modes, and how high a cone is drawn; units of the picture

@@ -30,6 +30,7 @@ from symdyn.teach.derivations.precession import NO_FORM, lowest, shortened
 from symdyn.teach.derivations.solved import Quotients, vanishing
 from symdyn.teach.document import Block, Box, Document, Formula, Letter, Picture, Section, Step, Words
 from symdyn.teach.lesson import Lesson, Prose
+from symdyn.teach.played import played
 from symdyn.teach.shown_state import Chosen, choose_state, picture_letters
 
 BEHIND = ("explicit", "equations", "by.equations", "reactions")
@@ -80,18 +81,22 @@ def with_contacts(document: Document, scene: Scene) -> Document:
     several = len(touches) > 1
     struck = [Struck(lesson, one, str(k) if several else "", chosen) for k, one in enumerate(touches, 1)]
     steps = [*(one.rates() for one in struck), *law_steps(lesson, struck)]
+    run = None if elsewhere(lesson, "run") else _followed(scene, chosen)
     if not lesson.scene.prescribed_velocities:
         told = set[tuple[bool, int, str]]()
         for one in struck:
             found = (*one.impact(), *limit_steps(one, scene), *joint_steps(one))
             steps += [replace(step, key=f"more.{step.key}") if one.kind in told else step for step in found]
             told.add(one.kind)
-        steps += _numbers(lesson, struck, scene)
+        steps += _numbers(lesson, struck, scene, run)
     section = lesson.section("contacts", steps)
     letters = picture_letters(lesson.scene, lesson.graph, chosen)
     shown = scene_picture(Prose(scene, lesson.language), chosen, letters)
     sections = (*document.sections[: place + 1], section, *document.sections[place + 1 :])
-    return replace(document, sections=tuple(_pictured(x, shown) for x in sections), names=lesson.names)
+    frictions = [chosen.of(*(x.express(lesson.graph) for x in (one.static, one.mu))) for one in struck]
+    shows = played(scene, list(zip(touches, frictions, strict=True)), chosen.parameters, run)
+    pictured = tuple(_pictured(x, shown) for x in sections)
+    return replace(document, sections=pictured, names=lesson.names, played=shows)
 
 
 def _pictured(section: Section, shown: Picture) -> Section:
@@ -104,25 +109,27 @@ def _pictured(section: Section, shown: Picture) -> Section:
 
 
 def _followed(scene: Scene, chosen: Chosen, until: Sequence[float] = HORIZONS) -> simulation.Trajectory | None:
-    """Return a run from the scene's start through what happens first; None where nothing does, or nothing runs."""
+    """Return a run from the scene's start through what happens first, if something does; None where nothing runs."""
     values = {one.name: chosen.parameters[one.name] for one in scene.free_parameters}
+    run = None
     for end in until:
         try:
             run = simulation.simulate(scene, until=end, values=values or None, say=lambda line: None)
         except SymdynError:
             return None
         if run.impacts:
-            return run
-    return None
+            break
+    return run
 
 
-def _numbers(lesson: Lesson, struck: Sequence[Struck], scene: Scene) -> Iterator[Step]:
+def _numbers(
+    lesson: Lesson, struck: Sequence[Struck], scene: Scene, run: simulation.Trajectory | None
+) -> Iterator[Step]:
     """Yield what happens in a run, whether the formulas say the same of its first impact, and flights without end."""
     if left_out := elsewhere(lesson, "run"):
         yield Step("contacts:run", left_out, ())
         return
-    run = _followed(scene, struck[0].chosen)
-    if run is None:
+    if run is None or not run.impacts:
         return
     first = next((event for event in run.impacts if event.what in STRIKES), None)
     rows = list[list[str | Words]]()

@@ -49,7 +49,7 @@ from symdyn.teach.render.page import Interactive, interactive
 
 SHOWN: tuple[str, ...] = (
     *("names", "frames", "angles", "places", "velocities", "accelerations", "weights", "forces", "inertia"),
-    *("coriolis", "centrifugal", "momenta", "reactions", "energies", "plots", "phase", "trails", "ghost"),
+    *("coriolis", "centrifugal", "momenta", "reactions", "energies", "plots", "phase", "trails", "ghost", "cone"),
 )
 """Words that stand alone; `body:NAME` and `joint:NAME` point at one."""
 
@@ -296,7 +296,7 @@ def _live(document: Document, numbered: Numbered) -> tuple[Interactive | None, s
     """Return the part with sliders; for a mechanism that they cannot move None, and why."""
     told, states = document.language, document.declared.states if document.declared else ()
     try:
-        return interactive(document.scene, language=told, named=numbered.values, states=states), ""
+        return interactive(document.scene, None, told, numbered.values, states, document.played), ""
     except (TeachError, DerivationError) as fault:
         why = absence(document.scene, document.language)
         return None, in_html(why or f"{language_of(document.language).page['absent']} {fault}")

@@ -35,7 +35,7 @@ from symdyn.program import Program, choose, lower
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values import Body, Joint, StateVariable, Strut
+from symdyn.scene.values import Body, Element, Joint, StateVariable, Strut
 from symdyn.spatial import Mat, Vec, add, cross, dot, scale, sub, zero_vector
 from symdyn.teach.languages import language_of
 from symdyn.teach.render.controls import ACTING, STATE, Held, function, held, reduced_functions
@@ -275,13 +275,14 @@ def live(
     named: Sequence[Expr] = (),
     outlined: Collection[str] = (),
     states: Sequence[StateVariable] = (),
+    touches: Sequence[Element] = (),
 ) -> Live:
     """Return what the page of a scene computes, one with loops or rows without prescribed motions, see `by_hand`.
 
     Loops are assembled at values of parameters, those that lessons show where none are given. `named` are values of
     the state and the parameters on any graph, which the page computes too: "named_values". `outlined` names bodies that
     are drawn as what they look like at these values. `states` are parameters that change: "own_rates" is what they add
-    to the power, and their rates.
+    to the power, and their rates. `touches` are drawn, and do nothing.
 
     Raises:
         TeachError: a scene that sliders cannot move.
@@ -305,7 +306,7 @@ def live(
     if any(not force.is_zero for force in workspace.Q):
         text = "generalized forces Q of loads, dampers, friction and declared forces"
         functions.append(function(workspace, "applied_forces", text, workspace.Q, ("q", "qd")))
-    sheet = Sheet(free, workspace.graph, values, outlined)
+    sheet = Sheet(replace(free, elements=(*free.elements, *touches)), workspace.graph, values, outlined)
     text = "points and directions that are drawn, ground frame"
     entries = [x for row in sheet.rows for x in row]
     functions.append(function(workspace, "drawn_points", text, entries, ("q", "qd"), (len(sheet.rows), 3)))

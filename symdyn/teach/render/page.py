@@ -31,6 +31,7 @@ from symdyn.teach.derivations.equation_steps import coefficient_unit
 from symdyn.teach.languages import language_of
 from symdyn.teach.lesson import called
 from symdyn.teach.mathematics import inline, with_words
+from symdyn.teach.played import Played
 from symdyn.teach.render.controls import UNITS, controls, start
 from symdyn.teach.render.live import Live, Term, by_hand, live
 
@@ -178,7 +179,7 @@ SPACED = re.compile(r" ([=*/+-]) (?![+-])")
 CHOICES: Mapping[str, Mapping[str, str]] = {
     "shape": dict.fromkeys(("names", "angles", "places", "frames", "trails"), ""),
     "motion": {"velocities": "v", "accelerations": "a", "momenta": "p"},
-    "forces": {"weights": "G", "forces": "F", "reactions": "R"},
+    "forces": {"weights": "G", "forces": "F", "reactions": "R", "cone": "λ"},
     "inertia": {"inertia": "D", "coriolis": "C", "centrifugal": "Z"},
     "plots": dict.fromkeys(("plots", "phase"), ""),
 }
@@ -205,6 +206,7 @@ def interactive(
     language: str = "en",
     named: Sequence[Expr] = (),
     states: Sequence[StateVariable] = (),
+    played: Played | None = None,
 ) -> Interactive:
     """Return the interactive part of a lesson; several scenes may stand in one page.
 
@@ -217,6 +219,7 @@ def interactive(
         language: "en" or "sk".
         named: values that `symdyn.NAME.named()` of the page returns too, see `live`.
         states: parameters of the scene that are states, which begin where a lesson shows them.
+        played: its run with the contacts that it has been taken without.
 
     Raises:
         TeachError: a scene that sliders cannot move, or an unknown language.
@@ -240,7 +243,8 @@ def interactive(
         begun = replace(begun, q=[float(x) for x in q], parameters=values)
     q, values = np.array(begun.q), begun.parameters
     stage = Stage(scene, q.reshape(1, -1), values)
-    computed = live(scene, values, named, stage.places.outlines, states)
+    touches = played.scene.unilaterals if played else ()
+    computed = live(scene, values, named, stage.places.outlines, states, touches)
     own = [[one.name for one in scene.parameters].index(one.name) for one in states]
     name = stem(scene.name)
     stuck = sentences["freed"] if scene != whole else f"{sentences['stuck']} {computed.stuck}" if computed.stuck else ""
@@ -259,14 +263,16 @@ def interactive(
         "planar": stage.view.planar,
         "plotted": [in_html(one["unit"]) for one in plotted(scene, own)],
         "pairs": [in_html(f"{below}; {beside}") for *_, below, beside in pairs(scene)],
-        "choices": _choices(computed),
+        "choices": _choices(computed, played),
         "ghosts": [in_html(Text.of_latex(symbols[p.name]).plain) for p in scene.parameters],
         "stuck": in_html(stuck),
+        "played": played and ("played" if played.rows else "unplayed"),
         "undriven": in_html(computed.held.undriven) if computed.held else "",
     }
     state = {"q": begun.q, "qd": begun.qd, "qdd": begun.qdd}
     params = [values[p.name] for p in scene.parameters]
     data = {"start": {**state, "params": params, "t": begun.t}, **_data(scene, computed, stage, sentences, own)}
+    data["played"] = {"rows": played.rows, "frictions": played.frictions} if played and played.rows else None
     command = f"symdyn walkthrough {scene.name}.toml --format html"
     code = emit(computed.program, JS.name, command=command).texts[f"{name}.js"]
     script = {
@@ -304,7 +310,7 @@ def interactive_page(scene: Scene, parameters: Mapping[str, float] | None = None
     return with_words(render("teach/interactive_page.html.jinja", values), language_of(language).page)
 
 
-def _choices(computed: Live) -> list[tuple[str, list[tuple[str, str]]]]:
+def _choices(computed: Live, played: Played | None) -> list[tuple[str, list[tuple[str, str]]]]:
     """Return the groups of what the reader may have shown, and words and signs of each."""
     arrows = computed.arrows
     lacking = {
@@ -312,6 +318,7 @@ def _choices(computed: Live) -> list[tuple[str, list[tuple[str, str]]]]:
         "coriolis": len(computed.rows) > 1,
         "forces": arrows.actions,
         "reactions": arrows.joints,
+        "cone": played and played.frictions,
     }
     found = {group: [one for one in signs.items() if lacking.get(one[0], True)] for group, signs in CHOICES.items()}
     return [(group, ticks) for group, ticks in found.items() if ticks]

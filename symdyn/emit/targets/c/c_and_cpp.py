@@ -37,6 +37,7 @@ from fractions import Fraction
 from typing import Any
 
 from symdyn.arguments import argument
+from symdyn.dynamics.outputs import CLOSED_AT_ONCE
 from symdyn.emit.code.identifiers import checked, lone_header, names_of_c, stem
 from symdyn.emit.code.spelling import OPERATORS, REALS, TABLE, Printer, Real, Spelling, call, digits, find_real
 from symdyn.emit.code.target import BATCH, Draft, FunctionText, Sources, Target
@@ -165,8 +166,8 @@ def _beside_c(sources: Sources) -> dict[str, str]:
 FORCED = "contact_bias", "delassus"
 """The requests that forces of contacts are made of."""
 
-CLOSED, PIVOTS = 8, 500
-"""Contacts closed at once, and pivots, at most; runs pivot as often."""
+PIVOTS = 500
+"""Pivots at most, as in runs."""
 
 
 def _contact_laws(sources: Sources) -> dict[str, str]:
@@ -187,7 +188,7 @@ def _contact_laws(sources: Sources) -> dict[str, str]:
             f"contacts.{turned[0]} can slip along two directions, Lemke's pivots know one: leave its friction out,"
         )
         refused += " or declare a mechanism that moves in a plane; simulate has both directions"
-    m, n = len(made[0].labels[0]), 4 * min(CLOSED, len(rows))
+    m, n = len(made[0].labels[0]), 4 * min(CLOSED_AT_ONCE, len(rows))
     values = {
         "stem": opening,
         "refused": refused,
@@ -198,7 +199,7 @@ def _contact_laws(sources: Sources) -> dict[str, str]:
         "columns": 2 * n + 2,
         "stack": 8 * (n * (2 * n + 3) + m * (m + 3) + len(rows) + 72) + 12 * n,
         "pivots": PIVOTS,
-        "most": CLOSED,
+        "most": CLOSED_AT_ONCE,
         "arguments": list({one.name: one for function in made for one in function.arguments}.values()),
         "taken": {function.request: [one.name for one in function.arguments] for function in made},
     }
