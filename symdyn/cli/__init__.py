@@ -78,7 +78,7 @@ class Parser(argparse.ArgumentParser):
 
     def __init__(self, *words: Any, **named: Any) -> None:
         super().__init__(*words, **{"formatter_class": _formatter, **named})
-        self.allow_abbrev = False
+        self.allow_abbrev, self._given = False, dict[str, list[str]]()
 
     def parse_known_args(self, *words: Any, **named: Any) -> Any:
         """Parse, knowing all that is taken; what looks like an option and is none is told what was meant."""
@@ -111,9 +111,20 @@ class Parser(argparse.ArgumentParser):
             self.error("; ".join(f"{name} is no option{_meant(name, known)}" for name in unknown))
 
     def _get_values(self, action: argparse.Action, arg_strings: list[str]) -> Any:
-        """Return what an option is given; of nothing nothing would come, in silence."""
-        if action.option_strings and "" in map(str.strip, arg_strings) and action.dest not in EMPTY:
-            self.error(f"{action.option_strings[-1]}: is empty; give {action.metavar or 'a value'}, or leave it out")
+        """Return what an option is given; of nothing nothing would come, in silence.
+
+        What holds a list holds that of every time it is given; what holds one value takes one.
+        """
+        option = action.option_strings[-1] if action.option_strings else ""
+        if option and "" in map(str.strip, arg_strings) and action.dest not in EMPTY:
+            self.error(f"{option}: is empty; give {action.metavar or 'a value'}, or leave it out")
+        if option and action.nargs != 0 and not isinstance(action, argparse._AppendAction):
+            before = self._given.get(option)
+            if before is not None and action.nargs not in ("*", "+") and action.metavar != "LIST":
+                both = " and ".join(before + arg_strings)
+                self.error(f"{option} is given twice{both and f': {both}'}; give one")
+            arg_strings = self._given[option] = [*(before or ()), *arg_strings]
+            arg_strings = [",".join(arg_strings)] if action.metavar == "LIST" else arg_strings
         return super()._get_values(action, arg_strings)
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
