@@ -17,7 +17,7 @@ from symdyn.draw import Reel, film
 from symdyn.errors import SimulateError, UnknownNameError
 from symdyn.scene import Scene, parse
 from symdyn.scene.values import Faults, FormulaError, split_commas
-from symdyn.simulation import CHECKS, Feedback, Trajectory, axes_of, feedback_of
+from symdyn.simulation import CHECKS, Feedback, Trajectory, axes_of, feedback_of, read_feedback
 from symdyn.simulation.prescribed import words
 
 
@@ -145,6 +145,9 @@ def controller(scene: Scene, options: argparse.Namespace) -> Feedback | None:
     if options.feedback is not None:
         limits = options.limits or ""
         by_name = limits if limits and "=" not in limits else pairs(limits, "--limits")
+        period = read_feedback(scene, options.feedback).period
+        if period is not None and options.period not in (None, period):
+            say(f"--period {options.period:g}: {options.feedback} was made for {period:g} s; at another period its poles are others")
         return feedback_of(scene, options.feedback, options.period, options.delay, by_name, options.until or 0.0)
     told = [f"--{name}" for name in ("period", "delay", "limits") if getattr(options, name) is not None]
     if told:

@@ -274,6 +274,13 @@ def read_over(scene: Scene, over: Over, letters: Iterable[str], faults: Faults) 
     return tuple(found.values())
 
 
+def check_unbound(over: Over, given: Mapping[str, object] | None, faults: Faults) -> None:
+    """Tell of names that are varied and given one value too, which their distributions do not name."""
+    for name, said in _pairs(over, Faults("")):
+        if given is not None and name in given and not re.search(rf"\b({name}|{TOLERANCE})\b", str(said)):
+            faults.add(argument("values"), f"{name} is varied; leave it out here")
+
+
 def _pairs(over: Over, faults: Faults) -> list[tuple[str, Any]]:
     if isinstance(over, Mapping):
         return [(str(name), said) for name, said in over.items()]
