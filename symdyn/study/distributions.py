@@ -285,7 +285,8 @@ def _pairs(over: Over, faults: Faults) -> list[tuple[str, Any]]:
     if isinstance(over, Mapping):
         return [(str(name), said) for name, said in over.items()]
     found: list[tuple[str, Any]] = []
-    for text in [over] if isinstance(over, str) else over:
+    listed = [split_commas(str(one)) for one in ([over] if isinstance(over, str) else over)]
+    for text in [part for some in listed for part in (some if all("=" in one for one in some) else [",".join(some)])]:
         name, equals, said = (part.strip() for part in str(text).partition("="))
         if equals and said and _NAME.match(name):
             found.append((name, said))
