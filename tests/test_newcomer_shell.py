@@ -139,11 +139,9 @@ def test_what_is_given_twice_is_held_and_what_changes_nothing_is_told(
     assert capsys.readouterr().out.splitlines()[1].split(",")[1:3] == ["1.0", "2.0"]
 
     both = [["Q=x:10;R=F:3"], ["Q=x:10", "--lqr", "R=F:3"], ["Q=x:10", "R=F:3"]]
-    told = []
+    told, sampled = [], ["linearize", str(path), "--dt", "0.01", "--lqr"]
     for weights in both:
-        assert (
-            main(["linearize", str(path), "--dt", "0.01", "--lqr", *weights, "--gains", gains, "--show", "step"]) == 0
-        )
+        assert main([*sampled, *weights, "--gains", gains, "--show", "step"]) == 0
         said = capsys.readouterr()
         told.append(said.out)
         assert "--dt 0.01: --show step: of the mechanism all the time" in said.err

@@ -85,7 +85,7 @@ def write_file(file: str | Path, contents: Contents) -> Path:
     path = Path(file)
     if path.name in ("", ".."):
         raise EmitError(f"file = {quoted(str(file))} is a folder; give the path of a file")
-    if "\0" not in str(path) and not path.parent.is_dir():
+    if "\0" not in str(path) and not path.parent.exists():
         raise EmitError(f"{path}: there is no folder {path.parent}; make it, or give another")
     return write({path.name: contents}, path.parent)[0]
 
