@@ -145,10 +145,11 @@ def controller(scene: Scene, options: argparse.Namespace) -> Feedback | None:
     if options.feedback is not None:
         limits = options.limits or ""
         by_name = limits if limits and "=" not in limits else pairs(limits, "--limits")
-        period = read_feedback(scene, options.feedback).period
-        if period is not None and options.period not in (None, period):
+        found = feedback_of(scene, options.feedback, options.period, options.delay, by_name, options.until or 0.0)
+        period = None if options.period is None else read_feedback(scene, options.feedback).period
+        if period is not None and options.period != period:
             say(f"--period {options.period:g}: {options.feedback} is made for {period:g} s; its poles are others here")
-        return feedback_of(scene, options.feedback, options.period, options.delay, by_name, options.until or 0.0)
+        return found
     told = [f"--{name}" for name in ("period", "delay", "limits") if getattr(options, name) is not None]
     if told:
         raise SimulateError(f"{', '.join(told)}: of --feedback, which is not given; give --feedback FILE too")
