@@ -239,6 +239,7 @@ ELSEWHERE = {
     **{"tf": "until transfer", "ss2tf": "transfer", "to-tf": "transfer", "transfer-function": "transfer"},
     **{"c2d": "discretize", "sample": "discretize", "cont2discrete": "discretize", "rlocus": "root_locus"},
     **dict.fromkeys(("eig", "eigenvalues", "eigvals", "pole"), "poles"),
+    **{"2r": "rr", "3r": "rrr", "lhs": "latin", "latin-hypercube": "latin", "monte-carlo": "random", "mc": "random"},
     **{"num": "numerator", "den": "denominator", "zero": "zeros", "margin": "margins", "ss": "closed_loop to_control"},
     **{"mag": "decibels", "magnitude": "decibels", "phase": "degrees", "lqe": "kalman", "dlqr": "lqr"},
     **{"acker": "place", "pole-placement": "place", "gain": "k decibels"},

@@ -17,7 +17,7 @@ from pathlib import Path
 from options_of_checks import CHECKED, ELSEWHERE, NOTHING
 from options_tried import MOVED, Verb
 
-from symdyn.cli import VERBS, main, parser
+from symdyn.cli import VERBS, VerbParser, main
 
 TRIED: dict[str, Verb] = {**MOVED, **CHECKED}
 
@@ -26,9 +26,12 @@ __all__ = ["ELSEWHERE", "NOTHING", "TRIED", "lines", "options_of", "outcome"]
 
 def options_of(verb: str, valued: bool = False) -> set[str]:
     """Return all options that a verb takes, by their long names; or those that have a value."""
-    kinds = [one for one in parser()._actions if isinstance(one, argparse._SubParsersAction)]
-    taken = [one for one in kinds[0].choices[verb].made._actions if one.nargs != 0 or not valued]
-    return {one.option_strings[-1] for one in taken if one.option_strings} - {"--help"}
+    return {one.option_strings[-1] for one in actions_of(verb) if one.option_strings and (one.nargs != 0 or not valued)}
+
+
+def actions_of(verb: str) -> list[argparse.Action]:
+    """Return all that a verb takes, but for --help."""
+    return [one for one in VerbParser(prog=f"symdyn {verb}").made._actions if one.dest != "help"]
 
 
 def outcome(line: str, folder: Path, before: tuple[str, ...] = ()) -> tuple[int, str, str, dict[str, bytes]]:

@@ -40,8 +40,10 @@ def invalid(tmp_path: Path) -> Path:
 
 
 def test_convert_writes_the_same_scene_and_prints_the_path(tmp_path: Path, capsys: Capture) -> None:
-    out = tmp_path / "new" / "arm.toml"
+    out = tmp_path / "arm.toml"
 
+    assert main(["convert", SCARA, str(tmp_path / "new" / "arm.toml")]) == 1
+    assert "there is no folder" in capsys.readouterr().err
     assert main(["convert", SCARA, str(out)]) == 0
     assert capsys.readouterr() == (f"{out}\n", "")
     assert read(out) == read(SCARA)

@@ -133,7 +133,7 @@ def test_pages_and_pictures_play_once_or_for_ever(tmp_path: Path) -> None:
         ("a.glb", {"size": 300}, "a size in pixels belongs to"),
         ("a.mp4", {"size": (321, 240)}, "even numbers"),
         ("a.gif", {"size": (3, 9000)}, "16 to 4096 a side"),
-        ("none/full/a.gif", {}, "cannot write"),
+        ("none/full/a.gif", {}, "there is no folder"),
     ],
 )
 def test_what_no_film_can_be_is_told(file: str, more: dict[str, object], message: str, tmp_path: Path) -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -12,7 +14,9 @@ from symdyn.cli import main
 from symdyn.errors import (
     ArgumentError,
     SimulateError,
+    SymdynError,
 )
+from symdyn.simulation import panels
 
 pytestmark = pytest.mark.runs("cc")
 
@@ -37,13 +41,30 @@ CART = symdyn.example("cart_pole")
         (["equilibrium", "a.toml"], "did you mean linearize?"),
         (["trim", "a.toml"], "did you mean linearize?"),
         (["linearize", "a.toml", "--trim", "x"], "did you mean --start?"),
+        (["linearize", "a.toml", "--period", "1"], "--period is no option; give --dt"),
+        (["linearize", "a.toml", "--noise", "1"], "and --kalman variances"),
+        (["identify", "a.toml", "--method", "output-error"], "give --by output-error"),
+        (["new", "--list"], "--template takes rr, rrr, rrp"),
+        (["new", "a", "--template", "3r"], "did you mean rrr?"),
+        (["simulate", "BLOCK", "--until", "1", "--limits", "F=1"], "which is not given; give --feedback FILE too"),
+        (["simulate", "BLOCK", "--until", "1", "--fps", "1"], "which is not given; give --animate FILE too"),
+        (["simulate", "BLOCK", "--until", "1", "--plot-columns", "x"], "give --plot FILE too"),
+        (["inverse", "BLOCK", "--until", "1", "--motion", "x_dot=30"], "write x=30*t for 30 a second"),
+        (["simulate", "BLOCK", "--until", "1", "--start", "x=3mmm"], "did you mean mm?"),
+        (["sweep", "BLOCK", "--over", "c=[5,8]", "--design", "lhs", "--measure", "x"], "did you mean latin?"),
+        (["sweep", "BLOCK", "--over", "c=[5,8]", "--design", "monte_carlo", "--measure", "x"], "did you mean random?"),
+        (["sweep", "BLOCK", "--over", "c=[5,8]", "--bind", "c=3", "--measure", "x"], "--bind: c is varied; leave it"),
+        (["sweep", "BLOCK", "--over", "c=[5,8],x=[1,2]", "--over", "c=[1]", "--measure", "x"], "c is given twice"),
+        (["info", "STIFF"], "it is of a spring of its own"),
     ],
 )
 def test_the_shell_guesses_what_is_meant_or_nothing(
-    words: list[str], meant: str, capsys: pytest.CaptureFixture[str]
+    words: list[str], meant: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    with pytest.raises(SystemExit):
-        main(words)
+    (tmp_path / "BLOCK").with_suffix(".toml").write_text(SPRUNG)
+    (tmp_path / "STIFF").with_suffix(".toml").write_text(SPRUNG.replace('drive = "F"', "stifness = 3"))
+    with contextlib.suppress(SystemExit):
+        assert main([str(tmp_path / f"{one}.toml") if one in ("BLOCK", "STIFF") else one for one in words])
     assert meant in capsys.readouterr().err
 
 
@@ -106,3 +127,50 @@ def test_a_small_grid_is_shown_row_by_row(capsys: pytest.CaptureFixture[str], tm
     assert main(asked) == 0
     rows = capsys.readouterr().out.splitlines()
     assert [row.split()[0] for row in rows if row.split()[-1:] == ["end"]] == ["5", "8"]
+
+
+def test_what_is_given_twice_is_held_and_what_changes_nothing_is_told(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    path, gains = tmp_path / "block.toml", str(tmp_path / "g.json")
+    path.write_text(SPRUNG)
+    asked = ["simulate", str(path), "--until", "1", "--every", "1", "--start", "x=1", "--start", "x_dot=2"]
+    assert main(asked) == 0
+    assert capsys.readouterr().out.splitlines()[1].split(",")[1:3] == ["1.0", "2.0"]
+
+    both = [["Q=x:10;R=F:3"], ["Q=x:10", "--lqr", "R=F:3"], ["Q=x:10", "R=F:3"]]
+    told, sampled = [], ["linearize", str(path), "--dt", "0.01", "--lqr"]
+    for weights in both:
+        assert main([*sampled, *weights, "--gains", gains, "--show", "step"]) == 0
+        said = capsys.readouterr()
+        told.append(said.out)
+        assert "--dt 0.01: --show step: of the mechanism all the time" in said.err
+    assert told[0] == told[1] == told[2]
+    assert main([*sampled, "--show", "bode"]) == 0
+    assert "--dt 0.01:" not in capsys.readouterr().err
+    assert main([*asked, "--feedback", gains, "--period", "0.02"]) == 0
+    assert "is made for 0.01 s" in capsys.readouterr().err
+
+    with pytest.raises(SimulateError, match="values: mp is varied; leave it out here"):
+        symdyn.sweep(CART, "mp=[1,2]", "max(x)", values={"mp": 3}, until=0.1)
+    runs = symdyn.sweep(CART, "mp=normal(mp, 0.001)", "max(x)", values={"mp": 3}, until=0.1, count=2)
+    assert (runs["mp"] > 2.9).all()
+
+
+def test_a_folder_that_is_not_there_is_refused_and_a_name_is_no_list_of_letters(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run, lost = symdyn.simulate(CART, until=0.02), tmp_path / "lost"
+    writers: list[Callable[[], object]] = [
+        lambda: run.to_csv(lost / "a.csv"), lambda: run.to_npz(lost / "a.npz"), lambda: run.save_plot(lost / "a.svg"),
+        lambda: symdyn.draw.film(run, lost / "a.html"), lambda: symdyn.draw.picture(CART, file=lost / "a.svg"),
+    ]  # fmt: skip
+    for write in writers:
+        with pytest.raises(SymdynError, match="there is no folder"):
+            write()
+    assert not lost.exists()
+    drawn: list[object] = []
+    monkeypatch.setattr(panels, "plot", lambda run, path, names, width: drawn.append(names))
+    for names in ("x, theta", ["x", "theta"], "x"):
+        run.save_plot(tmp_path / "a.svg", names)
+    assert drawn == [["x", "theta"], ["x", "theta"], ["x"]]

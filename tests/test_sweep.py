@@ -376,7 +376,7 @@ def test_a_store_of_other_numbers_is_refused_and_stays(tmp_path: Path) -> None:
         ({"seed": 6}, "seed is 5 there, 6 here"),
         ({"until": 0.6}, "asked until is 0.5 there, 0.6 here"),
         ({"rtol": 1e-6}, "asked rtol is not given there, 1e-06 here"),
-        ({"values": {"m": 2}}, "scene_sha256 is"),
+        ({"values": {"l": 2}}, "scene_sha256 is"),
     ):
         with pytest.raises(StudyError, match=words):
             small(output=tmp_path / "a.zarr", **{"count": 8, **other})

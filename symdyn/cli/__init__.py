@@ -6,7 +6,7 @@ import argparse
 import os
 import sys
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from importlib import import_module
 from itertools import takewhile
@@ -58,8 +58,9 @@ ELSEWHERE = {"--margins": "give --show margins", "--step": "give --show step", "
              "--latex": "give --format latex, which is usual",
              **dict.fromkeys(("animate", "film", "movie", "video"), "simulate writes one, --animate FILE"),
              "--transmissibility": "give --bode FILE, of --outputs", "--output-error": "give --by output-error",
-             "--noise": "in Python a controller has it: symdyn.Feedback(law, noise=...)",
+             "--noise": "in Python a controller has it: symdyn.Feedback(law, noise=...), and --kalman variances",
              "--quantisation": "in Python a controller has it: symdyn.Feedback(law, quantisation=...)",
+             "--list": "--template takes {template}", "--method": "give --by output-error", "--period": "give --dt",
              "--place": "give --lqr, or in Python symdyn.linearize(...).place(poles)"}  # fmt: skip
 """What one asks for that is no verb or no option, of `linearize` mostly, and how it is had, for errors alone."""
 
@@ -78,7 +79,7 @@ class Parser(argparse.ArgumentParser):
 
     def __init__(self, *words: Any, **named: Any) -> None:
         super().__init__(*words, **{"formatter_class": _formatter, **named})
-        self.allow_abbrev = False
+        self.allow_abbrev, self._given = False, dict[str, list[str]]()
 
     def parse_known_args(self, *words: Any, **named: Any) -> Any:
         """Parse, knowing all that is taken; what looks like an option and is none is told what was meant."""
@@ -105,15 +106,22 @@ class Parser(argparse.ArgumentParser):
         return rest
 
     def _refuse_unknown(self, words: Sequence[str]) -> None:
-        known = [name for action in self._actions for name in action.option_strings]
+        known = {name: str(action.help) for action in self._actions for name in action.option_strings}
         unknown = [name for name in (word.partition("=")[0] for word in words) if name not in known]
         if unknown:
             self.error("; ".join(f"{name} is no option{_meant(name, known)}" for name in unknown))
 
     def _get_values(self, action: argparse.Action, arg_strings: list[str]) -> Any:
-        """Return what an option is given; of nothing nothing would come, in silence."""
-        if action.option_strings and "" in map(str.strip, arg_strings) and action.dest not in EMPTY:
-            self.error(f"{action.option_strings[-1]}: is empty; give {action.metavar or 'a value'}, or leave it out")
+        """Return what an option is given, of a list all that it is given, and of one value one; nothing is refused."""
+        option = action.option_strings[-1] if action.option_strings else ""
+        if option and "" in map(str.strip, arg_strings) and action.dest not in EMPTY:
+            self.error(f"{option}: is empty; give {action.metavar or 'a value'}, or leave it out")
+        if option and action.nargs != 0 and not isinstance(action, argparse._AppendAction):
+            again, every = option in self._given, [*self._given.get(option, ()), *arg_strings]
+            if again and action.nargs not in ("*", "+") and action.metavar != "LIST":
+                self.error(f"{option} is given twice{': ' * bool(every)}{' and '.join(every)}; give one")
+            self._given[option] = every
+            arg_strings = [",".join(every)] if action.metavar == "LIST" else every
         return super()._get_values(action, arg_strings)
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
@@ -158,14 +166,14 @@ class VerbParser:
         return found
 
 
-def _meant(word: str, known: Sequence[str]) -> str:
+def _meant(word: str, known: Mapping[str, str]) -> str:
     """Return what an unknown option may have meant, in words; "" for nothing near."""
     if RENAMED.get(word, "").partition(" ")[0] in known:
         return f"; it is called {RENAMED[word]} now"
-    others = {"--noise": "--feedback", "--output-error": "--by", "--latex": "--format", "--quantisation": "--feedback"}
-    needed = others.get(word, "--lqr")
-    if word in ELSEWHERE and needed in known:
-        return f"; {ELSEWHERE[word]}"
+    others = {"--noise": "--feedback --kalman", "--output-error": "--by", "--latex": "--format", "--list": "--template",
+              "--quantisation": "--feedback", "--method": "--by", "--period": "--dt"}  # fmt: skip
+    if word in ELSEWHERE and not {*others.get(word, "--lqr").split()}.isdisjoint(known):
+        return f"; {ELSEWHERE[word].replace('{template}', known.get('--template', ''))}"
     near = [name for name in known if len(word) > 2 and name.startswith(word)] or filter(None, [nearest(word, known)])
     meant = " or ".join(near)
     return f"; did you mean {meant}?" if meant else ""

@@ -9,7 +9,7 @@ from symdyn.cli.identify import check_files
 from symdyn.cli.scene_options import again, read_scene, split
 from symdyn.cli.talk import Waiting, answer, print_table, print_text, say, wrote
 from symdyn.cli.trajectory_options import pairs
-from symdyn.emit import write
+from symdyn.emit import write_file
 from symdyn.errors import IdentifyError, SimulateError
 from symdyn.identification import Calibration, calibrate
 from symdyn.rounding import finite, in_digits
@@ -29,7 +29,7 @@ def run(options: argparse.Namespace) -> int:
     for note in found.notes:
         say(note)
     for path in map(Path, options.output):
-        write({path.name: _text(found, path.suffix.lower()[1:], again(options))}, path.parent)
+        write_file(path, _text(found, path.suffix.lower()[1:], again(options)))
         wrote(path)
     if options.plot:
         found.save_plot(options.plot)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from symdyn.cli.scene_options import read_scene
 from symdyn.cli.talk import give, print_paths, say
-from symdyn.emit import write
+from symdyn.emit import write_file
 from symdyn.errors import EmitError
 from symdyn.scene import format_to_write, write_text
 
@@ -19,7 +19,7 @@ def run(options: argparse.Namespace) -> int:
     if path.exists() and not options.force:
         raise EmitError(f"{path} exists; give another name, or --force to overwrite it")
     written = write_text(read_scene(options), format, options.lossy)
-    write({path.name: written.text}, path.parent)
+    write_file(path, written.text)
     give({"format": format, "lost": list(written.lost)})
     for line in written.lost:
         say(f"symdyn: left out: {line}")

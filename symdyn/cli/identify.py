@@ -23,7 +23,7 @@ import numpy as np
 from symdyn.cli.scene_options import again, read_scene, say_values_alone
 from symdyn.cli.talk import Bar, Waiting, answer, give, print_table, print_text, say, wrote
 from symdyn.cli.trajectory_options import flattened, pairs, write_table
-from symdyn.emit import write
+from symdyn.emit import write_file
 from symdyn.errors import IdentifyError, SimulateError, choice
 from symdyn.frozen import dataclass
 from symdyn.identification import Identification, Outcome, Payload, excite, identify
@@ -112,7 +112,7 @@ def write_files(identification: Identification, outputs: Sequence[str], total_ma
         for note in asked.made.notes:
             say(f"symdyn: {note}")
     for path, text in zip(paths, contents, strict=True):
-        write({path.name: text}, path.parent)
+        write_file(path, text)
     wrote(*paths)
 
 

@@ -298,6 +298,10 @@ def run(options: argparse.Namespace) -> int:
         systems, notes = _systems(scene, options)
         check_one(systems, options)
         told = [_json(one, options) if options.json else _text(one, options) for one in systems]
+    loops = ("bode", "margins") * (options.lqr is not None)
+    alone = [one.flag for one in ASKED if one.shown and one.given(options) and one.name not in loops]
+    if alone and options.dt is not None:
+        notes = [*notes, f"--dt {options.dt:g}: {', '.join(alone)}: of the mechanism all the time, without samples"]
     for note in (*notes, *_without_formulas(systems, scene)):
         say(f"symdyn: {note}")
     if file is not None:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from symdyn.cli.talk import say
 from symdyn.errors import DerivationError, SceneError, listed, printable
 from symdyn.scene import Scene, SceneUnits, bind, parse, read_noting, with_symbols
-from symdyn.scene.values import FormulaError, Unit, ask_for_units, fits, split_commas
+from symdyn.scene.values import Faults, FormulaError, Unit, ask_for_units, fits, split_commas
 
 if TYPE_CHECKING:
     from symdyn.dynamics import LoopChoices
@@ -180,6 +180,11 @@ def _bindings(options: argparse.Namespace, scene: Scene) -> dict[str, str]:
     """Return what --bind gives, in units of SI or in units that are said."""
     given = read_bindings(options.bind)
     ask_for_units(scene.parameters, given.items(), "--bind")
+    if over := getattr(options, "over", None):
+        from symdyn.study import check_unbound
+
+        check_unbound(over, given, faults := Faults(""))
+        faults.close(SceneError)
     return given
 
 

@@ -17,7 +17,7 @@ from symdyn.draw import Reel, film
 from symdyn.errors import SimulateError, UnknownNameError
 from symdyn.scene import Scene, parse
 from symdyn.scene.values import Faults, FormulaError, split_commas
-from symdyn.simulation import CHECKS, Feedback, Trajectory, axes_of, feedback_of
+from symdyn.simulation import CHECKS, Feedback, Trajectory, axes_of, feedback_of, read_feedback
 from symdyn.simulation.prescribed import words
 
 
@@ -29,7 +29,7 @@ def reel(options: argparse.Namespace) -> Reel:
     """
     told = [f"--{name}" for name in ("fps", "size", "once") if getattr(options, name) not in (None, False)]
     if told and not options.animate:
-        raise SimulateError(f"{', '.join(told)}: of --animate, which is not given")
+        raise SimulateError(f"{', '.join(told)}: of --animate, which is not given; give --animate FILE too")
     size = re.fullmatch(r"(\d{1,5})(?:x(\d{1,5}))?", options.size) if options.size else None
     if options.size and size is None:
         raise SimulateError(f"--size {options.size}: give width and height in pixels, 1280x720, or a width alone")
@@ -40,7 +40,7 @@ def reel(options: argparse.Namespace) -> Reel:
 def _check_chosen(scene: Scene, options: argparse.Namespace) -> None:
     """Raise SimulateError for columns of a plot that no run has, or that no plot is asked for."""
     if options.plot_columns and not options.plot:
-        raise SimulateError("--plot-columns: of --plot, which is not given")
+        raise SimulateError("--plot-columns: of --plot, which is not given; give --plot FILE too")
     try:
         groups = ([one] if isinstance(one, str) else one for one in _chosen(options))
         Trajectory.check_columns(scene, [name for some in groups for name in some])
@@ -145,10 +145,14 @@ def controller(scene: Scene, options: argparse.Namespace) -> Feedback | None:
     if options.feedback is not None:
         limits = options.limits or ""
         by_name = limits if limits and "=" not in limits else pairs(limits, "--limits")
-        return feedback_of(scene, options.feedback, options.period, options.delay, by_name, options.until or 0.0)
+        found = feedback_of(scene, options.feedback, options.period, options.delay, by_name, options.until or 0.0)
+        period = None if options.period is None else read_feedback(scene, options.feedback).period
+        if period is not None and options.period != period:
+            say(f"--period {options.period:g}: {options.feedback} is made for {period:g} s; its poles are others here")
+        return found
     told = [f"--{name}" for name in ("period", "delay", "limits") if getattr(options, name) is not None]
     if told:
-        raise SimulateError(f"{', '.join(told)}: of --feedback, which is not given")
+        raise SimulateError(f"{', '.join(told)}: of --feedback, which is not given; give --feedback FILE too")
     return None
 
 

@@ -27,7 +27,7 @@ from symdyn.draw.plots import import_matplotlib, outlined, require, saved, setti
 from symdyn.draw.shapes import Shape
 from symdyn.draw.style import SCHEMES, Look, look_of, lowered, plain
 from symdyn.draw.svg import Drawing, order
-from symdyn.emit import Contents, in_latex, write
+from symdyn.emit import Contents, in_latex, write_file
 from symdyn.errors import DrawError, EmitError
 
 KAPPA = 0.5523  # control points of a quarter circle
@@ -399,6 +399,6 @@ def write_whole(path: Path, contents: Contents) -> None:
         DrawError: it cannot be written, and why.
     """
     try:
-        write({path.name: contents}, path.parent)
+        write_file(path, contents)
     except EmitError as fault:
         raise DrawError(str(fault)) from None

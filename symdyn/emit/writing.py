@@ -77,14 +77,16 @@ def write(files: Mapping[str, Contents], folder: str | Path) -> tuple[Path, ...]
 
 
 def write_file(file: str | Path, contents: Contents) -> Path:
-    """Write one file, as `write` does.
+    """Write one file, as `write` does, into a folder that is there: one that is not may be mistyped.
 
     Raises:
-        EmitError: it cannot be written, or has no name.
+        EmitError: it cannot be written, or has no name or no folder.
     """
     path = Path(file)
     if path.name in ("", ".."):
         raise EmitError(f"file = {quoted(str(file))} is a folder; give the path of a file")
+    if "\0" not in str(path) and not path.parent.exists():
+        raise EmitError(f"{path}: there is no folder {path.parent}; make it, or give another")
     return write({path.name: contents}, path.parent)[0]
 
 

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import io
 import json
+import re
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -141,17 +142,16 @@ class System:
 
     def lqr(self, weights: Sequence[str], period: float | None = None) -> Regulator:
         """Return the regulator of weights that --lqr says; errors as of `read_weights` and `lqr`."""
-        apart = [one.split("=") for one in weights]
-        integral = [
-            name.strip() for head, *rest in apart if head.strip() == "integral" for name in ";".join(rest).split(";")
-        ]
-        others = [text for text, one in zip(weights, apart, strict=True) if one[0].strip() != "integral"]
+        words = [part for one in weights for part in re.split(NEXT_WEIGHT, one)]
+        led = [one.partition("=")[2] for one in words if one.partition("=")[0].strip() == "integral"]
+        integral = [name.strip() for one in led for name in one.split(";")]
+        others = [one for one in words if one.partition("=")[0].strip() != "integral"]
         given = read_weights("--lqr", others, ("Q", "R", "N"))
         return self.linearization.lqr(given.get("Q"), given.get("R"), period, N=given.get("N"), integral=integral)
 
     def kalman(self, variances: Sequence[str], period: float | None = None) -> Observer:
         """Return the gain of the filter of variances that --kalman says; errors as of `read_weights` and `kalman`."""
-        given = read_weights("--kalman", variances, ("W", "V"))
+        given = read_weights("--kalman", [part for one in variances for part in re.split(NEXT_WEIGHT, one)], ("W", "V"))
         return self.linearization.kalman(given.get("W"), given.get("V"), period)
 
     def animate(self, path: Path, reel: Reel, note: Callable[[str], None]) -> list[tuple[Path, Mode, str]]:
@@ -291,6 +291,8 @@ class SystemsFile:
         except EmitError as fault:
             raise LinearizeError(str(fault)) from None
 
+
+NEXT_WEIGHT = r";\s*(?=(?:[QRNWV]|integral)\s*=)"
 
 RESTS = 1e-6
 """Velocities, and accelerations that forces leave, over the largest of the motion or entry of A, that are none."""

@@ -20,7 +20,7 @@ from symdyn.algebra import Array
 from symdyn.arguments import native
 from symdyn.draw import FilledFigure, Reel, check_film as check_reel
 from symdyn.dynamics.mechanism import TIME
-from symdyn.emit import Contents, in_html, render, write
+from symdyn.emit import Contents, in_html, render, write_file
 from symdyn.errors import DrawError, EmitError, SimulateError, UnknownNameError
 from symdyn.extras import EXTRAS, install
 from symdyn.frozen import dataclass, replace
@@ -93,7 +93,7 @@ def write_whole(path: Path, contents: Contents) -> None:
         SimulateError: it cannot be written, and why.
     """
     try:
-        write({path.name: contents}, path.parent)
+        write_file(path, contents)
     except EmitError as fault:
         raise SimulateError(str(fault)) from None
 

@@ -16,7 +16,7 @@ from symdyn.errors import DrawError, EmitError, SimulateError, UnknownNameError,
 from symdyn.frozen import asdict, dataclass, field
 from symdyn.graph import Graph
 from symdyn.scene import Scene
-from symdyn.scene.values import Letter, acceleration_name
+from symdyn.scene.values import Letter, acceleration_name, split_commas
 from symdyn.shown import Shown
 from symdyn.simulation.columns import Column, columns, columns_csv, data_set, frame, known, missing
 from symdyn.simulation.equations.contact_modes import Impact
@@ -354,7 +354,7 @@ class Trajectory(Shown):
     def save_plot(
         self, file: str | Path, names: Sequence[str | Sequence[str]] = (), width: float | str | None = None
     ) -> None:
-        """Write a plot to a .svg, .pdf, .png or .html file; `names` and `width` as of `plot`.
+        """Write a plot to a .svg, .pdf, .png or .html file; `names` (or a text with commas) and `width` as of `plot`.
 
         Raises:
             UnknownNameError: there is no such column.
@@ -363,7 +363,7 @@ class Trajectory(Shown):
         check_arguments(Trajectory.save_plot, locals(), SimulateError)
         from symdyn.simulation.panels import plot
 
-        plot(self, Path(file), list(names), width)
+        plot(self, Path(file), split_commas(names) if isinstance(names, str) else list(names), width)
 
     def drawn(self, kind: Literal["svg", "pdf", "png"]) -> bytes:
         """Return the usual plot as a picture; the same run, the same bytes.

@@ -1,7 +1,7 @@
 """Names that `symdyn.study` offers; each is imported when it is first used."""
 
 from .design import DESIGNS as DESIGNS, Indices as Indices
-from .distributions import FORMS as FORMS
+from .distributions import FORMS as FORMS, check_unbound as check_unbound
 from .first_order import beside as beside, uncertainty as uncertainty
 from .job_of_runs import ensemble as ensemble
 from .plots import PLOTS as PLOTS, check_study_plot as check_study_plot

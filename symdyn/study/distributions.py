@@ -274,11 +274,19 @@ def read_over(scene: Scene, over: Over, letters: Iterable[str], faults: Faults) 
     return tuple(found.values())
 
 
+def check_unbound(over: Over, given: Mapping[str, object] | None, faults: Faults) -> None:
+    """Tell of names that are varied and given one value too, which their distributions do not name."""
+    for name, said in _pairs(over, Faults("")):
+        if given is not None and name in given and not re.search(rf"\b({name}|{TOLERANCE})\b", str(said)):
+            faults.add(argument("values"), f"{name} is varied; leave it out here")
+
+
 def _pairs(over: Over, faults: Faults) -> list[tuple[str, Any]]:
     if isinstance(over, Mapping):
         return [(str(name), said) for name, said in over.items()]
     found: list[tuple[str, Any]] = []
-    for text in [over] if isinstance(over, str) else over:
+    listed = [split_commas(str(one)) for one in ([over] if isinstance(over, str) else over)]
+    for text in [part for some in listed for part in (some if all("=" in one for one in some) else [",".join(some)])]:
         name, equals, said = (part.strip() for part in str(text).partition("="))
         if equals and said and _NAME.match(name):
             found.append((name, said))

@@ -27,7 +27,7 @@ from symdyn.resources import version
 from symdyn.scene import SceneLike
 from symdyn.scene.values import Faults
 from symdyn.simulation import Problem, Run
-from symdyn.study.distributions import Over
+from symdyn.study.distributions import Over, check_unbound
 from symdyn.study.job import Job, Wanted, block as one_block, executor
 from symdyn.study.job_of_places import At, places_job
 from symdyn.study.job_of_runs import runs_job
@@ -329,6 +329,7 @@ def sweep(
     elif path is not None:
         with faults.noted():
             check_store(path)
+    check_unbound(over, fields.get("values"), faults)
     if workers is not None and workers < 1:
         faults.add("workers", f"{workers} is none; give 1 or more")
     if function is not None or at is not None:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from symdyn.arguments import SympyExpression, argument, is_sympy
-from symdyn.errors import SceneError, SimulateError, printable, spoken, suggestion, without_long_words
+from symdyn.errors import SceneError, SimulateError, nearest, printable, spoken, suggestion, without_long_words
 from symdyn.frozen import dataclass
 from symdyn.scene.values.body import ELEMENTARY, UNMOVED, Pose
 from symdyn.scene.values.formula import quantity
@@ -167,7 +167,8 @@ class EntryReader:
         self.entry, self.faults, self.raw = entry, faults, entry.table
         for key in entry.table:
             if key not in keys:
-                meant = OF_ELEMENTS.get(str(key)) if entry.where.startswith("joints.") else None
+                near = str(key) if key in OF_ELEMENTS else nearest(str(key), (*keys, "stiffness")) or ""
+                meant = OF_ELEMENTS.get(near) if entry.where.startswith("joints.") else None
                 self.fault(f"unknown key {show(str(key))}; {meant or suggestion(str(key), keys)}")
 
     def fault(self, what: str) -> None:

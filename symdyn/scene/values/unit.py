@@ -72,7 +72,7 @@ def meant_by(name: str, power: str, known: Mapping[str, Dimension]) -> str | Non
         return singular
     for k in range(len(name) - 1, 0, -1):
         first, last = name[:k], name[k:]
-        if first in known and last in known and known[first] != known[last]:
+        if first in known and last in known and known[first] != known[last] and not first.endswith(last):
             return f"{first} {last}{f'^{power}' if power else ''}"
     return nearest(name, known) or SPELLED.get(nearest(word, SPELLED) or "")
 

@@ -370,7 +370,9 @@ def read_motion(scene: Scene, entries: Entries) -> SceneMotion:
             whose = f"{name} is not a coordinate" if name else "a function moves a coordinate; give it by name"
             if moved := [", ".join(joint.coordinates) for joint in scene.joints if joint.name == name]:
                 whose = f"{whose}, but a joint: it has {moved[0] or 'none'}"
-            faults.add(where, f"{whose}; {suggestion(name, known)}")
+            of = next((one for one in known if velocity_name(one) == name), None)
+            told = f"write {of}=30*t for 30 a second" if of else suggestion(name, known)
+            faults.add(where, f"{whose}; {told}")
             continue
         if name in laws:
             faults.add(where, f"{name} has a law already, {laws[name].text}")
