@@ -23,11 +23,11 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.arguments import argument
 from symdyn.dynamics.loops import Numbers, free_motions, idle_motions
-from symdyn.errors import SimulateError
+from symdyn.errors import DerivationError, SimulateError
 from symdyn.frozen import dataclass
 from symdyn.scene import Scene
 from symdyn.scene.values import Joint, velocity_name
-from symdyn.simulation.initial import no_equations
+from symdyn.simulation.initial import closed_start, no_equations
 from symdyn.simulation.integrate.integration import END
 
 Known = Callable[[Array], tuple[Array, Array, Array]]
@@ -131,14 +131,22 @@ class Following:
             raise SimulateError(f"motion: t = {t:g} s: the loops cannot be closed{what}; they miss by {off:.3g}")
         return q
 
-    def begun(self, t: float, guess: Array) -> tuple[Array, tuple[str, ...]]:
+    def begun(self, t: float, guess: Array, chosen: Sequence[int]) -> tuple[Array, tuple[str, ...]]:
         """Return the position at the first time, next to a guess or else to random ones, and what is said of it.
+
+        The guess is that of a user for the coordinates that are `chosen`.
 
         Raises:
             SimulateError: there is none near any of them.
         """
+        wanted, notes = guess.copy(), list[str]()
+        wanted[self.places] = self.at(t)[0]
+        held = {k for joint, u in _velocities_of(self.scene) if {*joint.coordinates} <= {*self.given} for k in u}
+        with suppress(SimulateError, DerivationError):  # then Newton's method without a line search has its chance
+            assembly, notes = closed_start(self.numbers, wanted, chosen, sorted(held))
+            guess = np.array(assembly.q)
         try:
-            return self.placed(t, guess), ()
+            return self.placed(t, guess), tuple(notes)
         except SimulateError as fault:
             found = list[Array]()
             for seed in range(GUESSES):
@@ -337,7 +345,13 @@ class Followed:
 
 
 def followed(
-    tied: Tied, given: Sequence[str], laws: Known, quasi: Mapping[int, Known], t: Array, guess: Array
+    tied: Tied,
+    given: Sequence[str],
+    laws: Known,
+    quasi: Mapping[int, Known],
+    t: Array,
+    guess: Array,
+    chosen: Sequence[int],
 ) -> Followed:
     """Return what follows from laws at times, as far as it goes; see the legend of `following`.
 
@@ -348,12 +362,13 @@ def followed(
         quasi: laws of velocities that are no rates of coordinates: value, rate and second rate at times.
         t: times, s, ascending.
         guess: of the coordinates at the first time, shape (nq,).
+        chosen: coordinates without a law for which a user gives it.
 
     Raises:
         SimulateError: laws that contradict the rows at the first time, or leave motions undetermined.
     """
     one, numbers = Following(tied, given, laws, quasi), tied.numbers
-    q, begun = one.begun(float(t[0]), guess)
+    q, begun = one.begun(float(t[0]), guess, chosen)
     no_equations(numbers, q)
     notes = (*begun, *one.undetermined(q))
     path = one.integrated(t, q) if one.rolls(q) else None

@@ -12,7 +12,7 @@ motion takes it is not looked for: it acts on a rate of that force, and takes de
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from numbers import Real
@@ -36,7 +36,7 @@ from symdyn.simulation.equations.monitors import SLACK
 from symdyn.simulation.following import Followed, Tied, followed
 from symdyn.simulation.force_columns import input_columns, output_columns, reaction_columns
 from symdyn.simulation.forward import simulate
-from symdyn.simulation.initial import Start, Values, no_equations
+from symdyn.simulation.initial import CONSISTENT, Start, Values, no_equations
 from symdyn.simulation.integrate.integration import END
 from symdyn.simulation.integrate.valueless import valueless
 from symdyn.simulation.inverse_functions import InverseFunctions
@@ -121,8 +121,11 @@ def inverse(
     if branch is not None:
         held = {name: float(laws[name](t[:1])[0][0]) for name in lawful}
         guess = branches_of(scene, path, held, guess, float(t[0])).chosen(branch)
-    found = _moved(scene, functions, motion, laws, lawful, t, path, guess)
-    q, u, a, stopped, notes = found.q, found.u, found.a, found.stopped, [*found.notes]
+    named = () if isinstance(problem.start, Start) else problem.by_name[0]
+    chosen = [k for k, name in enumerate(laws) if name in named and name not in lawful]
+    found = _moved(scene, functions, motion, laws, lawful, t, path, guess, chosen)
+    q, u, a, stopped = found.q, found.u, found.a, found.stopped
+    notes = [*found.notes, *_not_taken(scene, named, lawful, guess, q[0]), *_jumps(motion, t)]
     columns = {"path_error" if path.points else "loop_error": found.off} if functions.holds else {}
     over_time, words = _over_time(problem, functions, laws, forces, t[: len(q)], q, u, a)
     n, stopped = len(next(iter(over_time.values()), q)), words or stopped
@@ -219,6 +222,7 @@ def _moved(
     t: Array,
     path: ScenePath,
     guess: Array,
+    chosen: Sequence[int],
 ) -> Followed:
     """Return the motion that laws give, and what follows from them; SimulateError where there is not even a start."""
     q, rate, second = (np.stack(parts, axis=-1) for parts in zip(*(law(t) for law in laws.values()), strict=True))
@@ -229,7 +233,7 @@ def _moved(
         raise SimulateError(f"motion: {name}: {laws[name].text} has no finite value or derivative at t = {t[row]:g} s")
     free = [name for name in scene.coordinates if name not in given]
     if functions.follows:
-        return _followed(scene, functions, motion, laws, given, t, path, guess)
+        return _followed(scene, functions, motion, laws, given, t, path, guess, chosen)
     no_equations(opened(scene).numbers(), q[0])
     notes = (f"no law is given for {', '.join(free)}: at rest",) if free else ()
     return Followed(q, *_velocities(scene, functions, motion, t, q, rate, second), np.zeros(0), notes, END)
@@ -244,6 +248,7 @@ def _followed(
     t: Array,
     path: ScenePath,
     guess: Array,
+    chosen: Sequence[int],
 ) -> Followed:
     """Return what follows from paths and the laws of `given` coordinates through loops and rows."""
 
@@ -260,8 +265,8 @@ def _followed(
     if path.points:
         found = along(tied, given, known, quasi, path, functions.rates, t, guess)
     else:
-        found = followed(tied, given, known, quasi, t, guess)
-    return replace(found, notes=(*found.notes, *numbers.doubts(found.q[0])))
+        found = followed(tied, given, known, quasi, t, guess, chosen)
+    return replace(found, notes=tuple(dict.fromkeys((*found.notes, *numbers.doubts(found.q[0])))))
 
 
 def _over_time(
@@ -331,6 +336,28 @@ def _ended(t: Array, bad: npt.NDArray[np.bool_], why: Callable[[int, int], str],
     if not n:
         raise SimulateError(told)
     return n, told
+
+
+def _not_taken(scene: Scene, named: Collection[str], lawful: Sequence[str], guess: Array, q: Array) -> list[str]:
+    """Return what is to be said of a start for what the motion gives."""
+    at = {name: k for k, name in enumerate(scene.coordinates) if name in named and name in lawful}
+    placed = [
+        f"start: {name} = {guess[k]:.6g} is not taken: its law begins at {q[k]:.6g}"
+        for name, k in at.items()
+        if abs(guess[k] - q[k]) > CONSISTENT
+    ]
+    rates = [name for name in scene.velocities if name in named and name not in scene.coordinates]
+    return placed + [f"start: {name} is not taken: velocities follow from the motion" for name in rates]
+
+
+def _jumps(motion: SceneMotion, t: Array) -> list[str]:
+    """Return which laws jump within the times."""
+    at = {name: law.jump(float(t[0]), float(t[-1])) for name, law in motion.laws.items()}
+    return [
+        f"motion: {name} jumps at t = {when:.6g} s; its rate and acceleration, and forces from them, leave that out"
+        for name, when in at.items()
+        if when is not None
+    ]
 
 
 def _passed(scene: Scene, functions: InverseFunctions, t: Array, q: Array, u: Array, tau: Array) -> list[str]:
