@@ -16,8 +16,8 @@ def shown_by(bundle: Callable[[object], dict[str, str]]) -> None:
 
 INSTEAD: dict[str, dict[str, str]] = {
     "damp": {
-        **{"eigenvalues": "it is poles now", "mode_table": "it is damp() now", "transfers": "it is transfer() now"},
-        **{"control": "it is to_control() now", "pzmap": "plot() draws poles and zeros"},
+        **{"eigenvalues": "it is poles", "mode_table": "it is damp()", "transfers": "it is transfer()"},
+        **{"control": "it is to_control()", "pzmap": "plot() draws poles and zeros"},
         **dict.fromkeys(
             ("lsim", "initial", "initial_response", "forced_response", "response"),
             "python-control has it, of .to_control(); symdyn.simulate runs the mechanism itself",

@@ -340,23 +340,20 @@ def _ended(t: Array, bad: npt.NDArray[np.bool_], why: Callable[[int, int], str],
 
 def _not_taken(scene: Scene, named: Collection[str], lawful: Sequence[str], guess: Array, q: Array) -> list[str]:
     """Return what is to be said of a start for what the motion gives."""
-    at = {name: k for k, name in enumerate(scene.coordinates) if name in named and name in lawful}
-    placed = [
-        f"start: {name} = {guess[k]:.6g} is not taken: its law begins at {q[k]:.6g}"
-        for name, k in at.items()
-        if abs(guess[k] - q[k]) > CONSISTENT
-    ]
-    rates = [name for name in scene.velocities if name in named and name not in scene.coordinates]
-    return placed + [f"start: {name} is not taken: velocities follow from the motion" for name in rates]
+    rates = [one for one in scene.velocities if one in named and one not in scene.coordinates]
+    return [
+        f"start: {name} = {told:.6g} is not taken: its law begins at {x:.6g}"
+        for name, told, x in zip(scene.coordinates, guess, q, strict=True)
+        if name in named and name in lawful and abs(told - x) > CONSISTENT
+    ] + [f"start: {one} is not taken: velocities follow from the motion" for one in rates]
 
 
 def _jumps(motion: SceneMotion, t: Array) -> list[str]:
     """Return which laws jump within the times."""
-    at = {name: law.jump(float(t[0]), float(t[-1])) for name, law in motion.laws.items()}
     return [
-        f"motion: {name} jumps at t = {when:.6g} s; its rate and acceleration, and forces from them, leave that out"
-        for name, when in at.items()
-        if when is not None
+        f"motion: {name} jumps at t = {at:.6g} s; its rate and acceleration, and forces from them, leave that out"
+        for name, law in motion.laws.items()
+        if (at := law.jump(float(t[0]), float(t[-1]))) is not None
     ]
 
 

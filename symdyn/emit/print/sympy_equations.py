@@ -12,7 +12,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from symdyn.algebra import Form, Number, Symbol
-from symdyn.arguments import check_arguments
+from symdyn.arguments import check_arguments, suggesting
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.loops import differentiated
 from symdyn.dynamics.mechanism import TIME, State
@@ -263,7 +263,9 @@ class SympyEquations(Shown, BySympy):
         shared = partial(sympy.cse, order="none", list=False)  # the usual order takes minutes of an arm
         call, n = sympy.lambdify([places[t], [places[one] for one in x]], parts, "numpy", cse=shared), self.M.rows
 
+        @suggesting
         def rates(t: float, x: Any) -> Array:
+            """Return f of ẋ = f at a time, s, and x = [q; u; s], shape of x."""
             A, b, moved, own = call(t, x)
             return np.concatenate([np.ravel(moved), np.linalg.solve(A, b)[:n, 0], np.ravel(own)])
 
