@@ -274,8 +274,8 @@ def root_locus(
     Raises:
         LinearizeError: the values do not increase, or are too many; and what `system` raises.
     """
-    for what, one, fits in (("over", over, isinstance(over, str)), ("system", system, callable(system))):
-        if not fits:
+    for what, one, right in (("over", over, isinstance(over, str)), ("system", system, callable(system))):
+        if not right:
             call = 'root_locus("m", values, lambda m: symdyn.linearize(scene, values={"m": m}))'
             raise LinearizeError(f"{what} = {quoted(one)}: give a name, values and a function, {call}")
     x = array_of(values)

@@ -27,7 +27,7 @@ from symdyn.errors import DerivationError, SimulateError
 from symdyn.frozen import dataclass
 from symdyn.scene import Scene
 from symdyn.scene.values import Joint, velocity_name
-from symdyn.simulation.initial import closed_start, no_equations
+from symdyn.simulation.initial import CONSISTENT, closed_start, no_equations
 from symdyn.simulation.integrate.integration import END
 
 Known = Callable[[Array], tuple[Array, Array, Array]]
@@ -131,14 +131,13 @@ class Following:
             raise SimulateError(f"motion: t = {t:g} s: the loops cannot be closed{what}; they miss by {off:.3g}")
         return q
 
-    def begun(self, t: float, guess: Array, chosen: Sequence[int]) -> tuple[Array, tuple[str, ...]]:
+    def begun(self, t: float, guess: Array) -> tuple[Array, tuple[str, ...]]:
         """Return the position at the first time, next to a guess or else to random ones, and what is said of it.
-
-        The guess is that of a user for the coordinates that are `chosen`.
 
         Raises:
             SimulateError: there is none near any of them.
         """
+        chosen = sorted({*np.flatnonzero(abs(guess - self.numbers.start()) > CONSISTENT).tolist()} - {*self.places})
         wanted, notes = guess.copy(), list[str]()
         wanted[self.places] = self.at(t)[0]
         held = {k for joint, u in _velocities_of(self.scene) if {*joint.coordinates} <= {*self.given} for k in u}
@@ -345,13 +344,7 @@ class Followed:
 
 
 def followed(
-    tied: Tied,
-    given: Sequence[str],
-    laws: Known,
-    quasi: Mapping[int, Known],
-    t: Array,
-    guess: Array,
-    chosen: Sequence[int],
+    tied: Tied, given: Sequence[str], laws: Known, quasi: Mapping[int, Known], t: Array, guess: Array
 ) -> Followed:
     """Return what follows from laws at times, as far as it goes; see the legend of `following`.
 
@@ -362,13 +355,12 @@ def followed(
         quasi: laws of velocities that are no rates of coordinates: value, rate and second rate at times.
         t: times, s, ascending.
         guess: of the coordinates at the first time, shape (nq,).
-        chosen: coordinates without a law for which a user gives it.
 
     Raises:
         SimulateError: laws that contradict the rows at the first time, or leave motions undetermined.
     """
     one, numbers = Following(tied, given, laws, quasi), tied.numbers
-    q, begun = one.begun(float(t[0]), guess, chosen)
+    q, begun = one.begun(float(t[0]), guess)
     no_equations(numbers, q)
     notes = (*begun, *one.undetermined(q))
     path = one.integrated(t, q) if one.rolls(q) else None

@@ -122,10 +122,9 @@ def inverse(
         held = {name: float(laws[name](t[:1])[0][0]) for name in lawful}
         guess = branches_of(scene, path, held, guess, float(t[0])).chosen(branch)
     named = () if isinstance(problem.start, Start) else problem.by_name[0]
-    chosen = [k for k, name in enumerate(laws) if name in named and name not in lawful]
-    found = _moved(scene, functions, motion, laws, lawful, t, path, guess, chosen)
+    found = _moved(scene, functions, motion, laws, lawful, t, path, guess)
     q, u, a, stopped = found.q, found.u, found.a, found.stopped
-    notes = [*found.notes, *_not_taken(scene, named, lawful, guess, q[0]), *_jumps(motion, t)]
+    notes = [*found.notes, *_left_out(scene, motion, named, lawful, guess, t, q[0])]
     columns = {"path_error" if path.points else "loop_error": found.off} if functions.holds else {}
     over_time, words = _over_time(problem, functions, laws, forces, t[: len(q)], q, u, a)
     n, stopped = len(next(iter(over_time.values()), q)), words or stopped
@@ -222,7 +221,6 @@ def _moved(
     t: Array,
     path: ScenePath,
     guess: Array,
-    chosen: Sequence[int],
 ) -> Followed:
     """Return the motion that laws give, and what follows from them; SimulateError where there is not even a start."""
     q, rate, second = (np.stack(parts, axis=-1) for parts in zip(*(law(t) for law in laws.values()), strict=True))
@@ -233,7 +231,7 @@ def _moved(
         raise SimulateError(f"motion: {name}: {laws[name].text} has no finite value or derivative at t = {t[row]:g} s")
     free = [name for name in scene.coordinates if name not in given]
     if functions.follows:
-        return _followed(scene, functions, motion, laws, given, t, path, guess, chosen)
+        return _followed(scene, functions, motion, laws, given, t, path, guess)
     no_equations(opened(scene).numbers(), q[0])
     notes = (f"no law is given for {', '.join(free)}: at rest",) if free else ()
     return Followed(q, *_velocities(scene, functions, motion, t, q, rate, second), np.zeros(0), notes, END)
@@ -248,7 +246,6 @@ def _followed(
     t: Array,
     path: ScenePath,
     guess: Array,
-    chosen: Sequence[int],
 ) -> Followed:
     """Return what follows from paths and the laws of `given` coordinates through loops and rows."""
 
@@ -265,7 +262,7 @@ def _followed(
     if path.points:
         found = along(tied, given, known, quasi, path, functions.rates, t, guess)
     else:
-        found = followed(tied, given, known, quasi, t, guess, chosen)
+        found = followed(tied, given, known, quasi, t, guess)
     return replace(found, notes=tuple(dict.fromkeys((*found.notes, *numbers.doubts(found.q[0])))))
 
 
@@ -338,19 +335,18 @@ def _ended(t: Array, bad: npt.NDArray[np.bool_], why: Callable[[int, int], str],
     return n, told
 
 
-def _not_taken(scene: Scene, named: Collection[str], lawful: Sequence[str], guess: Array, q: Array) -> list[str]:
-    """Return what is to be said of a start for what the motion gives."""
+def _left_out(
+    scene: Scene, motion: SceneMotion, named: Collection[str], lawful: Sequence[str], guess: Array, t: Array, q: Array
+) -> list[str]:
+    """Return what is not taken of a start's names, and which laws jump within the times."""
+    told = [
+        f"start: {name} = {x:.6g} is not taken: its law begins at {taken:.6g}"
+        for name, x, taken in zip(scene.coordinates, guess, q, strict=True)
+        if name in named and name in lawful and abs(x - taken) > CONSISTENT
+    ]
     rates = [one for one in scene.velocities if one in named and one not in scene.coordinates]
-    return [
-        f"start: {name} = {told:.6g} is not taken: its law begins at {x:.6g}"
-        for name, told, x in zip(scene.coordinates, guess, q, strict=True)
-        if name in named and name in lawful and abs(told - x) > CONSISTENT
-    ] + [f"start: {one} is not taken: velocities follow from the motion" for one in rates]
-
-
-def _jumps(motion: SceneMotion, t: Array) -> list[str]:
-    """Return which laws jump within the times."""
-    return [
+    told += [f"start: {one} is not taken: velocities follow from the motion" for one in rates]
+    return told + [
         f"motion: {name} jumps at t = {at:.6g} s; its rate and acceleration, and forces from them, leave that out"
         for name, law in motion.laws.items()
         if (at := law.jump(float(t[0]), float(t[-1]))) is not None

@@ -286,9 +286,9 @@ class EquationsOfMotion(Shown, BySympy):
     def _sympy_(self) -> Any:
         return self.sympy()._sympy_()
 
-    def subs(self, *given: Any) -> SympyEquations:
+    def subs(self, *given: Any, **by_name: Any) -> SympyEquations:
         """Return `.sympy()` with values in place of symbols; see `SympyEquations.subs`."""
-        return self.sympy().subs(*given)
+        return self.sympy().subs(*given, **by_name)
 
     def solve_accelerations(self) -> tuple[Any, Any]:
         """Return accelerations and multipliers in SymPy; see `SympyEquations.solve_accelerations`."""
@@ -315,8 +315,7 @@ def equations(
         scene: a scene, a path or an open file.
         formulation: "lagrange"; or as "dalembert", "hamilton", "routh", "kane", "gibbs-appell", "udwadia-kalaba",
             "port-hamiltonian" and "contact" print them.
-        values: of parameters whose numbers stand in place of their names, as --bind has it in a shell; names of others
-            stay, also where the scene has values.
+        values: of parameters, in place of whose names numbers stand, as with --bind in a shell; other names stay.
 
     Raises:
         SceneError: the file has faults, or a value that it cannot have.

@@ -131,7 +131,7 @@ class SympyEquations(Shown, BySympy):
 
         return Tuple(*self.equations)
 
-    def subs(self, *given: Any) -> SympyEquations:
+    def subs(self, *given: Any, **by_name: Any) -> SympyEquations:
         """Return the equations with values or expressions in place of symbols, as SymPy's `subs` does, or of names.
 
         Lengths of struts are written out.
@@ -141,6 +141,7 @@ class SympyEquations(Shown, BySympy):
         >>> arm.subs({"m1": 0, "q2": 0}).M[0, 1], arm.subs("m1", 1).M[1, 1]
         (h1*h2*m2 + h2**2*m2, h2**2*m2)
         """
+        given = (*given, by_name) if by_name else given
         known = self._known(
             given[0]
             if len(given) == 1
