@@ -57,9 +57,9 @@ shown_by(_bundle)
 
 
 MOVED = {
-    **{name: f"it is symdyn.{one}.{name} now" for name, one in {"derive": "dynamics", "lower": "program"}.items()},
+    **{name: f"it is symdyn.{one}.{name}" for name, one in {"derive": "dynamics", "lower": "program"}.items()},
     **{
-        name: f"it is symdyn.linearize(...).{name} now"
+        name: f"it is symdyn.linearize(...).{name}"
         for name in ("lqr", "lqg", "kalman", "place", "bode", "margins", "nyquist", "step", "impulse", "transfer")
     },
     **{name: f"it is symdyn {name} in a shell" for name in ["new", "walkthrough", "convert", "draw", "info", "bench"]},

@@ -351,7 +351,10 @@ CALLED_OTHERWISE = {
         name: ("feedback", f"give it with the controller: feedback=symdyn.Feedback(law, {name}=...)")
         for name in ("period", "delay", "limits", "noise", "quantisation", "reference", "measures")
     },
-    **{old: (new, f"it is {new} now") for old, new in {"of": "measures", "to": "inputs", "drives": "inputs"}.items()},
+    **{old: (new, f"it is {new}") for old, new in {"of": "measures", "to": "inputs", "drives": "inputs"}.items()},
+    "by": ("hold_back", "symdyn.identification.output_error(scene, data, parameters) fits by output errors"),
+    "bind": ("snap", 'symdyn.scene.bind(scene, {"m": 1}) gives values'),
+    **dict.fromkeys(("title", "figsize", "units"), ("names", "it returns a figure of matplotlib, to be changed there")),
     "parameters": ("hold_back", "symdyn.identification.output_error(scene, data, parameters) takes it"),
     "ax": ("ax", "it makes a figure of its own, whose axes are plot().axes"),
     "along": ("anywhere", "systems along a run are symdyn.linear.linearize_along(scene, run)"),

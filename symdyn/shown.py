@@ -16,8 +16,8 @@ def shown_by(bundle: Callable[[object], dict[str, str]]) -> None:
 
 INSTEAD: dict[str, dict[str, str]] = {
     "damp": {
-        **{"eigenvalues": "it is poles now", "mode_table": "it is damp() now", "transfers": "it is transfer() now"},
-        **{"control": "it is to_control() now", "pzmap": "plot() draws poles and zeros"},
+        **{"eigenvalues": "it is poles", "mode_table": "it is damp()", "transfers": "it is transfer()"},
+        **{"control": "it is to_control()", "pzmap": "plot() draws poles and zeros"},
         **dict.fromkeys(
             ("lsim", "initial", "initial_response", "forced_response", "response"),
             "python-control has it, of .to_control(); symdyn.simulate runs the mechanism itself",
@@ -26,6 +26,7 @@ INSTEAD: dict[str, dict[str, str]] = {
             ("transmissibility", "freqresp", "frequency_response", "frequencyresponse", "evalfr"),
             "abs(lin.bode(output, input).response) has ratios, lin.transfer(output, input).at(s) a value",
         ),
+        **{"dcgain": "lin.transfer(output, input).at(0) has it", "save": "lin.to_control() and lin.latex() have it"},
         **dict.fromkeys(("symbolic", "sympy", "subs"), "formulas has A, B, C and D in SymPy"),
         "info": "print(lin) shows it; poles, damp(), margins() and step().info() are numbers of it",
     },
@@ -58,15 +59,22 @@ INSTEAD: dict[str, dict[str, str]] = {
     "held": {
         "info": "print(run), run.notes, run.events and run.columns tell of it",
         "reactions": 'columns have them, run["reaction_JOINT_fx"], where reactions=True is asked for',
-        "sol": "run(0.5) has all columns at a time",
+        **{"sol": "run(0.5) has all columns at a time", "final": "run(run.t[-1]) has all columns at the end"},
         **dict.fromkeys(("y", "x"), 'run.q and run.qd, or columns by name, run["theta"]'),
     },
     "violation": {"u": 'its run has forces by name, run["F"]'},
-    "formulation": dict.fromkeys((*"MCcgGKP", "tau", "mass_matrix", "forcing"), "it is one of .sympy(), such as M"),
+    "formulation": {
+        **{one: f"it is .sympy().{one}" for one in (*"MCcgGKP", "tau")},
+        **dict.fromkeys(("mass_matrix", "forcing"), "it is one of .sympy(), such as M"),
+        **dict.fromkeys(("save", "write"), 'pathlib.Path("FILE").write_text(equations.latex()) keeps it'),
+    },
+    "numerator": {"to_control": "a system has it, lin[output, input].to_control()"},
+    "optima": dict.fromkeys(("t", "q", "animate", "film", "to_csv", "table"), "its .run has it, such as .run.t"),
     "solve_accelerations": {"forcing": "it is tau - c - g - k_E", "L": "Lagrange's function is K - P"},
-    "not_identifiable": dict.fromkeys(
-        ("report", "save_report", "to_html"), "symdyn.identification.report(identification) is its page"
-    ),
+    "not_identifiable": {
+        **dict.fromkeys(("report", "plot", "to_html"), "symdyn.identification.report(identification) is its page"),
+        **{"values": "as_dict() has them; .scene is the identified scene", "to_csv": "to_pandas().to_csv(FILE) does"},
+    },
     "isprintable": dict.fromkeys(("save", "savefig", "write"), 'pathlib.Path("FILE").write_text(...) keeps it'),
 }
 """What has what an attribute was asked for, by one that nouns have which are asked; for errors alone."""

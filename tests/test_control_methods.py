@@ -310,13 +310,13 @@ def test_what_was_meant_is_told() -> None:
 
     with pytest.raises(AttributeError, match=r"Linearization has no attribute 'bod'; did you mean bode\?"):
         one.bod  # type: ignore[attr-defined]  # noqa: B018
-    with pytest.raises(AttributeError, match="no attribute 'eigenvalues'; it is poles now"):
+    with pytest.raises(AttributeError, match="no attribute 'eigenvalues'; it is poles"):
         one.eigenvalues  # type: ignore[attr-defined]  # noqa: B018
-    with pytest.raises(AttributeError, match=r"symdyn has no 'lqr'; it is symdyn\.linearize\(\.\.\.\)\.lqr now"):
+    with pytest.raises(AttributeError, match=r"symdyn has no 'lqr'; it is symdyn\.linearize\(\.\.\.\)\.lqr"):
         symdyn.lqr  # type: ignore[attr-defined]  # noqa: B018
     with pytest.raises(TypeError, match=r"unexpected keyword argument 'untill'; did you mean until\?"):
         one.step(untill=3)  # type: ignore[call-arg]
-    with pytest.raises(TypeError, match="unexpected keyword argument 'of'; it is measures now"):
+    with pytest.raises(TypeError, match="unexpected keyword argument 'of'; it is measures"):
         symdyn.pid(of="theta", inputs="F", kp=1)  # type: ignore[call-arg]
     with pytest.raises(LinearizeError, match=r"an observer estimates the state.* give lin\.lqg\(Q, R, W, V\)"):
         symdyn.simulate(one.scene, until=1, feedback=one.kalman())

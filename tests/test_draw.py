@@ -347,7 +347,7 @@ def test_plain_colours_need_no_variables() -> None:
 @pytest.mark.parametrize(
     ("words_", "message"),
     [
-        ({"q": [1.0]}, r"positions have shape \(1, 1\); give \(N, 2\): q1, q2"),
+        ({"q": [1.0]}, r"q = \[1.0\] is no position; give a number for each of q1, q2"),
         ({"q": [1.0, float("nan")]}, "no real value"),
         ({"parameters": {"h3": 1.0}}, '"h3" is not a parameter; known are m1'),
         ({"labels": ("links",)}, 'no labels of "links"; there are coordinates'),

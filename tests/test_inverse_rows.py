@@ -186,3 +186,49 @@ def test_a_dead_centre_where_no_force_gives_the_motion_ends_the_rows(tmp_path: P
     assert done == 1
     assert len(rows.read_text(encoding="utf-8").splitlines()) == 1 + 5
     assert "nan" not in rows.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("name", "start", "found"),
+    [
+        ("four_bar", {"chi": -2}, [-1.24565317, -2.19362291]),
+        ("four_bar", {"chi": -2.1936}, [-1.24565317, -2.19362291]),
+        ("four_bar", {}, [1.24565317, 2.19362291]),
+        ("slider_crank", {"x": -0.1}, [-np.pi, -0.15]),
+        ("slider_crank", {"x": 0.1}, [0.0, 0.25]),
+    ],
+)
+def test_a_start_chooses_the_branch_that_a_simulation_from_there_has(
+    name: str, start: dict[str, float], found: list[float], capsys: pytest.CaptureFixture[str]
+) -> None:
+    scene = read(EXAMPLES / f"{name}.toml")
+    run, from_there = (
+        inverse(scene, "phi=2*t", [0, 0.01], start=start),
+        simulate(scene, start={"phi": 0, **start}, until=0.01),
+    )
+    assert run.q[0] == pytest.approx([0, *found], abs=1e-7)
+    assert run.q[0] == pytest.approx(from_there.q[0], abs=1e-7)
+    assert ("the others say where the assembly begins" in str(run.notes)) == bool(start)
+    if start:
+        (chosen,) = start.items()
+        words = ["--motion", "phi=2*t", "--until", "0.01", "--start", "{}={}".format(*chosen)]
+        assert main(["inverse", str(EXAMPLES / f"{name}.toml"), *words]) == 0
+        row = capsys.readouterr().out.splitlines()[1].split(",")
+        assert [float(x) for x in row[2:4]] == pytest.approx(found, abs=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("motion", "start", "told"),
+    [
+        ("q1=30*t", {"q1": 1}, "start: q1 = 1 is not taken: its law begins at 0"),
+        ("q1=30*t", {"q2_dot": 1}, "start: q2_dot is not taken: velocities follow from the motion"),
+        ("q1=if(t>0.5,1,0)", {}, "motion: q1 jumps at t = 0.5 s; "),
+        ("q1=if(t>1.5,1,0)", {"q1": 0}, ""),
+        ("q1=abs(t-0.5)", {"q2": 1}, ""),
+    ],
+)
+def test_notes_tell_what_a_motion_leaves_out(motion: str, start: dict[str, float], told: str) -> None:
+    values = {"m1": 1, "m2": 1, "h1": 1, "h2": 1, "g": 9.81}
+    at_rest, *rest = inverse(EXAMPLES / "two_link.toml", motion, [0, 0.3, 1], start=start, values=values).notes
+    assert at_rest == "no law is given for q2: at rest"
+    assert [one.startswith(told) for one in rest] == [True] * bool(told)

@@ -163,7 +163,7 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
     ),
     "symdyn.equations(scene).text() its equations": (AttributeError, lambda: CART.info),  # type: ignore[attr-defined]
     "it is symdyn.identification.output_error": (AttributeError, lambda: symdyn.output_error),  # type: ignore[attr-defined]
-    "called: load(...).mass_matrix(...)": (ArgumentError, lambda: symdyn.load(CART, "mass_matrix")([0, 0])),
+    "take the values: load(...).mass_matrix(...)": (ArgumentError, lambda: symdyn.load(CART, "mass_matrix")([0, 0])),
     "'at'; did you mean start?": (ArgumentError, lambda: symdyn.linearize(CART, at="theta=0")),  # type: ignore[call-arg]
     'reactions="ground" adds reaction_JOINT_fx': (
         UnknownNameError,
@@ -340,7 +340,7 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
     "forces={'NAME': 'formula in t'} drives": (ArgumentError, lambda: symdyn.simulate(CART, u=1)),  # type: ignore[call-arg]
     "known are A, B, C, D, bode,": (AttributeError, lambda: symdyn.linearize(CART).zz9),  # type: ignore[attr-defined]
     "it is symdyn.equations(scene).latex()": (AttributeError, lambda: symdyn.latex),  # type: ignore[attr-defined]
-    "it is one of .sympy(), such as M": (AttributeError, lambda: symdyn.equations(CART).M),  # type: ignore[attr-defined]
+    "it is .sympy().M": (AttributeError, lambda: symdyn.equations(CART).M),  # type: ignore[attr-defined]
     "its .closed_loop has them": (AttributeError, lambda: symdyn.linearize(CART).lqr().step),  # type: ignore[attr-defined]
     "did you mean pose_tip?": (AttributeError, lambda: symdyn.load(CART).forward_kinematics),
     "did you mean damp?": (AttributeError, lambda: symdyn.linearize(CART).natural_frequencies),  # type: ignore[attr-defined]

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -9,16 +12,20 @@ import numpy as np
 import pytest
 
 import symdyn
+from symdyn.cli import main
 from symdyn.dynamics.loops.loop_numbers import Numbers
+from symdyn.emit import emit, write
 from symdyn.errors import (
     IdentifyError,
     SimulateError,
 )
+from symdyn.linear import Linearization, root_locus
 from symdyn.scene.toml import read_text
+from symdyn.simulation import Trajectory
 
 pytestmark = pytest.mark.runs("cc")
 
-CART = symdyn.example("cart_pole")
+CART, ROOT = symdyn.example("cart_pole"), Path(__file__).parent.parent
 
 FOUR_BAR = """
 parameters = { a = 0.1, b = 0.3, c = 0.25, d = 0.3 }
@@ -281,3 +288,73 @@ def test_what_comes_back_settles_by_its_peak() -> None:
     assert info["final"] == 0
     assert info["settling_time"] == pytest.approx(np.log(50) / 0.5, rel=0.1)  # of exp(-c t/2m)
     assert 0.5 < kept["settling_time(x)"][0] < 0.9 * 20
+
+
+EQUATIONS = symdyn.equations(CART)
+
+
+@cache
+def _lin() -> Linearization:
+    return symdyn.linearize(CART)
+
+
+@cache
+def _run() -> Trajectory:
+    return symdyn.simulate(CART, until=0.1)
+
+
+OTHERWISE: dict[str, Callable[[], object]] = {
+    "q = [0.1, 0.2, 0.3] is no position; give a number for each of x, theta": (
+        lambda: symdyn.picture(CART, [0.1, 0.2, 0.3])
+    ),
+    "feedback: initial: is the force before the first sample; give a period too": (
+        lambda: symdyn.simulate(CART, until=0.1, feedback=symdyn.Feedback(lambda t, q, u: 0.0, initial=[1.0]))
+    ),
+    "drives F>: give a name, values and a function, root_locus(": (
+        lambda: root_locus("mp", [1, 2], CART)  # type: ignore[arg-type]
+    ),
+    "rates() takes 2 positional arguments but 3 were given; call it as rates(t, x)": (
+        lambda: EQUATIONS.lambdify()(1, 2, 3)  # type: ignore[call-arg, arg-type]
+    ),
+    "drives F>: give a Program; of a scene, symdyn generate SCENE": lambda: emit(CART),  # type: ignore[arg-type]
+    "drives F>: give contents by name; of a scene, symdyn generate": lambda: write(CART, "x"),  # type: ignore[arg-type]
+    "unexpected keyword argument 'bind'; symdyn.scene.bind(scene, {\"m\": 1}) gives values": (
+        lambda: symdyn.read("a.toml", bind={"m": 1})  # type: ignore[call-arg]
+    ),
+    "write_text(equations.latex()) keeps it": lambda: EQUATIONS.save,  # type: ignore[attr-defined]
+    "a system has it, lin[output, input].to_control()": (
+        lambda: _lin().transfer("x", "F").to_control()  # type: ignore[attr-defined]
+    ),
+    "lin.transfer(output, input).at(0) has it": lambda: _lin().dcgain,  # type: ignore[attr-defined]
+    "lin.to_control() and lin.latex() have it": lambda: _lin().save,  # type: ignore[attr-defined]
+    "for x, theta, x_dot, theta_dot; it has the shape (3, 3)": lambda: _lin().lqr(np.eye(3)),
+    "symdyn.identification.output_error(scene, data, parameters) fits by": (
+        lambda: symdyn.identify(CART, "x", by="output-error")  # type: ignore[call-arg]
+    ),
+    "run[NAME][-1] is the last number of one": lambda: _run()[-1],  # type: ignore[call-overload]
+    "run(run.t[-1]) has all columns at the end": lambda: _run().final,  # type: ignore[attr-defined]
+    "'title'; it returns a figure of matplotlib": lambda: _run().plot(title="a"),  # type: ignore[call-arg]
+    "symdyn.load(scene, backend=...) has it": lambda: symdyn.lambdify(CART, "mass_matrix", target="jax"),
+}
+
+
+@pytest.mark.parametrize("told", OTHERWISE)
+def test_what_one_tries_first_is_answered_in_words(told: str) -> None:
+    with pytest.raises((symdyn.SymdynError, AttributeError), match=re.escape(told)):
+        OTHERWISE[told]()
+
+
+def test_values_stand_in_equations_as_bind_puts_them_in_a_shell(capsys: pytest.CaptureFixture[str]) -> None:
+    bound = symdyn.equations(CART, values={"mp": 0.2})
+    assert main(["equations", str(ROOT / "examples" / "cart_pole.toml"), "--bind", "mp=0.2", "--format", "text"]) == 0
+    assert capsys.readouterr().out.strip() == bound.text()
+    assert "(mc + 0.2)*x_ddot" in bound.text()
+    assert bound.sympy().M == EQUATIONS.subs(mp="0.2").M == EQUATIONS.sympy().subs({"mp": "0.2"}).M
+
+
+def test_text_is_a_path_for_films_of_modes_and_a_scene_a_problem(tmp_path: Path) -> None:
+    (first, _), *_ = symdyn.linear.animate_modes(_lin(), str(tmp_path / "mode.svg"))
+    assert first.read_text().startswith("<svg")
+    assert symdyn.linear.systems(CART, "mp")(0.2).poles == pytest.approx(
+        symdyn.linearize(CART, values={"mp": 0.2}).poles
+    )

@@ -43,7 +43,10 @@ def test_columns_come_by_name_and_a_wrong_name_is_told_the_right_one(run: Trajec
         UnknownNameError, match=r"^cart_pole: there is no column thetta; did you mean theta\? \(there are t"
     ):
         run["thetta"]
-    with pytest.raises(KeyError, match=r"^cart_pole: 3 is no name of a column; there are t, x, theta, "):
+    with pytest.raises(
+        KeyError,
+        match=r"^cart_pole: 3 is no name of a column; run.* there are t, ",
+    ):
         run[3]  # type: ignore[index]
     assert np.array_equal(run[["theta", "F"]], np.stack([run.q[:, 1], run.tau[:, 0]], axis=1))
     assert run[[]].shape == (21, 0)
@@ -85,9 +88,10 @@ def test_a_run_is_a_data_set_whose_variables_know_their_units(run: Trajectory) -
 def test_csv_reads_back_to_the_same_digits_here_and_where_it_is_given_as_a_motion(
     run: Trajectory, tmp_path: Path
 ) -> None:
-    text = run.to_csv(tmp_path / "run.csv")
-    assert (tmp_path / "run.csv").read_text() == text == run.to_csv()
-    run.to_csv(held := io.StringIO())
+    assert run.to_csv(tmp_path / "run.csv") == str(tmp_path / "run.csv")
+    text = run.to_csv()
+    assert (tmp_path / "run.csv").read_text() == text
+    assert run.to_csv(held := io.StringIO()) == ""
     assert held.getvalue() == text
     back = Columns.read(tmp_path / "run.csv")
     assert np.array_equal(back.values["theta"], run["theta"])

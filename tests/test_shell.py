@@ -207,7 +207,7 @@ def test_python_is_told_arguments_and_the_shell_options(capsys: Capture) -> None
     assert "give them, as in --bind m1=1,m2=1,h1=1,h2=1,g=1\n" in capsys.readouterr().err
     with pytest.raises(TypeError, match=r"unexpected keyword argument 't_end'; did you mean until\?"):
         symdyn.simulate(TWO_LINK, t_end=1)  # type: ignore[call-arg]
-    with pytest.raises(AttributeError, match=r"symdyn has no 'derive'; it is symdyn\.dynamics\.derive now"):
+    with pytest.raises(AttributeError, match=r"symdyn has no 'derive'; it is symdyn\.dynamics\.derive"):
         symdyn.derive  # noqa: B018
 
 

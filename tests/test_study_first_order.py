@@ -188,7 +188,8 @@ def test_what_cannot_be_is_refused_in_words_all_at_once() -> None:
 def test_tables_and_pictures_of_error_bars(tmp_path: Path) -> None:
     pandas = pytest.importorskip("pandas")
     found = symdyn.uncertainty(symdyn.example("cart_pole"), {"mp": 0.01, "theta": 0.02}, until=1, start=HANGING)
-    assert found.to_csv(tmp_path / "found.csv").splitlines()[0].startswith("t,x,sd_x,theta,sd_theta")
+    assert found.to_csv(tmp_path / "found.csv") == str(tmp_path / "found.csv")
+    assert found.to_csv().splitlines()[0].startswith("t,x,sd_x,theta,sd_theta")
     frame = pandas.read_csv(tmp_path / "found.csv")
     assert np.array_equal(frame["sd_theta"], found["sd_theta"])
     assert np.array_equal(frame["theta"], found["theta"])  # which was the standard deviation

@@ -321,10 +321,13 @@ def load_wrench(load: Load, places: Places) -> Wrench:
 
 def _numbers(scene: Scene, q: Sequence[float] | Array) -> Array:
     try:
-        return np.atleast_1d(np.asarray(q, dtype=np.float64))
-    except (TypeError, ValueError, OverflowError) as fault:
+        found = np.atleast_1d(np.asarray(q, dtype=np.float64))
+    except (TypeError, ValueError, OverflowError):
+        found = np.empty((0, 0))
+    if found.shape != (len(scene.coordinates),):
         names = ", ".join(scene.coordinates)
-        raise DrawError(f"{scene.name}: q = {quoted(q)} is no position; give a number for each of {names}") from fault
+        raise DrawError(f"{scene.name}: q = {quoted(q)} is no position; give a number for each of {names}")
+    return found
 
 
 def _triads(places: Places, view: View) -> tuple[Item, ...]:

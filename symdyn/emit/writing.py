@@ -30,6 +30,7 @@ WAYS_OUT: Mapping[int | None, str] = {
 """What helps against what a system says, where it is not another folder."""
 
 
+IN_A_SHELL = "of a scene, symdyn generate SCENE --target c -o FOLDER writes code in a shell"
 Contents = str | bytes | Callable[[IO[bytes]], None]
 
 
@@ -44,6 +45,8 @@ def write(files: Mapping[str, Contents], folder: str | Path) -> tuple[Path, ...]
     Raises:
         EmitError: the folder cannot be made or written to; two names are one where capital letters do not count.
     """
+    if not isinstance(files, Mapping):
+        raise EmitError(f"files = {quoted(files)}: give contents by name; {IN_A_SHELL}")
     place = Path(folder)
     if "\0" in "".join(map(str, (place, *files))):
         raise EmitError(f"{place / next(iter(files), '')}: no system allows this name; give another folder")

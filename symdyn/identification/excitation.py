@@ -314,7 +314,7 @@ class Excitation(Shown):
         return tuple(one.bound.name for one in self.reached if one.active)
 
     def to_csv(self, file: str | Path | IO[str] | None = None) -> str:
-        """Return the motion as CSV, which `inverse` and `identify` read; written to a file if given.
+        """Return the motion as CSV, which `inverse` and `identify` read; of a file that it fills, the name.
 
         Raises:
             EmitError: the file cannot be written, or takes no text.

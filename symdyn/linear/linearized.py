@@ -47,7 +47,7 @@ from symdyn.linear.prepared import Prepared, prepared
 from symdyn.linear.search import nearest
 from symdyn.linear.steady import BALANCED, settled, steady_next_to
 from symdyn.rounding import in_digits
-from symdyn.scene import Quantity, Scene, SceneLike, SceneUnits, bind
+from symdyn.scene import Quantity, Scene, SceneLike, SceneUnits, bind, scene_of
 from symdyn.scene.values import FormulaError, Parameter, formula_text
 from symdyn.simulation import Forces, Problem, Trajectory, opened
 from symdyn.simulation.prescribed import Entries
@@ -333,13 +333,14 @@ def _unmoved(places: Equilibria, place: Equilibrium, where: str) -> str:
 
 
 def systems(
-    problem: Problem, name: str, independent: str | Sequence[str] = (), anywhere: bool = False
+    problem: Problem | SceneLike, name: str, independent: str | Sequence[str] = (), anywhere: bool = False
 ) -> Callable[[float], Linearization]:
     """Return the system at a value of a name; forces are texts or formulas by name, else as of `linearize`.
 
     Raises:
         LinearizeError: the name is no parameter, and no formula has it.
     """
+    problem = problem if isinstance(problem, Problem) else Problem(scene_of(problem))
     scene, forces = problem.scene, problem.forces
     parts = (*problem.by_name, forces if isinstance(forces, Mapping) else {"forces": forces})
     formulas = [formula_text(one) for part in parts for one in part.values()]

@@ -274,9 +274,10 @@ def root_locus(
     Raises:
         LinearizeError: the values do not increase, or are too many; and what `system` raises.
     """
-    if not isinstance(over, str):
-        call = 'root_locus("m", values, lambda m: symdyn.linearize(scene, values={"m": m}))'
-        raise LinearizeError(f"over = {quoted(over)}: give a name, values and a function, {call}")
+    for what, one, right in (("over", over, isinstance(over, str)), ("system", system, callable(system))):
+        if not right:
+            call = 'root_locus("m", values, lambda m: symdyn.linearize(scene, values={"m": m}))'
+            raise LinearizeError(f"{what} = {quoted(one)}: give a name, values and a function, {call}")
     x = array_of(values)
     if x.ndim != 1 or not 2 <= len(x) <= MOST or not np.isfinite(x).all() or np.any(np.diff(x) <= 0):
         where = f"{argument('over')} {over}" if zeros is None else "gains"

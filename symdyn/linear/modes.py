@@ -281,13 +281,14 @@ def shown(one: Linearization) -> list[Mode]:
     return [mode for mode in one.modes if np.abs(mode.shape[: one.positions]).max(initial=0.0) > MOVES]
 
 
-def files(one: Linearization, path: Path, reel: Reel | None = None) -> list[tuple[Path, Mode]]:
+def files(one: Linearization, path: str | Path, reel: Reel | None = None) -> list[tuple[Path, Mode]]:
     """Return the file of every mode that can be shown: the one given, numbered where there are several.
 
     Raises:
         LinearizeError: nothing moves in any mode.
         SimulateError: an ending that no moving picture has.
     """
+    path = Path(path)
     CHECKS["film"](path, reel)
     modes = shown(one)
     if not modes:
@@ -298,7 +299,7 @@ def files(one: Linearization, path: Path, reel: Reel | None = None) -> list[tupl
 
 
 def animate_modes(
-    one: Linearization, path: Path, reel: Reel | None = None, note: Callable[[str], None] | None = None
+    one: Linearization, path: str | Path, reel: Reel | None = None, note: Callable[[str], None] | None = None
 ) -> Sequence[tuple[Path, Mode]]:
     """Write every mode as a film, of a kind that `symdyn.draw.film` writes, and return which is where.
 

@@ -202,10 +202,8 @@ def weight(
         M = np.diag(np.broadcast_to(M, n))
     largest = float(np.abs(M).max(initial=0.0))
     if M.shape != (n, n) or not largest < LARGEST:
-        faults.add(
-            name,
-            f"is no weight of {n} x {n} finite numbers, a diagonal of {n} or one for all, for {', '.join(axis.names)}",
-        )
+        told = f"is no weight of {n} x {n} finite numbers, a diagonal of {n} or one for all"
+        faults.add(name, f"{told}, for {', '.join(axis.names)}; it has the shape {M.shape}")
         return np.eye(n)
     if np.abs(M - M.T).max(initial=0.0) > SYMMETRIC * largest:
         faults.add(name, "is not symmetric")

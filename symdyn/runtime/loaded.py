@@ -254,7 +254,8 @@ def lambdify(
     check_arguments(lambdify, locals())
     runners = {name: runner for name, runner in RUNNERS.items() if runner.batches}
     if target not in runners:
-        raise EmitError(f"target {target!r} is not known; {choice(target, runners)}")
+        told = "symdyn.load(scene, backend=...) has it" if target in ("jax", "torch") else choice(target, runners)
+        raise EmitError(f"target {target!r} is not known; {told}")
     known = scene_of(scene)
     wanted = tuple(request_of(one, known) for one in names_of("name", name))
     lines = not TARGETS[target].loops

@@ -212,7 +212,7 @@ def _beside(name: str, momenta: Mapping[str, str], units: Mapping[str, str] = Ma
 def missing(name: object, names: Sequence[str]) -> str:
     """Return what is said of a name that no column has."""
     if not isinstance(name, str):
-        return f"{quoted(name)} is no name of a column; {choice('', names)}"
+        return f"{quoted(name)} is no name of a column; run[NAME][-1] is the last number of one; {choice('', names)}"
     parts = [one.strip() for one in re.split("[+,]", name)]
     if len(parts) > 1 and {*parts} <= {*names}:
         one = ", ".join(f'"{part}"' for part in parts)

@@ -254,16 +254,14 @@ class Uncertainty(Shown):
         return (TIME, *names), np.hstack([self.t[:, None], both])
 
     def to_csv(self, file: str | Path | None = None) -> str:
-        """Return the table as CSV with every digit; written to a file if one is given.
+        """Return the table as CSV with every digit; of a file that it fills, the name.
 
         Raises:
             EmitError: the file cannot be written.
         """
         check_arguments(Uncertainty.to_csv, locals(), EmitError)
         text = columns_csv(*self.table())
-        if file is not None:
-            write_file(file, text)
-        return text
+        return text if file is None else str(write_file(file, text))
 
     def to_pandas(self) -> pandas.DataFrame:
         """Return the table as a data frame over the index t, s; `attrs["units"]` has a unit for each.

@@ -23,11 +23,11 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.arguments import argument
 from symdyn.dynamics.loops import Numbers, free_motions, idle_motions
-from symdyn.errors import SimulateError
+from symdyn.errors import DerivationError, SimulateError
 from symdyn.frozen import dataclass
 from symdyn.scene import Scene
 from symdyn.scene.values import Joint, velocity_name
-from symdyn.simulation.initial import no_equations
+from symdyn.simulation.initial import CONSISTENT, closed_start, no_equations
 from symdyn.simulation.integrate.integration import END
 
 Known = Callable[[Array], tuple[Array, Array, Array]]
@@ -137,8 +137,15 @@ class Following:
         Raises:
             SimulateError: there is none near any of them.
         """
+        chosen = sorted({*np.flatnonzero(abs(guess - self.numbers.start()) > CONSISTENT).tolist()} - {*self.places})
+        wanted, notes = guess.copy(), list[str]()
+        wanted[self.places] = self.at(t)[0]
+        held = {k for joint, u in _velocities_of(self.scene) if {*joint.coordinates} <= {*self.given} for k in u}
+        with suppress(SimulateError, DerivationError):  # then Newton's method without a line search has its chance
+            assembly, notes = closed_start(self.numbers, wanted, chosen, sorted(held))
+            guess = np.array(assembly.q)
         try:
-            return self.placed(t, guess), ()
+            return self.placed(t, guess), tuple(notes)
         except SimulateError as fault:
             found = list[Array]()
             for seed in range(GUESSES):

@@ -12,7 +12,7 @@ motion takes it is not looked for: it acts on a rate of that force, and takes de
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from numbers import Real
@@ -36,7 +36,7 @@ from symdyn.simulation.equations.monitors import SLACK
 from symdyn.simulation.following import Followed, Tied, followed
 from symdyn.simulation.force_columns import input_columns, output_columns, reaction_columns
 from symdyn.simulation.forward import simulate
-from symdyn.simulation.initial import Start, Values, no_equations
+from symdyn.simulation.initial import CONSISTENT, Start, Values, no_equations
 from symdyn.simulation.integrate.integration import END
 from symdyn.simulation.integrate.valueless import valueless
 from symdyn.simulation.inverse_functions import InverseFunctions
@@ -121,8 +121,10 @@ def inverse(
     if branch is not None:
         held = {name: float(laws[name](t[:1])[0][0]) for name in lawful}
         guess = branches_of(scene, path, held, guess, float(t[0])).chosen(branch)
+    named = () if isinstance(problem.start, Start) else problem.by_name[0]
     found = _moved(scene, functions, motion, laws, lawful, t, path, guess)
-    q, u, a, stopped, notes = found.q, found.u, found.a, found.stopped, [*found.notes]
+    q, u, a, stopped = found.q, found.u, found.a, found.stopped
+    notes = [*found.notes, *_left_out(scene, motion, named, lawful, guess, t, q[0])]
     columns = {"path_error" if path.points else "loop_error": found.off} if functions.holds else {}
     over_time, words = _over_time(problem, functions, laws, forces, t[: len(q)], q, u, a)
     n, stopped = len(next(iter(over_time.values()), q)), words or stopped
@@ -261,7 +263,7 @@ def _followed(
         found = along(tied, given, known, quasi, path, functions.rates, t, guess)
     else:
         found = followed(tied, given, known, quasi, t, guess)
-    return replace(found, notes=(*found.notes, *numbers.doubts(found.q[0])))
+    return replace(found, notes=tuple(dict.fromkeys((*found.notes, *numbers.doubts(found.q[0])))))
 
 
 def _over_time(
@@ -331,6 +333,24 @@ def _ended(t: Array, bad: npt.NDArray[np.bool_], why: Callable[[int, int], str],
     if not n:
         raise SimulateError(told)
     return n, told
+
+
+def _left_out(
+    scene: Scene, motion: SceneMotion, named: Collection[str], lawful: Sequence[str], guess: Array, t: Array, q: Array
+) -> list[str]:
+    """Return what is not taken of a start's names, and which laws jump within the times."""
+    told = [
+        f"start: {name} = {x:.6g} is not taken: its law begins at {taken:.6g}"
+        for name, x, taken in zip(scene.coordinates, guess, q, strict=True)
+        if name in named and name in lawful and abs(x - taken) > CONSISTENT
+    ]
+    rates = [one for one in scene.velocities if one in named and one not in scene.coordinates]
+    told += [f"start: {one} is not taken: velocities follow from the motion" for one in rates]
+    return told + [
+        f"motion: {name} jumps at t = {at:.6g} s; its rate and acceleration, and forces from them, leave that out"
+        for name, law in motion.laws.items()
+        if (at := law.jump(float(t[0]), float(t[-1]))) is not None
+    ]
 
 
 def _passed(scene: Scene, functions: InverseFunctions, t: Array, q: Array, u: Array, tau: Array) -> list[str]:

@@ -262,7 +262,7 @@ class Trajectory(Shown):
         return np.array([every[names.index(one)] for one in name]).reshape(-1, len(self.t)).T
 
     def to_csv(self, file: str | Path | IO[str] | None = None) -> str:
-        """Return the table as CSV with every digit, which `simulate` and `inverse` read; written to a file if given.
+        """Return the table as CSV with every digit, which `simulate` and `inverse` read; of a file it fills, the name.
 
         Coordinates and velocities of runs with 31 digits have all of these.
 
@@ -271,10 +271,11 @@ class Trajectory(Shown):
         """
         text = columns_csv(*self.table(), self.low)
         if isinstance(file, (str, Path)):
-            write_file(file, text)
-        elif file is not None:
+            return str(write_file(file, text))
+        if file is not None:
             try:
                 file.write(text)
+                return ""
             except (AttributeError, OSError, TypeError, ValueError) as fault:
                 raise EmitError(f"{self.scene.name}: file = {quoted(file)} takes no text: {fault}") from None
         return text

@@ -249,7 +249,7 @@ class Runs(Shown):
         return Rows((*self.columns, "ended"), numbers)
 
     def to_csv(self, file: str | Path | None = None) -> str:
-        """Return the table as CSV with every digit, `ended` in words; written to a file if one is given.
+        """Return the table as CSV with every digit, `ended` in words; of a file that it fills, the name.
 
         Raises:
             EmitError: the file cannot be written.
@@ -257,9 +257,7 @@ class Runs(Shown):
         check_arguments(Runs.to_csv, locals(), EmitError)
         names, numbers = self.table()
         text = Table(names, [(*row, WORDS[int(code)]) for *row, code in numbers.tolist()]).csv()
-        if file is not None:
-            write_file(file, text)
-        return text
+        return text if file is None else str(write_file(file, text))
 
     def indices(self, measure: str | None = None, level: float = 0.95, resamples: int = 400, seed: int = 0) -> Indices:
         """Return Sobol's indices of a measure, with intervals.

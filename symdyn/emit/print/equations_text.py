@@ -286,9 +286,9 @@ class EquationsOfMotion(Shown, BySympy):
     def _sympy_(self) -> Any:
         return self.sympy()._sympy_()
 
-    def subs(self, *given: Any) -> SympyEquations:
+    def subs(self, *given: Any, **by_name: Any) -> SympyEquations:
         """Return `.sympy()` with values in place of symbols; see `SympyEquations.subs`."""
-        return self.sympy().subs(*given)
+        return self.sympy().subs(*given, **by_name)
 
     def solve_accelerations(self) -> tuple[Any, Any]:
         """Return accelerations and multipliers in SymPy; see `SympyEquations.solve_accelerations`."""
@@ -304,7 +304,9 @@ class EquationsOfMotion(Shown, BySympy):
 
 
 @suggesting
-def equations(scene: SceneLike, formulation: str = "lagrange") -> EquationsOfMotion:
+def equations(
+    scene: SceneLike, formulation: str = "lagrange", values: Mapping[str, object] | None = None
+) -> EquationsOfMotion:
     """Return the equations of motion of a scene: `.latex()`, `.text()`, `.sympy()`, `.state_space()`.
 
     A notebook shows them.
@@ -313,9 +315,10 @@ def equations(scene: SceneLike, formulation: str = "lagrange") -> EquationsOfMot
         scene: a scene, a path or an open file.
         formulation: "lagrange"; or as "dalembert", "hamilton", "routh", "kane", "gibbs-appell", "udwadia-kalaba",
             "port-hamiltonian" and "contact" print them.
+        values: of parameters, in place of whose names numbers stand, as with --bind in a shell; other names stay.
 
     Raises:
-        SceneError: the file has faults.
+        SceneError: the file has faults, or a value that it cannot have.
         EmitError: there is no such formulation.
 
     >>> import symdyn
@@ -325,4 +328,4 @@ def equations(scene: SceneLike, formulation: str = "lagrange") -> EquationsOfMot
     check_arguments(equations, locals(), EmitError)
     if formulation not in FORMULATIONS:
         raise EmitError(f"there is no formulation {quoted(formulation)}; {choice(formulation, FORMULATIONS)}")
-    return EquationsOfMotion(scene_of(scene), formulation)
+    return EquationsOfMotion(scene_of(scene, values).in_numbers([*(values or ())]), formulation)

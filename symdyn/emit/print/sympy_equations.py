@@ -12,7 +12,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from symdyn.algebra import Form, Number, Symbol
-from symdyn.arguments import check_arguments
+from symdyn.arguments import check_arguments, suggesting
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.loops import differentiated
 from symdyn.dynamics.mechanism import TIME, State
@@ -131,7 +131,7 @@ class SympyEquations(Shown, BySympy):
 
         return Tuple(*self.equations)
 
-    def subs(self, *given: Any) -> SympyEquations:
+    def subs(self, *given: Any, **by_name: Any) -> SympyEquations:
         """Return the equations with values or expressions in place of symbols, as SymPy's `subs` does, or of names.
 
         Lengths of struts are written out.
@@ -141,6 +141,7 @@ class SympyEquations(Shown, BySympy):
         >>> arm.subs({"m1": 0, "q2": 0}).M[0, 1], arm.subs("m1", 1).M[1, 1]
         (h1*h2*m2 + h2**2*m2, h2**2*m2)
         """
+        given = (*given, by_name) if by_name else given
         known = self._known(
             given[0]
             if len(given) == 1
@@ -263,7 +264,9 @@ class SympyEquations(Shown, BySympy):
         shared = partial(sympy.cse, order="none", list=False)  # the usual order takes minutes of an arm
         call, n = sympy.lambdify([places[t], [places[one] for one in x]], parts, "numpy", cse=shared), self.M.rows
 
+        @suggesting
         def rates(t: float, x: Any) -> Array:
+            """Return f of ẋ = f at a time, s, and x = [q; u; s], shape of x."""
             A, b, moved, own = call(t, x)
             return np.concatenate([np.ravel(moved), np.linalg.solve(A, b)[:n, 0], np.ravel(own)])
 

@@ -28,7 +28,8 @@ from symdyn.emit.targets.python_modules import HEYOKA, NUMPY
 from symdyn.emit.targets.ros2 import ROS2
 from symdyn.emit.targets.rust import RUST, TYPES
 from symdyn.emit.targets.ufunc import UFUNC
-from symdyn.errors import EmitError, choice
+from symdyn.emit.writing import IN_A_SHELL
+from symdyn.errors import EmitError, choice, quoted
 from symdyn.frozen import dataclass
 from symdyn.graph import growing
 from symdyn.program import Program, in_lines, shared
@@ -99,6 +100,8 @@ def emit(
         EmitError: an unknown target, a real type, an option, an accuracy or an operation that it does not have, no
             function at all, two functions of one name, a constant too large for the type.
     """
+    if not isinstance(program, Program):
+        raise EmitError(f"program = {quoted(program)}: give a Program; {IN_A_SHELL}")
     row = TARGETS[target]
     if not program.routines:
         raise EmitError(f"{program.scene.name}: there is no function to write; name one, such as inverse_dynamics")

@@ -356,10 +356,10 @@ def _check_times(feedback: Feedback, until: float, faults: Faults) -> None:
     if not (math.isfinite(delay) and delay >= 0):
         faults.add("feedback: delay", f"{delay:g} s is no delay; give 0 or more")
     elif period is None and delay > 0:
-        faults.add(
-            "feedback: delay",
-            f"{delay:g} s without a period would be a differential equation with delay; give a period too",
-        )
+        told = f"{delay:g} s without a period would be a differential equation with delay; give a period too"
+        faults.add("feedback: delay", told)
+    if period is None and len(feedback.initial):
+        faults.add("feedback: initial", "is the force before the first sample; give a period too, or leave it out")
     if period is not None and not (math.isfinite(period) and period > 0):
         faults.add("feedback: period", f"{period:g} s is no period; give one above 0")
     elif period is not None and until > LARGEST * period:

@@ -107,8 +107,8 @@ ACROSS, STEP = 1e-12, 1e-6
 """How close to a step a formula is taken on both sides, of the time there, and how far it goes, of its size or 1."""
 
 
-def jump_of(formula: Quantity) -> float | None:
-    """Return a time, s, at which a formula in t alone jumps, None where no step was found."""
+def jump_of(formula: Quantity, first: float = -math.inf, last: float = math.inf) -> float | None:
+    """Return a time between two, s, at which a formula in t alone jumps, None where no step was found."""
     graph = Graph()
     node = formula.express(graph)
     guards = [guard for one in reachable([node]) for guard in one.guards]
@@ -127,6 +127,7 @@ def jump_of(formula: Quantity) -> float | None:
             low, high = np.where(same, middle, low), np.where(same, high, middle)
         (before,), (after,) = at([node], low), at([node], high)
         steps = np.abs(after - before) > STEP * np.maximum(1.0, np.abs(before))
+        steps &= (low > first) & (high <= last)
         if steps.any():
             return float(high[steps][0])
     return None

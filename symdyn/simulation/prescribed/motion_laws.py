@@ -37,7 +37,7 @@ from symdyn.frozen import dataclass, field
 from symdyn.graph import Graph, evaluate, tangents
 from symdyn.scene import Quantity
 from symdyn.scene.values import Faults, FormulaError, acceleration_name, split_commas
-from symdyn.simulation.prescribed.formulas_in_time import Columns, bound, number_of, read_formula
+from symdyn.simulation.prescribed.formulas_in_time import Columns, bound, jump_of, number_of, read_formula
 
 Motion3 = tuple[Array, Array, Array]
 Profile = Callable[[Array], Motion3]
@@ -65,6 +65,11 @@ class Law:
     def __call__(self, times: npt.ArrayLike) -> Motion3:
         """Return position, velocity and acceleration at `times`, each of its shape; rad or m, per s, per s²."""
         return self._profile(np.asarray(times, dtype=np.float64))
+
+    def jump(self, first: float, last: float) -> float | None:
+        """Return the first time between two, s, at which the formula of a law jumps, None where no step was found."""
+        make, (formula, *_) = self._made
+        return jump_of(formula, first, last) if make is formula_law and {*formula.symbols} <= {TIME} else None
 
 
 def read_law(text: str, values: Mapping[str, Quantity], where: str, faults: Faults, unit: str = "") -> Law | None:
