@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 import sysconfig
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from cuda_on_host import compiled, launcher, run
 from formulas import every_op, states
 
 from symdyn.dynamics import derive
-from symdyn.emit import beside, emit, write
+from symdyn.emit import Sources, beside, emit, write
 from symdyn.errors import BuildError, MissingProgram
 from symdyn.program import Program, in_lines, lower, prepare
 from symdyn.program.routine import shared
@@ -40,6 +41,12 @@ def program(name: str) -> Program:
     scene, _, way = name.partition(" ")
     made = lower(derive(example(scene), OUTPUTS))
     return prepare(made) if way else made
+
+
+def with_library_angles(sources: Sources) -> Sources:
+    """Return C that takes angles of points by the library's function, as kernels do, in place of its own."""
+    changed = [(name, re.sub(r"(?<!double )atan2_of\(", "atan2(", text)) for name, text in sources.texts.items()]
+    return replace(sources, files=tuple(changed))
 
 
 def given(routine: Any, n: int, real: str) -> tuple[list[np.ndarray], list[np.ndarray]]:
@@ -68,7 +75,7 @@ def test_a_kernel_as_cpp_computes_what_scalar_c_does_to_the_bit(
     names = [f"{stem}_{one}" for one in sources.functions]
     library = launcher(sources.texts[f"{stem}.cu"], tmp_path, names, [len(r.function.arguments) for r in made.routines])
     monkeypatch.setenv("CC", "gcc -ffp-contract=off -O1 -mno-fma")
-    c = build(emit(in_lines(made), "c", real), machine="portable")
+    c = build(with_library_angles(emit(in_lines(made), "c", real)), machine="portable")
 
     n = 300
     for one, kernel, routine in zip(sources.functions, names, made.routines, strict=True):

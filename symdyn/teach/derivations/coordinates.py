@@ -64,7 +64,7 @@ def _part(lesson: Lesson, joint: Joint, k: int) -> Words:
     """Return what coordinate k of a joint with several is: of a ball a turn of its sequence."""
     sequence = str(dict(joint.shape).get("orientation", ""))
     turn = k - len(joint.coordinates) + len(sequence)
-    if joint.type == "custom":
+    if JOINTS[joint.type].forbids is None:  # its motion is written
         graph = Graph()
         parts: list[str | Form] = []
         for kind, amount in JOINTS[joint.type].held(joint, Quantity.ZERO):

@@ -219,13 +219,12 @@ def _others(lesson: Lesson, page: Printable, joints: Sequence[Joint]) -> Iterato
         if (drive := lesson.scene.drives[0]) and not lesson.vanishes(node_of(lesson, "k_G:1")):
             blocks = [lesson.say(f"meaning.holding{slide}", drive=Symbol(drive), value=lesson.forms.form("k_G", 0))]
         yield Step("meaning:reduced", said, tuple(blocks))
-    kinds = {
-        one.name: "followed" if one in followed else one.type if one.type == "custom" else "several" for one in joints
-    }
+    written = [one for one in joints if JOINTS[one.type].forbids is None]
+    kinds = {one.name: "followed" if one in followed else "written" if one in written else "several" for one in joints}
     for kind in dict.fromkeys(kinds.values()):
         some = ", ".join(name for name, of in kinds.items() if of == kind)
         said = lesson.say("meaning.others", what=lesson.say(f"meaning.{kind}"), joints=some)
-        path = (lesson.say("meaning.path", joint=some),) if kind == "custom" else ()
+        path = (lesson.say("meaning.path", joint=some),) if kind == "written" else ()
         yield Step(f"meaning:others:{kind}", said, path)
 
 
