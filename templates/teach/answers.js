@@ -75,9 +75,9 @@ const Answers = (() => {
   }
   const inner = (a, b) => a.reduce((sum, x, k) => sum + x * b[k], 0);
   function judgedAs(key, formulas, named) {
-    const moving = settled(key, formulas, named.some(name => name.startsWith("tau")));
     const drawnValues = formulas.map(one => points.map(one.of));
     const lettered = has(QUESTIONS.named, key) && QUESTIONS.named[key].every(name => formulas.some(one => Terms.used(one.of, points[0]).has(name)));
+    const moving = settled(key, formulas, named.some(name => name.startsWith("tau")), lettered);
     const told = drawnValues.every(mine => mine.every(Number.isFinite)) ? compared(key, drawnValues, lettered) : said(false, "answer.undefined");
     if (moving && (moving.row || moving.another)) return forgot([moving.row ? "row" : "other", "", ""]);
     if (moving && !moving.right && !told.right) return foreign(key, formulas, apart(key, formulas, told));
@@ -129,12 +129,13 @@ const Answers = (() => {
   }
 
   // On the motions of the mechanism, see symdyn.teach.student.motions: null where none are drawn, else whether it is right
-  function settled(key, formulas, alone) {
+  function settled(key, formulas, alone, lettered) {
     if (!motions || !has(motions.asked, key)) return null;
     const unset = Object.fromEntries(motions.multipliers.map(name => [name, NaN]));  // they stand in equations alone
     const asked = motions.asked[key], point = row => Object.fromEntries(row.map((x, k) => [motions.names[k], x]));
     let another = false, row = false;
     const right = motions.groups.map((group, g) => {
+      if (lettered && group.declared) return false;  // l for l² is not right where l is 1 m
       const on = group.on.map(point), places = on.length / 2;
       if (!has(asked, "equation")) return formulas.every(one => same(one, on.map(p => ({...p, ...unset})), asked.values[g].on, places, motions.free.some(begin => asked.left.startsWith(begin))));
       const front = asked.front[g];

@@ -101,7 +101,11 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         },
         "points": [dict(point) for point in points.at],
         "values": values,
-        "named": {key: found for key, (left, form) in requested.items() if (found := _named(diagnosis, left, form))},
+        "named": {
+            key: found
+            for key, (left, form) in requested.items()
+            if (found := sorted(diagnosis.letters(left, None if left.startswith(BALANCED) else form)))
+        },
         "balances": {key: _balance(diagnosis, points, left) for key, left in balances.items()},
         "mistakes": {
             key: [_row(one, numbers) for one, numbers in _marked(diagnosis, points, left, form, key in balances, few)]
@@ -230,14 +234,6 @@ def drive_alone(diagnosis: Diagnosis, left: str) -> str:
     """Return the drive of an equation that has more than it in front of its answer, "" for none."""
     drive = diagnosis.scene.drives[int(left[4:]) - 1] if left.startswith("tau:") and diagnosis.course else None
     return drive if drive and front(diagnosis, left) != Symbol(drive) else ""
-
-
-def _named(diagnosis: Diagnosis, left: str, form: Form) -> list[str]:
-    """Return the parameters of a result; of an equation where units of its terms can be told."""
-    if not left.startswith(BALANCED):
-        return sorted({p.name for p in diagnosis.scene.parameters} & set(form.symbols))
-    told = diagnosis.course is not None and diagnosis.points.scaled
-    return sorted(diagnosis.named(int(left.partition(":")[2]) - 1)) if told else []
 
 
 def _row(one: Mistake, numbers: Sequence[float]) -> list[str | float]:

@@ -161,8 +161,9 @@ def _moving(
     answer: Answer, goal: Target, form: Form, near: Sequence[Form], right: Form, diagnosis: Diagnosis
 ) -> Answer:
     """Return the answer to a quantity: right where it has its value on every motion."""
-    motions = diagnosis.motions
-    if answer.right or motions is None or (goal.kind in ENERGIES and set(form.symbols) & set(diagnosis.others)):
+    letters = diagnosis.letters(goal.course_key, None if goal.kind == "tau" else right)
+    motions = None if answer.right else diagnosis.moving(letters, [form])
+    if motions is None or (goal.kind in ENERGIES and set(form.symbols) & set(diagnosis.others)):
         return answer
     if goal.kind == "tau":
         i = goal.index[0] - 1
@@ -175,7 +176,8 @@ def _moving(
 
 def _of_motion(answer: Answer, statement: Statement, asked: int | None, diagnosis: Diagnosis) -> Answer:
     """Return the answer to an equation: right where it holds on every motion, as one that is asked for if one is."""
-    motions = diagnosis.motions
+    letters = set[str]() if asked is None else diagnosis.letters(f"tau:{asked + 1}")
+    motions = diagnosis.moving(letters, statement.forms)
     if (answer.right and asked is None) or motions is None or len(statement.forms) != 2:
         return answer
     (left, other), (near, far) = statement.forms, statement.near

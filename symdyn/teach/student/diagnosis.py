@@ -277,6 +277,20 @@ class Diagnosis:
         held = {str(x.value) for x in reachable([node]) if x.op is Op.SYMBOL} if node is not None else set()
         return held & {p.name for p in self.scene.parameters}
 
+    def moving(self, letters: set[str], forms: Sequence[Form]) -> Motions | None:
+        """Return the motions that formulas are compared on: with the scene's values where a letter is left out."""
+        known, said = self.motions, {name for form in forms for name in form.symbols}
+        if known is None or not letters or not letters <= said:
+            return known
+        return replace(known, groups=known.groups[:1])  # l for l² is not right where l is 1 m
+
+    def letters(self, key: str, right: Form | None = None) -> set[str]:
+        """Return the parameters of a result; of an equation where units of its terms can be told."""
+        if right is not None:
+            return {p.name for p in self.scene.parameters} & set(right.symbols)
+        told = self.course is not None and self.points.scaled
+        return self.named(int(key.partition(":")[2]) - 1) if told else set()
+
     def evidence(self, key: str) -> list[Evidence]:
         """Return what tells the terms of a quantity apart, in each way to write it; none where nothing does."""
         if key not in self.apart:
