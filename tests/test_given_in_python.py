@@ -245,7 +245,10 @@ def test_the_byte_that_is_no_text_is_told(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("call", "told"),
     [
-        (lambda scene: symdyn.equations(scene, form=1), r"equations\(\) got .* 'form'; there are scene, formulation$"),  # type: ignore[call-arg]
+        (
+            lambda scene: symdyn.equations(scene, form=1),
+            r"equations\(\) got .* 'form'; there are scene, formulation, values$",
+        ),  # type: ignore[call-arg]
         (lambda scene: symdyn.sweep(scene, samples=3), r"sweep\(\) got .* 'samples'; did you mean count\?"),  # type: ignore[call-arg]
         (lambda scene: symdyn.collocation(scene, untl=1), r"collocation\(\) got .* 'untl'; did you mean until\?"),  # type: ignore[call-arg]
         (lambda scene: symdyn.inverse(scene, evry=1), r"inverse\(\) got .* 'evry'; did you mean every\?"),  # type: ignore[call-arg]

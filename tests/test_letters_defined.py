@@ -140,11 +140,11 @@ def asked(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.long(0)
 @pytest.mark.mends("30.lessons.1.3")
-def test_of_two_answers_that_differ_one_is_right(browser: Any, asked: Path) -> None:
-    """In front of the box stands F - b x', so that the sum of F is no answer unless it says that it is F."""
+def test_an_answer_is_what_stands_behind_the_box_or_the_drive_alone(browser: Any, asked: Path) -> None:
+    """In front of the box stands F - b x'; what is F alone is read so, and what says that it is F has to be it."""
     answers = {
         RIGHT: True,
-        f"{RIGHT} + b x'": False,
+        f"{RIGHT} + b x'": True,
         f"F = {RIGHT} + b x'": True,
         f"F = {RIGHT}": False,
         f"F - b x' = {RIGHT}": True,

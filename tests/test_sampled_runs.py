@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from symdyn.cli import main
+from symdyn.errors import SimulateError
 from symdyn.scene import read, read_text
 from symdyn.simulation import METHODS, Feedback, Trajectory, simulate
 from symdyn.simulation.integrate import importable
@@ -246,9 +247,11 @@ def test_every_option_of_a_controller_changes_what_is_told(more: dict[str, Any])
 
 
 @pytest.mark.mends("30.class.ignored")
-@pytest.mark.parametrize("more", [{}, {"period": 0.05}])
-def test_a_first_force_that_never_acts_is_told(more: dict[str, Any]) -> None:
-    runs = [simulate(BLOCK, until=0.1, feedback=Feedback(LAW, **more, **one)) for one in ({}, {"initial": [2.0]})]
+def test_a_first_force_that_never_acts_is_told() -> None:
+    with pytest.raises(SimulateError, match="initial: is the force before the first sample; give a period too"):
+        simulate(BLOCK, until=0.1, feedback=Feedback(LAW, initial=[2.0]))
+    sampled = [Feedback(LAW, period=0.05, **one) for one in ({}, {"initial": [2.0]})]
+    runs = [simulate(BLOCK, until=0.1, feedback=one) for one in sampled]
 
     assert np.array_equal(runs[0].q, runs[1].q)
     assert [note for note in runs[1].notes if note not in runs[0].notes] != []

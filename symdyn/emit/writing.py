@@ -88,8 +88,12 @@ def write_file(file: str | Path, contents: Contents) -> Path:
     path = Path(file)
     if path.name in ("", ".."):
         raise EmitError(f"file = {quoted(str(file))} is a folder; give the path of a file")
-    if "\0" not in str(path) and not path.parent.exists():
-        raise EmitError(f"{path}: there is no folder {path.parent}; make it, or give another")
+    try:
+        os.stat(path.parent)
+    except FileNotFoundError:
+        raise EmitError(f"{path}: there is no folder {path.parent}; make it, or give another") from None
+    except (OSError, ValueError):
+        pass  # a name that no system has; `write` says why
     return write({path.name: contents}, path.parent)[0]
 
 

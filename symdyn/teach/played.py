@@ -9,9 +9,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from symdyn.draw import Stage, pushes
 from symdyn.dynamics.outputs import Touch
 from symdyn.frozen import dataclass
 from symdyn.scene import Scene
@@ -45,6 +42,10 @@ def played(
     """Return a run of a scene at values of its parameters, as a page plays it; `touches` have their frictions."""
     if run is None:
         return Played(scene)
+    import numpy as np  # scenes without contacts need none
+
+    from symdyn.draw import Stage, pushes
+
     some = np.arange(0, len(run.t), -(-len(run.t) // MOST))
     columns = [run.t[:, None], run.q, run.qd, run.qdd, run["energy_error"][:, None]]
     found, frictions = Stage(scene, run.q[some], values).places, list[tuple[float, ...]]()

@@ -98,8 +98,8 @@ PLANTS = (
     Plant(
         "a converted scene is written beside its folder",
         "cli/convert.py",
-        "    write({path.name: written.text}, path.parent)",
-        '    write({path.name: written.text}, path.parent if path.suffix != ".urdf" else "..")',
+        "    write_file(path, written.text)",
+        '    write_file(path if path.suffix != ".urdf" else f"../{path.name}", written.text)',
         r"a file outside its folder",
     ),
     Plant(
