@@ -90,7 +90,7 @@ def write_file(file: str | Path, contents: Contents) -> Path:
         raise EmitError(f"file = {quoted(str(file))} is a folder; give the path of a file")
     try:
         os.stat(path.parent)
-    except FileNotFoundError:
+    except (FileNotFoundError, NotADirectoryError):
         raise EmitError(f"{path}: there is no folder {path.parent}; make it, or give another") from None
     except (OSError, ValueError):
         pass  # a name that no system has; `write` says why
