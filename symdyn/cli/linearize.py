@@ -253,15 +253,6 @@ def check_flags(options: argparse.Namespace) -> None:
     faults.close(LinearizeError)
 
 
-def check_one(systems: Sequence[System], options: argparse.Namespace) -> None:
-    """Raise LinearizeError where several systems would go into one file."""
-    files = [one.flag for one in ASKED if one.given(options) and one.writes and getattr(options, one.writes)]
-    if len(systems) > 1 and files:
-        raise LinearizeError(
-            f"{', '.join(files)}: there are {len(systems)} systems; give the place of one, as --start LIST"
-        )
-
-
 def rates_of(options: argparse.Namespace) -> dict[str, str]:
     """Return the velocities that --start-rates and --speed give, formulas by name."""
     return pairs(options.start_rates, "--start-rates") | pairs(options.speed, "--speed")
@@ -296,7 +287,11 @@ def run(options: argparse.Namespace) -> int:
     file = SystemsFile(Path(options.output)) if options.output else None
     with Waiting("linearising"):
         systems, notes = _systems(scene, options)
-        check_one(systems, options)
+        files = [one.flag for one in ASKED if one.given(options) and one.writes and getattr(options, one.writes)]
+        if len(systems) > 1 and files:
+            raise LinearizeError(
+                f"{', '.join(files)}: there are {len(systems)} systems; give the place of one, as --start LIST"
+            )
         told = [_json(one, options) if options.json else _text(one, options) for one in systems]
     loops = ("bode", "margins") * (options.lqr is not None)
     alone = [one.flag for one in ASKED if one.shown and one.given(options) and one.name not in loops]

@@ -228,7 +228,13 @@ def ground(scene: Scene, places: Places, view: View) -> tuple[Item, ...]:
         if not view.planar:
             shapes = _stand(hinge, places, view, alone=len(held) == 1)
         elif rail:
-            shapes = _hatched_rail(hinge, view, rail)
+            # the line that a slider sits on, hatched below or on the left
+            a, b = rail_ends(hinge, view, rail, 4.0)
+            way = unit(b - a)[0]
+            down = np.array([-way[1], way[0]])
+            down = down if (round(down[1], 6), -down[0]) > (0, 0) else -down
+            shift = down * view.size * 1.25
+            shapes = hatches(a + shift, b + shift, down, view.size)
         else:
             shapes = _bearing(scene, hinge, places, view)
         title = Title("ground at joint {name}", name=hinge.joint.name)
@@ -251,16 +257,6 @@ def _bearing(scene: Scene, hinge: JointAxis, places: Places, view: View) -> tupl
     wide = np.array([1.0, 0.0]) * 1.3 * s
     triangle = path("support", np.stack([at, base + wide, base - wide], axis=1), closed=True)
     return (triangle, *hatches(base - wide * 1.7, base + wide * 1.7, down, s))
-
-
-def _hatched_rail(hinge: JointAxis, view: View, rail: MarkPart) -> tuple[Shape, ...]:
-    """Return the line that a slider sits on, hatched below or on the left."""
-    a, b = rail_ends(hinge, view, rail, 4.0)
-    way = unit(b - a)[0]
-    down = np.array([-way[1], way[0]])
-    down = down if (round(down[1], 6), -down[0]) > (0, 0) else -down
-    shift = down * view.size * 1.25
-    return hatches(a + shift, b + shift, down, view.size)
 
 
 def hatches(a: Array, b: Array, down: Array, s: float) -> tuple[Shape, ...]:

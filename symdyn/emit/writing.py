@@ -66,7 +66,10 @@ def write(files: Mapping[str, Contents], folder: str | Path) -> tuple[Path, ...]
                 assert str(inside) == name, "a name has one form"
                 assert not {"..", inside.anchor} & {*inside.parts}, "files lie in the folder, nowhere else"
                 (place / inside.parent).mkdir(parents=True, exist_ok=True)
-                _check_place(place / name)
+                # what no file can replace is told before another file is renamed
+                path = place / name
+                if path.is_dir() and not path.is_symlink():
+                    raise IsADirectoryError(EISDIR, "a folder of that name stands there")
                 aside.append(temporary := _aside((place / name).parent))
                 left_over.callback(temporary.unlink, missing_ok=True)
                 _fill(temporary, contents)
@@ -95,12 +98,6 @@ def write_file(file: str | Path, contents: Contents) -> Path:
     except (OSError, ValueError):
         pass  # a name that no system has; `write` says why
     return write({path.name: contents}, path.parent)[0]
-
-
-def _check_place(path: Path) -> None:
-    """Raise OSError for what no file can replace, before another file is renamed."""
-    if path.is_dir() and not path.is_symlink():
-        raise IsADirectoryError(EISDIR, "a folder of that name stands there")
 
 
 def _aside(place: Path) -> Path:

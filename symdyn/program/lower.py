@@ -76,7 +76,14 @@ def lower(equations: Equations, passes: Sequence[str] = DEFAULT) -> Program:
     check_arguments(lower, locals())
     functions = _fold(_bind(equations))
     if passes := tuple(passes):
-        functions = _fold(_gather(_optimised(functions, passes)))
+        # one that says the same under another name, as k_z does, takes no passes
+        done: dict[tuple[Expr, ...], Function] = {}
+        for function in functions:
+            if function.entries not in done:
+                done[function.entries] = optimise(function, passes)
+        functions = _fold(
+            _gather(tuple(replace(function, entries=done[function.entries].entries) for function in functions))
+        )
     graph, functions = _at_home(functions, equations.graph)
     return assemble(equations.scene, graph, functions).checked()
 
@@ -90,15 +97,6 @@ def count_derived(equations: Equations) -> list[dict[str, Counts]]:
 def entries_of(functions: Functions) -> list[Expr]:
     """Return the entries of all functions, one function after the other."""
     return [entry for function in functions for entry in function.entries]
-
-
-def _optimised(functions: Functions, passes: Sequence[str]) -> Functions:
-    """Return the functions after the passes; one that says the same under another name, as k_z does, takes none."""
-    done: dict[tuple[Expr, ...], Function] = {}
-    for function in functions:
-        if function.entries not in done:
-            done[function.entries] = optimise(function, passes)
-    return tuple(replace(function, entries=done[function.entries].entries) for function in functions)
 
 
 def _bind(equations: Equations) -> Functions:

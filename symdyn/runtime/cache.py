@@ -113,11 +113,6 @@ def load_entry(path: Path, load: Callable[[str], Any]) -> Any:
         return _LOADED[digest]
 
 
-def read_entry(path: Path) -> bytes:
-    """Return the bytes that were sealed; errors as of `load_entry`."""
-    return _read(path)[0][:-LENGTH]
-
-
 _LOCK = Lock()
 
 _LOADED: dict[bytes, Any] = {}
@@ -350,7 +345,7 @@ class Kept:
         """Return what is kept, None where nothing is that can be trusted."""
         try:
             path = trusted_folder() / self.name
-            found = read_entry(path)
+            found = _read(path)[0][:-LENGTH]
             with suppress(OSError):  # a cache that may only be read serves as well
                 os.utime(path)  # it was wanted last
         except Damaged as fault:

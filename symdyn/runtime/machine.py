@@ -16,7 +16,7 @@ from math import prod
 from os import W_OK, access
 from tempfile import TemporaryDirectory
 from types import SimpleNamespace
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -232,15 +232,11 @@ class _Octave:
             raise BuildError("Octave ended without an answer; it must be version 7 or later")
         if not line.isdecimal():
             raise BuildError(f"Octave refused the code: {line}")
-        return np.frombuffer(_exactly(self._process.stdout, 8 * int(line)), dtype="<f8")
-
-
-def _exactly(stream: IO[bytes], size: int) -> bytes:
-    """Return so many bytes; BuildError where there are fewer."""
-    found = stream.read(size)
-    if len(found) != size:
-        raise BuildError("Octave ended in the middle of an answer")
-    return found
+        size = 8 * int(line)
+        found = self._process.stdout.read(size)
+        if len(found) != size:
+            raise BuildError("Octave ended in the middle of an answer")
+        return np.frombuffer(found, dtype="<f8")
 
 
 def _end(process: subprocess.Popen[bytes], folder: TemporaryDirectory[str]) -> None:

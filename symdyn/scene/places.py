@@ -117,16 +117,6 @@ class _Walk:
             self.at, node.value = found.end(), found[0].strip("\"'")
 
 
-def _name_rows(root: _Node) -> None:
-    """Let rows of [[loop]] and [[dh.links]] be found by their names, as faults call them: as given, or by number."""
-    none = _Node()
-    links = root.inner.get("dh", none).inner.get("links", none)
-    for usual, rows in (("loop", root.inner.get("loop", none)), ("link", links)):
-        for k, row in enumerate([*rows.inner.values()], start=1):
-            given = row.inner.get("name")
-            rows.inner.setdefault(given.value if given else f"{usual}{k}", row)
-
-
 _BETWEEN = ' .:[]"'
 """What stands between the names of a place."""
 
@@ -154,7 +144,13 @@ def placing(text: str, source: str) -> Iterator[None]:
         yield
     except SceneError as error:
         root = _Walk(text).root
-        _name_rows(root)
+        # rows of [[loop]] and [[dh.links]] are found by their names, as faults call them: as given, or by number
+        none = _Node()
+        links = root.inner.get("dh", none).inner.get("links", none)
+        for usual, rows in (("loop", root.inner.get("loop", none)), ("link", links)):
+            for k, row in enumerate([*rows.inner.values()], start=1):
+                given = row.inner.get("name")
+                rows.inner.setdefault(given.value if given else f"{usual}{k}", row)
         front = printable(without_long_words(f"{source}: "), keep="")  # as errors have it
         each = [_placed(fault.removeprefix(front), text, root) for fault in error.faults]
         raise SceneError([f"{source}:{place.line}: {told}" for place, told in each], [one for one, _ in each]) from None

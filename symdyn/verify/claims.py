@@ -43,7 +43,7 @@ from symdyn.frozen import dataclass
 from symdyn.graph import Expr, reachable, substitute, tangents
 from symdyn.program import PairLoop, Program, RowLoop, choose, choose_one
 from symdyn.scene import Quantity, Scene
-from symdyn.spatial import Vec, add, cross, sub
+from symdyn.spatial import add, cross, sub
 from symdyn.verdict import Unclaimed
 from symdyn.verify.equality import Claim, Finding
 
@@ -229,14 +229,11 @@ def _share_of_base(w: Workspace) -> Claim | None:
         return None
     carrier, here = tree.joint[base.name][1]
     T, C = tree.placements()[carrier] @ here, entries(w, "centre_of_mass")
-    p, L = _vectors(_momentum(w))
+    six = _momentum(w)
+    p, L = (six[0], six[1], six[2]), (six[3], six[4], six[5])
     turning = add(L, cross(sub((C[0], C[1], C[2]), T.p), p))
     share = (*T.R.T @ p, *T.R.T @ turning)
     return Claim("momentum of a free base", "its part of p = M qd", "R^T [p; L]", entries(w, "momentum")[:6], share)
-
-
-def _vectors(six: tuple[Expr, ...]) -> tuple[Vec, Vec]:
-    return (six[0], six[1], six[2]), (six[3], six[4], six[5])
 
 
 LAWS_OF_MOMENTUM: tuple[Law, ...] = (

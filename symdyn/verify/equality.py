@@ -224,7 +224,8 @@ def prove(
         points: how many points over each.
         positive: names of symbols that are assumed positive where a claim is checked numerically.
     """
-    order = _below_all(claims)
+    every = _by_graph([node for claim in claims for node in (*claim.left, *claim.right)])
+    order = [node for entries in every for node in reachable(entries)]
     rootless = all(node.op is not Op.SQRT for node in order)
     rooted = [()] * len(claims) if rootless else [_radicands(claim) for claim in claims]
     exact = [claim for claim, roots in zip(claims, rooted, strict=True) if roots is not None]
@@ -251,12 +252,6 @@ def prove(
         with numbers:
             findings.append(_judge(claim, flags, limit.degree if limit else 0, error, in_numbers))
     return fields, findings
-
-
-def _below_all(claims: Sequence[Claim]) -> list[Expr]:
-    """Return every node that claims need, graph by graph, arguments first."""
-    every = _by_graph([node for claim in claims for node in (*claim.left, *claim.right)])
-    return [node for entries in every for node in reachable(entries)]
 
 
 def _radicands(claim: Claim) -> Sides | None:

@@ -20,7 +20,7 @@ import numpy as np
 from symdyn import emit
 from symdyn.emit import TARGETS, Draft, Sources, Target
 from symdyn.emit.code.spelling import ANY, ATOM, OPERATORS, SIGN, SUM, Printer, Spelling, call, digits
-from symdyn.emit.code.target import FunctionText, alone
+from symdyn.emit.code.target import FunctionText
 from symdyn.emit.render import in_comment
 from symdyn.errors import BuildError, MissingProgram
 from symdyn.graph import Op
@@ -104,20 +104,12 @@ AWK = Target(
     name="awk",
     title="awk",
     text="a program for awk",
-    reals=("double",),
-    options={},
     files={"{stem}.awk": str},
     first=1,
     keywords=frozenset(KEYWORDS.split()),
-    lacks={},
-    functions=None,
-    tunes=False,
     printer=lambda real: Printer(SPELLINGS, partial(digits, real=real)),
     comment=partial(in_comment, prefix="# "),
     write=write,
-    beside=alone,
-    shortens=(),
-    loops=False,
 )
 
 TARGETS[AWK.name] = AWK

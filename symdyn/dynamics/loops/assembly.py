@@ -158,7 +158,10 @@ def _looked_at(numbers: Numbers, q: Array, notes: list[str]) -> Assembly:
     here, rank = ranks[0], max(ranks)
     largest, smallest = values.value(0), values.value(rank - 1)
     best = [one for one, r in zip((at, *near), ranks, strict=True) if r == rank]
-    regular = _clearest(numbers, [q if one is at else numbers.from_quaternions(one, q) for one in best])
+    # where the first position's angles are nearly singular, the one at which they are so least
+    positions = [q if one is at else numbers.from_quaternions(one, q) for one in best]
+    clear = [float(numbers.clearances(q).min(initial=1.0)) for q in positions]
+    regular = positions[0 if clear[0] > NEAR else int(np.argmax(clear))]
     if rank and smallest < NEAR * largest:
         where, then = ("near", "lose that many digits") if here == rank else ("at", "are not unique there")
         notes.append(
@@ -193,12 +196,6 @@ def seen_in_quaternions(numbers: Numbers, assembly: Assembly) -> Assembly:
         for one in (assembly.q, assembly.regular, *assembly.configurations)
     )
     return replace(assembly, q=q, regular=regular, configurations=tuple(configurations))
-
-
-def _clearest(numbers: Numbers, positions: Sequence[Array]) -> Array:
-    """Return the first position, or where its angles are nearly singular, the one at which they are so least."""
-    clear = [float(numbers.clearances(q).min(initial=1.0)) for q in positions]
-    return positions[0 if clear[0] > NEAR else int(np.argmax(clear))]
 
 
 def doubts(numbers: Numbers, q: Array) -> list[str]:

@@ -75,18 +75,17 @@ MANY: dict[str, Output] = {**OUTPUTS, RESIDUAL: MOTION_RESIDUAL}
 def words(of: str, closed: bool) -> list[str]:
     """Return what can be asked of an output, of closed scenes or of others."""
     if not closed or of not in ALONG_MANIFOLD:
-        return _words_of(of, MANY[of])
+        # those of arguments that it does not take are left out
+        row = MANY[of]
+        along = differentiable(row)
+        taken = [
+            f"{BY}{SPELLED.get(one, one)}" for one in (*along, *(BESIDE if along else ()), "parameters", "PARAMETER")
+        ]
+        return [
+            f"{of}{one}" for one in (*(OPERATORS if along else ()), f"{BY}PARAMETER") if BY not in one or one in taken
+        ] + [f"{of}{PACKED_TENSOR}"] * (f"{of}{PACKED_TENSOR}" in PACKED)
     by = (f"{of}{BY}parameters", f"{of}{BY}PARAMETER") if of in SOLVED else ()
     return [*(one for one in CLOSED if one.startswith(f"{of}_")), *by]
-
-
-def _words_of(name: str, row: Output) -> list[str]:
-    """Return the same, those of arguments that it does not take left out."""
-    along = differentiable(row)
-    taken = [f"{BY}{SPELLED.get(one, one)}" for one in (*along, *(BESIDE if along else ()), "parameters", "PARAMETER")]
-    return [
-        f"{name}{one}" for one in (*(OPERATORS if along else ()), f"{BY}PARAMETER") if BY not in one or one in taken
-    ] + [f"{name}{PACKED_TENSOR}"] * (f"{name}{PACKED_TENSOR}" in PACKED)
 
 
 def of_another(name: str, outputs: Mapping[str, Output]) -> Output | None:

@@ -89,7 +89,8 @@ def forward_sweeps(kind: RowKind) -> tuple[Sweep, ...]:
     qdd = graph.symbol(f"share{BESIDES}") - early - late[not kind.slides] - late[kind.slides]
     beyond = plus(across_locked(parent, X), along_z(qdd, kind.slides))
     motion = flat(moved.w, moved.dw, moved.a, *moved.U)
-    inertia = _flat_inertia(Ia.seen_from(rest))
+    A = Ia.seen_from(rest)
+    inertia = *_six(A.I), *flat(*A.H), *_six(A.M), *flat(*A.bias)
     return (
         Sweep("outward", "motion", motion, keeps="bias", kept=flat(*own.bias)),
         Sweep("inward", "inertia", inertia, inward=True, keeps="share", kept=(*flat(*share), u_D)),
@@ -127,10 +128,6 @@ def _pair(entries: Sequence[Expr]) -> Twist:
 def _inertia(entries: Sequence[Expr]) -> ArticulatedInertia:
     H = vectors(entries[6:15])
     return ArticulatedInertia(Mat.symmetric(*entries[:6]), Mat(H), Mat.symmetric(*entries[15:21]), _pair(entries[21:]))
-
-
-def _flat_inertia(A: ArticulatedInertia) -> tuple[Expr, ...]:
-    return *_six(A.I), *flat(*A.H), *_six(A.M), *flat(*A.bias)
 
 
 def _six(matrix: Mat) -> tuple[Expr, ...]:

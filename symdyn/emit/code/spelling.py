@@ -254,16 +254,6 @@ SHORT_SINES: Mapping[str, ShortSines] = {
 }
 
 
-def bound_of_sines(accuracy: str) -> float:
-    """Return how far a sine may be off beside its rounding, absolutely; 0 for "".
-
-    Raises:
-        EmitError: there is no such accuracy.
-    """
-    row = ShortSines.find(accuracy)
-    return row.bound if row else 0.0
-
-
 FUNCTION_ULPS = 4.0  # what NumPy's vectorised sines are allowed
 
 
@@ -315,7 +305,8 @@ class Real:
     def rounding(self, numbers: BigFloats | Midpoints, accuracy: str = "") -> RunningErrors:
         """Return the analysis of what rounding may leave in this type, and in sines of an accuracy, a key of them."""
         kind = RunningErrors.of_parts(self.parts)
-        return kind(numbers, self.roundoff, self.function_error, bound_of_sines(accuracy))
+        row = ShortSines.find(accuracy)
+        return kind(numbers, self.roundoff, self.function_error, (row.bound if row else 0.0))
 
 
 NO_FUNCTION = "its functions of 31 digits are sine, cosine and square root; take real type double"

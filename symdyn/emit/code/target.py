@@ -15,7 +15,7 @@ from symdyn.emit.code.identifiers import function_names, stem
 from symdyn.emit.code.spelling import Printer, Real, ShortSines
 from symdyn.emit.render import render
 from symdyn.errors import EmitError
-from symdyn.frozen import dataclass, replace
+from symdyn.frozen import dataclass, field, replace
 from symdyn.graph import Op, Piecewise, reachable
 from symdyn.program import Program, Routine, identifier
 from symdyn.scene import Scene
@@ -320,20 +320,20 @@ class Target:
     name: str
     title: str
     text: str
-    reals: tuple[str, ...]
-    options: Mapping[str, str]
     files: Mapping[str, type[Contents]]
-    first: int
-    keywords: frozenset[str]
-    lacks: Mapping[Op, str]
-    functions: Callable[[Scene], tuple[str, ...]] | None
-    tunes: bool
     printer: Callable[[Real], Printer]
     comment: Callable[[str], str]
     write: Callable[[Draft], Mapping[str, Contents]]
-    beside: Callable[[Sources], Mapping[str, str]]
-    shortens: tuple[str, ...]
-    loops: bool
+    reals: tuple[str, ...] = ("double",)
+    options: Mapping[str, str] = field(default_factory=dict)
+    first: int = 0
+    keywords: frozenset[str] = frozenset()
+    lacks: Mapping[Op, str] = field(default_factory=dict)
+    functions: Callable[[Scene], tuple[str, ...]] | None = None
+    tunes: bool = False
+    beside: Callable[[Sources], Mapping[str, str]] = alone
+    shortens: tuple[str, ...] = ()
+    loops: bool = False
 
     def draft(
         self, program: Program, real: Real, command: str, option: str = "", sines: ShortSines | None = None

@@ -157,7 +157,9 @@ class Line:
         Args:
             pairs: both sides with break marks; a left one too wide to align with stands behind the column; "" for none.
         """
-        column = column_of(left for left, _ in pairs)
+        column = max(
+            (width for width in map(latex_width, ((left for left, _ in pairs))) if width <= COLUMN), default=0.0
+        )
         return [self._sides(left, right, column) for left, right in pairs]
 
     @staticmethod
@@ -170,11 +172,6 @@ class Line:
         if latex_width(left) > COLUMN:
             return self.broken("", f"{left} {BREAK}{right}", column=column)
         return self.broken(left.replace(BREAK, ""), right, column=column)
-
-
-def column_of(lefts: Iterable[str]) -> float:
-    """Return how wide the column of left-hand sides is that stand in one display, those left out that are too wide."""
-    return max((width for width in map(latex_width, lefts) if width <= COLUMN), default=0.0)
 
 
 def definitions(pairs: Sequence[tuple[str, str]]) -> list[str]:

@@ -159,7 +159,9 @@ def printed_text(
         others = f"{argument('what')} out, or {argument('formulation', 'dalembert')}"
         raise EmitError(f"the formulation {formulation} is no {what}; leave {others}")
     if formulation == "dalembert":
-        return _dalembert(plain, format, document)
+        from symdyn.emit.print.dalembert_page import dalembert_equations
+
+        return dalembert_equations(plain, format, document)
     from symdyn.emit.print.formulations_page import formulation_text
 
     _check("format", format)
@@ -171,12 +173,6 @@ def _base_parameters(scene: Scene, format: str, document: bool) -> str:
         others = f"{argument('document')} out, or {argument('what', 'base-parameters')}"
         raise EmitError(f"a document holds equations; leave {others}")
     return base_parameters_text(scene, format)
-
-
-def _dalembert(scene: Scene, format: str, document: bool) -> str:
-    from symdyn.emit.print.dalembert_page import dalembert_equations
-
-    return dalembert_equations(scene, format, document)
 
 
 FORMULATIONS = (

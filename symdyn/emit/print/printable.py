@@ -304,7 +304,9 @@ class Printable:
             indices = (i + 1, *dict.fromkeys(j + 1 for _, j in rates))
             form = write(kind, i, *place)
             rows[i].append(Coefficient(kind, indices, form, _rate(scene, rates), rates[0][0] if rates else ""))
-        right = tuple(map(spelled, _right_hand_sides(closed)))
+        drives = [[Symbol(drive)] if drive else [] for drive in closed.scene.drives]
+        acting = closed.loads.acting(closed.compactor)  # declared forces, damping, friction and loads
+        right = tuple(spelled(Form.sum([*drive, force])) for drive, force in zip(drives, acting, strict=True))
         constraints = _constraints(scene, spelled, names | set(scene.velocities))
         graph = Graph()
         motions = [(j.coordinate, Form.of(j.motion.express(graph))) for j in scene.moving if j.motion is not None]
@@ -391,13 +393,6 @@ def _rate(scene: Scene, rates: Sequence[tuple[str, int]]) -> Form:
     """Return what a coefficient multiplies."""
     names = [scene.velocities[j] if of == "qd" else acceleration_name(scene.velocities[j]) for of, j in rates]
     return Power(Symbol(names[0]), 2) if len(set(names)) < len(names) else Form.product(map(Symbol, names))
-
-
-def _right_hand_sides(closed: ClosedForm) -> tuple[Form, ...]:
-    """Return drive + Q of every coordinate; Q holds declared forces, damping, friction and loads."""
-    drives = [[Symbol(drive)] if drive else [] for drive in closed.scene.drives]
-    acting = closed.loads.acting(closed.compactor)
-    return tuple(Form.sum([*drive, force]) for drive, force in zip(drives, acting, strict=True))
 
 
 def _constraints(scene: Scene, write: Callable[[Form], Form], taken: Container[str]) -> PrintedConstraints:

@@ -29,7 +29,7 @@ from functools import partial
 from itertools import product
 
 from symdyn.emit.code.spelling import ATOM, OPERATORS, PRODUCT, REALS, SIGN, Printer, Spelling, call, digits
-from symdyn.emit.code.target import BATCH, Contents, Draft, FunctionText, Line, Target, alone
+from symdyn.emit.code.target import BATCH, Contents, Draft, FunctionText, Line, Target
 from symdyn.emit.render import in_comment, in_julia_docstring, in_percent_comment, render
 from symdyn.emit.targets.c.c_and_cpp import SELECT_HELPER, C
 from symdyn.errors import EmitError
@@ -163,20 +163,13 @@ MATLAB = Target(
     name="matlab",
     title="MATLAB",
     text="functions for MATLAB and Octave, a column for each state; single is computed in single",
-    reals=("double",),
     options={MEX: "functions that call our C, which is compiled by the mex of either"},
     files={"+{stem}/Contents.m": str, "+{stem}/{function}.m": str, "{stem}_mex.c": str, **C.files},
     first=1,
     keywords=MATLAB_WORDS,
-    lacks={},
-    functions=None,
-    tunes=False,
     printer=lambda real: Printer(MATLAB_SPELLINGS, partial(digits, real=real)),
     comment=in_percent_comment,
     write=_write_matlab,
-    beside=alone,
-    shortens=(),
-    loops=False,
 )
 
 
@@ -261,18 +254,10 @@ JULIA = Target(
     name="julia",
     title="Julia",
     text="a module for Julia, generic in the type of numbers (preview: proved, never run)",
-    reals=("double",),
-    options={},
     files={"{stem}.jl": str},
     first=1,
     keywords=frozenset(JULIA_WORDS.split()),
-    lacks={},
-    functions=None,
-    tunes=False,
     printer=lambda real: Printer(JULIA_SPELLINGS, lambda value: f"T({digits(value, real)})"),
     comment=partial(in_comment, prefix="# "),
     write=_write_julia,
-    beside=alone,
-    shortens=(),
-    loops=False,
 )

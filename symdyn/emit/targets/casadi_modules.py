@@ -19,7 +19,7 @@ from math import prod
 from symdyn.dynamics import Argument, Function
 from symdyn.emit.code.identifiers import function_names, names_of_c
 from symdyn.emit.code.spelling import OPERATORS, Printer, Spelling, call, digits
-from symdyn.emit.code.target import Draft, FunctionText, Target, alone
+from symdyn.emit.code.target import Draft, FunctionText, Target
 from symdyn.emit.render import in_docstring, render
 from symdyn.emit.targets.c.c_and_cpp import HEADER_ONLY, C
 from symdyn.emit.targets.python_modules import PYTHON
@@ -310,18 +310,10 @@ CASADI = Target(
     name="casadi",
     title="CasADi",
     text="functions of CasADi, which differentiates, maps and optimises them, in doubles",
-    reals=("double",),
     options={EXTERNAL: "our C too, compiled for casadi.external"},
     files={"{stem}_casadi.py": str, "{stem}_external.c": str},
-    first=0,
     keywords=CASADI_WORDS | names_of_c(),
-    lacks={},
-    functions=None,
-    tunes=False,
     printer=lambda real: Printer(CASADI_SPELLINGS, partial(digits, real=real)),
     comment=in_docstring,
     write=_write_casadi,
-    beside=alone,
-    shortens=(),
-    loops=False,
 )

@@ -25,7 +25,7 @@ from typing import Any
 from symdyn.dynamics import OUTPUTS
 from symdyn.dynamics.mechanism import prescribed, quaternions
 from symdyn.emit.code.spelling import Printer, Real
-from symdyn.emit.code.target import Contents, Draft, Target, alone
+from symdyn.emit.code.target import Contents, Draft, Target
 from symdyn.emit.render import render, verbatim
 from symdyn.emit.targets.c.c_and_cpp import C
 from symdyn.emit.targets.fmu_variables import Variable, described, driven, placing, variables
@@ -240,10 +240,7 @@ FMU = Target(
     name="fmu",
     title="FMU",
     text="models of FMI 2.0 and 3.0, for exchange and co-simulation",
-    reals=("double",),
-    options={},
     files={"{stem}_fmi2.fmu": bytes, "{stem}_fmi3.fmu": bytes},
-    first=0,
     keywords=frozenset(),  # every function begins with the name of the scene
     lacks=LACKS,
     functions=needed,
@@ -251,7 +248,4 @@ FMU = Target(
     printer=_printer,
     comment=C.comment,
     write=_write,
-    beside=alone,
-    shortens=(),
-    loops=False,
 )

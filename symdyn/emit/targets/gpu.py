@@ -41,7 +41,7 @@ from symdyn.emit.code.spelling import (
     standing,
 )
 from symdyn.emit.code.target import Draft, FunctionText, Sources, Target, compose
-from symdyn.emit.code.worked_example import Called, ExampleInputs, worked_example
+from symdyn.emit.code.worked_example import Called, worked_example
 from symdyn.emit.render import in_comment, render
 from symdyn.emit.targets.gpu_budget import BLOCKS, MANY, SIZES, SPARE, Budget, Line, Plan, Task, budget
 from symdyn.frozen import dataclass, replace
@@ -262,10 +262,6 @@ def _cuda(real: Real) -> Printer:
     return Printer(_spellings(real.suffix, real), partial(_literal, real))
 
 
-def _opencl(real: Real) -> Printer:
-    return Printer(_spellings("", real), partial(_literal, real))
-
-
 def _write(draft: Draft) -> dict[str, str]:
     """Return both spellings of the kernels."""
     program, real = draft.program, draft.real
@@ -284,7 +280,7 @@ def _write(draft: Draft) -> dict[str, str]:
     }
     files, runs = {}, budgets(program, real)
     named = {one: f"{draft.stem}_{name}_{real.name}" for one, name in draft.printer.tables.items()}
-    for ending, spelled in ((".cu", draft.printer), (".cl", _opencl(real))):
+    for ending, spelled in ((".cu", draft.printer), (".cl", Printer(_spellings("", real), partial(_literal, real)))):
         printer = replace(spelled, tables=named)
         values["page"] = page = compose(program, printer, draft.page.command, draft.page.first, GPU.keywords)
         values["kernels"] = made = kernels(program, page.functions, runs, printer)
@@ -305,19 +301,12 @@ GPU = Target(
     title="GPU",
     text="kernels for CUDA and OpenCL, one state a thread",
     reals=SINGLE,
-    options={},
     files={"{stem}.cu": str, "{stem}.cl": str},
-    first=0,
     keywords=frozenset(),  # every kernel begins with the name of the scene
-    lacks={},
-    functions=None,
-    tunes=False,
     printer=_cuda,
     comment=in_comment,
     write=_write,
     beside=_beside,
-    shortens=(),
-    loops=False,
 )
 
 
@@ -357,16 +346,11 @@ def files_beside(sources: Sources) -> dict[str, str]:
         "dtype": real.dtype,
         "suffix": real.suffix,
         "states": STATES,
-        "given": [(one, _is_common(one)) for one in made.given],
+        "given": [(one, _plain(one.name) in (Program.PARAMS, Program.PREPARED)) for one in made.given],
         "launched": [_launched(call, runs[call.name]) for call in made.called],
         "left_out": made.left_out,
     }
     return {f"{opening}_main{ending}": render(f"gpu/main{ending}.jinja", values) for ending in (".cu", ".py")}
-
-
-def _is_common(one: ExampleInputs) -> bool:
-    """Tell whether all states of the example have an argument in common."""
-    return _plain(one.name) in (Program.PARAMS, Program.PREPARED)
 
 
 def _launched(call: Called, room: Budget) -> Launched:

@@ -397,19 +397,15 @@ def _plans(task: Task, numbers: Sequence[int], registers: int) -> Iterator[Plan]
     if min(alive) <= registers:
         yield plan(lines, [numbers[place] for place in orders[alive.index(min(alive))]], sys.maxsize)
         return
-    turn = schedule_in_turn(some, _groups(task, numbers))
-    orders += [turn, [turn[place] for place in schedule([some[place] for place in turn])]]
-    for order in orders:
-        yield plan(lines, _sines_first(lines, [numbers[place] for place in order]), registers)
-
-
-def _groups(task: Task, numbers: Sequence[int]) -> list[list[int]]:
-    """Return where among `numbers` the lines are that write results, joint by joint, the last one first."""
+    # where the lines are that write results, joint by joint, the last one first
     where = {number: place for place, number in enumerate(numbers)}
     groups: list[list[int]] = [[] for _ in range(task.joints)]
     for number, column in enumerate(task.columns):
         groups[number % task.joints] += [where[place] for place in column if place in where]
-    return [sorted(group) for group in reversed(groups)]
+    turn = schedule_in_turn(some, [sorted(group) for group in reversed(groups)])
+    orders += [turn, [turn[place] for place in schedule([some[place] for place in turn])]]
+    for order in orders:
+        yield plan(lines, _sines_first(lines, [numbers[place] for place in order]), registers)
 
 
 def _sines_first(lines: Sequence[Line], order: Sequence[int]) -> list[int]:

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from functools import partial
 
 from symdyn.emit.code.spelling import OPERATORS, TABLE, Printer, Spelling, call, digits
-from symdyn.emit.code.target import Draft, Target, alone
+from symdyn.emit.code.target import Draft, Target
 from symdyn.emit.render import in_comment, render
 from symdyn.graph import Op
 
@@ -57,18 +57,9 @@ JS = Target(
     name="js",
     title="JavaScript",
     text="JavaScript, which computes in doubles, one state a call",
-    reals=("double",),
-    options={},
     files={"{stem}.mjs": str, "{stem}.js": str},
-    first=0,
     keywords=frozenset(KEYWORDS.split()),
-    lacks={},
-    functions=None,
-    tunes=False,
     printer=lambda real: Printer(SPELLINGS, partial(digits, real=real)),
     comment=in_comment,
     write=_write,
-    beside=alone,
-    shortens=(),
-    loops=False,
 )

@@ -21,12 +21,12 @@ from typing import Any, NoReturn
 from symdyn.bounds import BOUNDS
 from symdyn.dynamics import Argument, Function
 from symdyn.emit.code.spelling import Printer, Real
-from symdyn.emit.code.target import Draft, Target, alone
+from symdyn.emit.code.target import Draft, Target
 from symdyn.emit.targets.javascript import JS
 from symdyn.errors import SymdynError
 from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.program import Program, assemble
-from symdyn.scene import Scene, read_text, write_text
+from symdyn.scene import read_text, write_text
 
 FORMAT = 1
 """Of the file: a reader of another one refuses it."""
@@ -111,20 +111,10 @@ JSON = Target(
     name="json",
     title="JSON",
     text="the graph itself in JSON, exact, which symdyn reads back",
-    reals=("double",),
-    options={},
     files={"{stem}.json": str},
-    first=0,
-    keywords=frozenset(),
-    lacks={},
-    functions=None,
-    tunes=False,
     printer=_printer,
     comment=lambda text: text,
     write=_write,
-    beside=alone,
-    shortens=(),
-    loops=False,
 )
 
 
@@ -192,7 +182,13 @@ class _Reader:
         for k, function in enumerate(functions):
             if function.name in [other.name for other in functions[:k]]:
                 self._refuse(f"functions[{k}].name", f"{function.name} is the name of an earlier one")
-        self._check_parameters(scene, functions, whole["parameters"])
+        reported = whole["parameters"]
+        there = {one.name: one for one in scene.parameters}
+        names = next((a.symbols for function in functions for a in function.arguments if a.name == Program.PARAMS), ())
+        right = [there[str(one.value)] for one in names if str(one.value) in there]
+        wanted = [{"name": one.name, "unit": one.unit, "text": one.text} for one in right]
+        if reported != wanted or len(right) != len(names):
+            self._refuse("parameters", "are not those that params has in the scene, each with name, unit and text")
         return assemble(scene, graph, functions)
 
     def _loaded(self, text: str) -> Any:
@@ -297,15 +293,6 @@ class _Reader:
             self._refuse(f"{where}.scalar", f"one number has one entry, here are {len(symbols)}")
         name = self._matching(f"{where}.name", reported["name"], NAME, "a name of ASCII")
         return Argument(name, symbols, reported["text"], units, reported["scalar"], reported["names"])
-
-    def _check_parameters(self, scene: Scene, functions: tuple[Function, ...], reported: Any) -> None:
-        """Refuse parameters that are not those of the scene that functions take."""
-        there = {one.name: one for one in scene.parameters}
-        names = next((a.symbols for function in functions for a in function.arguments if a.name == Program.PARAMS), ())
-        right = [there[str(one.value)] for one in names if str(one.value) in there]
-        wanted = [{"name": one.name, "unit": one.unit, "text": one.text} for one in right]
-        if reported != wanted or len(right) != len(names):
-            self._refuse("parameters", "are not those that params has in the scene, each with name, unit and text")
 
     # Values of one kind
 

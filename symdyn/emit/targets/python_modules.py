@@ -25,7 +25,7 @@ from itertools import accumulate
 
 from symdyn.dynamics.mechanism import TIME
 from symdyn.emit.code.spelling import OPERATORS, REALS, SINGLE, TABLE, Printer, Real, Spelling, call, digits
-from symdyn.emit.code.target import ArgumentText, Draft, FunctionText, Target, alone
+from symdyn.emit.code.target import ArgumentText, Draft, FunctionText, Target
 from symdyn.emit.render import in_docstring, render
 from symdyn.graph import Op
 from symdyn.program import Program
@@ -102,19 +102,11 @@ NUMPY = Target(
     title="NumPy",
     text="a module that runs with NumPy alone, for one state or a batch",
     reals=SINGLE,
-    options={},
     files={"{stem}.py": str},
-    first=0,
     keywords=NUMPY_WORDS,
-    lacks={},
-    functions=None,
-    tunes=False,
     printer=lambda real: Printer(NUMPY_SPELLINGS, partial(digits, real=real)),
     comment=in_docstring,
     write=_write_numpy,
-    beside=alone,
-    shortens=(),
-    loops=False,
 )
 
 
@@ -176,18 +168,10 @@ HEYOKA = Target(
     name="heyoka",
     title="heyoka",
     text="expressions of heyoka, ready for its Taylor series, in doubles",
-    reals=("double",),
-    options={},
     files={"{stem}_heyoka.py": str},
-    first=0,
     keywords=HEYOKA_WORDS,
     lacks=HEYOKA_LACKS,
-    functions=None,
-    tunes=False,
     printer=lambda real: Printer(HEYOKA_SPELLINGS, partial(digits, real=real)),
     comment=in_docstring,
     write=_write_heyoka,
-    beside=alone,
-    shortens=(),
-    loops=False,
 )

@@ -165,23 +165,16 @@ ROS2 = Target(
     name="ros2",
     title="ROS 2",
     text="a package with plugins of inverse_dynamics_solver and kinematics_interface",
-    reals=("double",),
-    options={},
     files={
         "src/{stem}.c": str,
         "src/{stem}.h": str,
         **{f"src/{name}": str for name in ("plugins.hpp", "dynamics.cpp", "kinematics.cpp")},
         **{f"{name.lower()}.xml": str for name in PLUGINS},
     },
-    first=0,
     keywords=frozenset(),  # every function begins with the name of the scene
-    lacks={},
     functions=needed,
-    tunes=False,
     printer=C.printer,
     comment=C.comment,
     write=_write,
     beside=_beside,
-    shortens=(),
-    loops=False,
 )

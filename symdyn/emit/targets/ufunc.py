@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from typing import ClassVar
 
 from symdyn.emit.code.spelling import REALS, ShortSines
-from symdyn.emit.code.target import Contents, Draft, FunctionText, Page, Target, alone
+from symdyn.emit.code.target import Contents, Draft, FunctionText, Page, Target
 from symdyn.emit.render import render, verbatim
 from symdyn.emit.targets.c.c_and_cpp import ROWS, C
 from symdyn.errors import EmitError
@@ -111,13 +111,9 @@ UFUNC = Target(
     },
     first=C.first,
     keywords=C.keywords,
-    lacks={},
-    functions=None,
-    tunes=False,
     printer=C.printer,
     comment=C.comment,
     write=_write,
-    beside=alone,
     shortens=("", DOUBLES),
     loops=True,
 )

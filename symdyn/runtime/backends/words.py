@@ -371,7 +371,10 @@ def loaded_for(
     settings = (backend, scene, requests, compiler, machine, program.is_prepared, closing, free)
     code = Code(program, partial(library.make, compiler=compiler, machine=machine))
     code.ready(library.real())
-    told = _docstrings(program)
+    page = C.draft(program, REALS["double"], "").page
+    names = (routine.function.name for routine in program.routines)
+    texts = (render("ufunc/doc.txt.jinja", {"page": page, "function": one, "ufunc": False}) for one in page.functions)
+    told = {name: text.strip("\n") for name, text in zip(names, texts, strict=True)}
     asked = [Program.PREPARE] * (len(program.routines) - len(requests)) + list(requests)
     calls = {}
     for place, (routine, request) in enumerate(zip(program.routines, asked, strict=True)):
@@ -388,11 +391,3 @@ def loaded_for(
         scene, requests, calls, signatures, True, compiler, machine, program.is_prepared, closing, free,
         library.title, (again, settings),
     )  # fmt: skip
-
-
-def _docstrings(program: Program) -> dict[str, str]:
-    """Return what `help` says about every function of a program, by its name, where it is no ufunc."""
-    page = C.draft(program, REALS["double"], "").page
-    names = (routine.function.name for routine in program.routines)
-    texts = (render("ufunc/doc.txt.jinja", {"page": page, "function": one, "ufunc": False}) for one in page.functions)
-    return {name: text.strip("\n") for name, text in zip(names, texts, strict=True)}

@@ -214,7 +214,11 @@ def read_valued(table: EntryReader) -> Valued:
         table.fault(_incoherent("unit", text, unit))
         unit = Unit.read(unit.si)
     try:
-        return in_unit(value, unit)
+        # a bare number is in the unit beside it, one with a unit of its own is converted
+        if value is None or not value.unit:
+            return valued(value and in_si(value, unit) if unit else value, unit)
+        fits(value, unit)
+        return valued(value, unit or Unit.read(value.unit))
     except FormulaError as error:
         table.refuse("value", error)
         return valued(None, unit)
@@ -249,18 +253,6 @@ def read_coherent(table: EntryReader, key: str, usual: str) -> str:
 
 def _incoherent(key: str, text: str, unit: Unit) -> str:
     return f'{key} = "{text}" is of numbers that are not in SI, and what is computed is; write "{unit.si}"'
-
-
-def in_unit(value: Quantity | None, unit: Unit | None) -> Valued:
-    """Return a value beside a unit: a bare number is in it, one with a unit of its own is converted.
-
-    Raises:
-        FormulaError: the value's own unit does not fit, or the value is beyond what a double holds.
-    """
-    if value is None or not value.unit:
-        return valued(value and in_si(value, unit) if unit else value, unit)
-    fits(value, unit)
-    return valued(value, unit or Unit.read(value.unit))
 
 
 def valued(value: Quantity | None, unit: Unit | None) -> Valued:

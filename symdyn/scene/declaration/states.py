@@ -111,21 +111,14 @@ def _derive(
         if other in formulas:
             _derive(other, formulas, (*path, name), where, found, faults, key)
     try:
-        _check_size(formula, found)
+        nodes, depth = _extent(
+            formula, {name: _extent(one, {}) for name, one in found.items() if name in formula.symbols}
+        )
+        if nodes > MOST_NODES or depth > DEEPEST:
+            raise FormulaError("multiplies out to too many terms; give a part of it as a number")
         found[name] = substituted(formula, found)
     except FormulaError as error:
         faults.add(place, f"{told} {error}")
-
-
-def _check_size(formula: Quantity, values: Mapping[str, Quantity]) -> None:
-    """Refuse to put `values` in place of symbols where that makes more of a formula than one may hold.
-
-    Raises:
-        FormulaError: it would have too many terms, or nest too deep.
-    """
-    nodes, depth = _extent(formula, {name: _extent(one, {}) for name, one in values.items() if name in formula.symbols})
-    if nodes > MOST_NODES or depth > DEEPEST:
-        raise FormulaError("multiplies out to too many terms; give a part of it as a number")
 
 
 def _extent(part: Quantity, known: Mapping[str, tuple[int, int]]) -> tuple[int, int]:

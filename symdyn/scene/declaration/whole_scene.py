@@ -168,16 +168,6 @@ def _start(joint: Joint, stand: Stand) -> None:
         stand.fault(f"start: the quaternion (w, x, y, z){shift} has zero length; give one such as 1, 0, 0, 0")
 
 
-def check_elements(draft: Draft, values: Mapping[str, Value], faults: Faults) -> None:
-    """Report what is wrong with the elements, one by one: places before numbers, and then what their kind knows."""
-    for where, one in zip(draft.where["elements"], draft.scene.elements, strict=True):
-        kind, stand = FORCES[one.kind], Stand(where, draft.scene, values, faults)
-        for part in sorted(kind.parts, key=lambda part: isinstance(part, Key)):
-            part.check(one, stand)
-        if kind.check is not None:
-            kind.check(one, stand)
-
-
 def check_tree(draft: Draft, faults: Faults) -> None:
     """Report ends that are no bodies, bodies that joints do not connect to the ground, and a scene that is fixed."""
     scene = draft.scene
@@ -297,7 +287,13 @@ def check(
     check_tree(draft, faults)
     check_loops(draft, faults)
     check_joints(draft, values, faults)
-    check_elements(draft, values, faults)
+    # one by one: places before numbers, and then what their kind knows
+    for where, one in zip(draft.where["elements"], draft.scene.elements, strict=True):
+        kind, stand = FORCES[one.kind], Stand(where, draft.scene, values, faults)
+        for part in sorted(kind.parts, key=lambda part: isinstance(part, Key)):
+            part.check(one, stand)
+        if kind.check is not None:
+            kind.check(one, stand)
     _formulas(draft, values, faults)
     _units(draft, faults, dimensions and not draft.scene.dimensionless)
     return tuple(_masses(draft, values, faults, allow_invalid_inertia))

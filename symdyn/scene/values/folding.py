@@ -136,7 +136,13 @@ def function(op: Op, *args: Quantity) -> Quantity:
     if op is Op.SELECT:
         return args[1] if x > 0 else args[2]
     if op is Op.POW:
-        return _power_of(x, args[1])
+        exponent = args[1]
+        y = fraction(exponent)
+        if x < 0 and y is not None:
+            raise FormulaError(f"({x})**({y}) is not real; take the power of a number that is not negative")
+        if x == 0 and y is not None:
+            return div(Quantity.ONE, Quantity.ZERO) if y < 0 else Quantity.ZERO
+        return Quantity.ONE if x == 1 else Quantity(Op.POW, (Quantity.number(x), exponent))
     if op is Op.SQRT:
         if x < 0:
             raise FormulaError(f"sqrt({x}) is not real; take the root of a number that is not negative")
@@ -154,16 +160,6 @@ def function(op: Op, *args: Quantity) -> Quantity:
     if (x == 0 and op in (Op.COS, Op.EXP)) or (x == 1 and op is Op.LOG):
         return Quantity.ONE if op is not Op.LOG else Quantity.ZERO
     return Quantity(op, args)
-
-
-def _power_of(x: Fraction, exponent: Quantity) -> Quantity:
-    """Return a number to an exponent that is no integer, as far as that is known."""
-    y = fraction(exponent)
-    if x < 0 and y is not None:
-        raise FormulaError(f"({x})**({y}) is not real; take the power of a number that is not negative")
-    if x == 0 and y is not None:
-        return div(Quantity.ONE, Quantity.ZERO) if y < 0 else Quantity.ZERO
-    return Quantity.ONE if x == 1 else Quantity(Op.POW, (Quantity.number(x), exponent))
 
 
 def select(guard: Quantity, a: Quantity, b: Quantity) -> Quantity:

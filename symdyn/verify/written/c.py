@@ -45,7 +45,7 @@ from symdyn.verify.written.reading import (
     text_of,
     unread,
 )
-from symdyn.verify.written.straight_line import Value, takes
+from symdyn.verify.written.straight_line import takes
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -300,19 +300,17 @@ class CStatements(CReader):
         part = PART.fullmatch("".join(text_of(arguments[2]).split()))
         if part is not None:
             to, source = (self.value(one) for one in arguments[:2])
-            self._copy_part(node, to, source, int(part[1]), self.names.get(part[2]))
+            count = int(part[1])
+            array = self.names.get(part[2])
+            if not (isinstance(to, Pointer) and isinstance(source, Pointer) and isinstance(source.memory, Work)):
+                raise unread(node, "is no copy of a local array")
+            if not (isinstance(array, Pointer) and array.memory is source.memory):
+                raise unread(node, "is measured by another array")
+            for place in range(count):
+                to.store(Index(place), source.load(Index(place)), line_of(node))
             return
         self._whole(arguments[1], arguments[2])
         self.copy(self.value(arguments[0]), self.value(arguments[1]), node)
-
-    def _copy_part(self, node: Node, to: Value, source: Value, count: int, array: Value | None) -> None:
-        """Copy some entries of a local array from where they are found to where they go."""
-        if not (isinstance(to, Pointer) and isinstance(source, Pointer) and isinstance(source.memory, Work)):
-            raise unread(node, "is no copy of a local array")
-        if not (isinstance(array, Pointer) and array.memory is source.memory):
-            raise unread(node, "is measured by another array")
-        for place in range(count):
-            to.store(Index(place), source.load(Index(place)), line_of(node))
 
     def _paired(self, node: Node, ways: list[int], arguments: list[Node]) -> None:
         """Compose the entries of pairs of velocities, whose ways a table has, from numbers in a local array."""

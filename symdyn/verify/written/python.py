@@ -149,16 +149,12 @@ class PythonReader(Reader):
         if text_of(left) in self.calls or text_of(left) == self.dialect.handed:
             raise unread(left, "has a value already")
         if self.dialect.handed and right.type == "attribute":
-            self.calls[self.fresh(left)] = self._handed(right)
+            words = [text_of(one) for one in right.children]
+            if len(words) != 3 or words[:2] != [self.dialect.handed, "."] or words[2] not in self.dialect.functions:
+                raise unread(right, "is no function that is read here")
+            self.calls[self.fresh(left)] = self.dialect.functions[words[2]]
         else:
             self.set(left, self.real(right))
-
-    def _handed(self, node: Node) -> Op:
-        """Return which operation `of.sin` is."""
-        words = [text_of(one) for one in node.children]
-        if len(words) != 3 or words[:2] != [self.dialect.handed, "."] or words[2] not in self.dialect.functions:
-            raise unread(node, "is no function that is read here")
-        return self.dialect.functions[words[2]]
 
     def hides(self, name: str) -> bool:
         """Tell whether a name is one of something else."""

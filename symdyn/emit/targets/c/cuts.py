@@ -6,7 +6,7 @@ text.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from math import prod
 
 from symdyn.emit.code.spelling import Printer, Real
@@ -63,14 +63,10 @@ def row_solve_text(rows: RowLoop) -> RowSolveText:
         else:
             copies.append([to, place, 1])
     told = tuple((to, place, count) for to, place, count in copies)
-    return RowSolveText(len(rows.entries), tuple(table), _side_by_side(rows.vectors), told)
-
-
-def _side_by_side(vectors: int) -> tuple[int, ...]:
-    """Return into how many vectors rows are cut, shares as equal as may be."""
-    shares = -(-vectors // UNDER_WAY)
-    largest = -(-vectors // shares)
-    return tuple(sorted({largest, vectors - largest * (shares - 1), 1}, reverse=True))
+    shares = -(-rows.vectors // UNDER_WAY)
+    largest = -(-rows.vectors // shares)  # shares as equal as may be
+    sizes = tuple(sorted({largest, rows.vectors - largest * (shares - 1), 1}, reverse=True))
+    return RowSolveText(len(rows.entries), tuple(table), sizes, told)
 
 
 SPLIT = 2
@@ -294,18 +290,15 @@ def batches(program: Program, page: Page, printer: Printer, real: Real, lockstep
     Raises:
         EmitError: a function is called as the batch code of another one will be.
     """
-    _check_names([function.name for function in page.functions])
-    return tuple(
-        None if text.loop else _batch(routine, text, program, printer, 4 if real.suffix else 8, lockstep)
-        for routine, text in zip(program.routines, page.functions, strict=True)
-    )
-
-
-def _check_names(names: Sequence[str]) -> None:
+    names = [function.name for function in page.functions]
     for name in names:
         for ending in ("_batch", "_rows"):
             if name + ending in names:
                 raise EmitError(f"function {name}{ending} would be called as batch code of {name} is; rename it")
+    return tuple(
+        None if text.loop else _batch(routine, text, program, printer, 4 if real.suffix else 8, lockstep)
+        for routine, text in zip(program.routines, page.functions, strict=True)
+    )
 
 
 def _batch(

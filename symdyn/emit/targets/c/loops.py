@@ -288,7 +288,11 @@ def loop_text(loop: TableLoop, given: Sequence[str], scene: Scene, printer: Prin
     if (last := steps[-1][0].pairs) is not None:
         spans = _spans(loop)
         ways = tuple(_pair(last, slides, printer) for slides in sorted({one.slides for one in known}))
-        pairs = _pairs_text(last, ways, spans, width)
+        n, whole = len(spans), LINE // width
+        in_order = all(joint == k for k, (_, _, joint) in enumerate(spans))
+        branched = any(end < n for _, end, _ in spans)
+        pitch, panel = -(-n // whole) * whole, PANEL * whole * last.solved
+        pairs = PairsText(ways, pitch, len(last.starts), Pairs.BOTH_WAYS, in_order, branched, panel)
         more = [(*flags, *span) for flags, span in zip(more, spans, strict=True)]
     rows = rows_of(loop, scene, printer, [known.index(one) for one in kinds], more)
     place, own = max(one.rows for one in sweeps), max(len(ways[0].kept) for ways in steps)
@@ -296,17 +300,6 @@ def loop_text(loop: TableLoop, given: Sequence[str], scene: Scene, printer: Prin
     space = room(len(kinds), width, own * len(kinds) + place * (rows.places + 1) + besides, not pairs)
     turns = sum(not one.slides for one in known)
     return LoopText(rows, space, tuple(given), sweeps, turns, len(known), width, place, own, found, pairs=pairs)
-
-
-def _pairs_text(
-    pairs: Pairs, steps: tuple[StepText, ...], spans: Sequence[tuple[int, int, int]], width: int
-) -> PairsText:
-    """Return how pairs of joints with such spans are gone through."""
-    n, whole = len(spans), LINE // width
-    in_order = all(joint == k for k, (_, _, joint) in enumerate(spans))
-    branched = any(end < n for _, end, _ in spans)
-    pitch, panel = -(-n // whole) * whole, PANEL * whole * pairs.solved
-    return PairsText(steps, pitch, len(pairs.starts), Pairs.BOTH_WAYS, in_order, branched, panel)
 
 
 def _spans(loop: TableLoop) -> list[tuple[int, int, int]]:

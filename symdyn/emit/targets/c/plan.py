@@ -192,15 +192,6 @@ def _carried(passes: Sequence[Stage], needs: Mapping[Expr, Sequence[Expr]]) -> i
     return sum(number - born[node] for node, number in last.items())
 
 
-def place_outputs(stages: Sequence[Stage], entries: Sequence[Sequence[Expr]]) -> None:
-    """Let every entry of the result be written by the first pass that has all it needs; constants by the last one."""
-    born = {step.node: i for i, stage in enumerate(stages) for step in stage.steps}
-    passes = [i for i, stage in enumerate(stages) if stage.kind == "pass"]
-    for place, needed in enumerate(entries):
-        ready = max((born[node] for node in needed if node in born), default=len(stages) - 1)
-        stages[next(i for i in passes if i >= ready)].outputs.append(place)
-
-
 @dataclass(frozen=True)
 class Pass:
     """One loop over the states of a block.
@@ -289,7 +280,12 @@ def plan(routine: Routine, known: Constants, short: bool = False, longest: int =
     varying = [step for step in steps if step.node not in everywhere]
     stages = stages_of(varying, needs, named, known, longest)
     entries = [operands((entry,), named, known) for entry in routine.function.entries]
-    place_outputs(stages, entries)
+    # every entry is written by the first pass that has all it needs; constants by the last one
+    born = {step.node: i for i, stage in enumerate(stages) for step in stage.steps}
+    passes = [i for i, stage in enumerate(stages) if stage.kind == "pass"]
+    for place, needed in enumerate(entries):
+        ready = max((born[node] for node in needed if node in born), default=len(stages) - 1)
+        stages[next(i for i in passes if i >= ready)].outputs.append(place)
     return _finish(routine, steps, stages, needs, entries, everywhere, named)
 
 
