@@ -128,7 +128,6 @@ class Mat(tuple[Vec, Vec, Vec]):
 
     @property
     def T(self) -> Mat:
-        """The transpose."""
         a, b, c = self
         return Mat(((a[0], b[0], c[0]), (a[1], b[1], c[1]), (a[2], b[2], c[2])))
 
@@ -145,7 +144,6 @@ class Mat(tuple[Vec, Vec, Vec]):
     def __matmul__(self, other: Vec) -> Vec: ...
 
     def __matmul__(self, other: Mat | Vec) -> Mat | Vec:
-        """Return the product."""
         if self.is_unit:
             return other
         a, b, c = self
@@ -163,7 +161,6 @@ class Mat(tuple[Vec, Vec, Vec]):
         )
 
     def __add__(self, other: Mat) -> Mat:  # type: ignore[override]
-        """Return the sum."""
         return Mat((add(self[0], other[0]), add(self[1], other[1]), add(self[2], other[2])))
 
     def scaled(self, factor: Scalar) -> Mat:
@@ -189,7 +186,6 @@ class Wrench(NamedTuple):
 
     @staticmethod
     def none(graph: Graph) -> Wrench:
-        """Return the wrench of nothing."""
         return Wrench(zero_vector(graph), zero_vector(graph))
 
     @staticmethod
@@ -199,7 +195,6 @@ class Wrench(NamedTuple):
         return (*(Wrench(x, nothing) for x in axes), *(Wrench(nothing, x) for x in axes))
 
     def __add__(self, other: Wrench) -> Wrench:  # type: ignore[override]
-        """Return the sum."""
         return Wrench(add(self[0], other[0]), add(self[1], other[1]))
 
     def __neg__(self) -> Wrench:
@@ -232,7 +227,6 @@ class Transform:
 
     @staticmethod
     def unit(graph: Graph) -> Transform:
-        """Return the identity."""
         return Transform(Mat.identity(graph), zero_vector(graph))
 
     @staticmethod
@@ -282,7 +276,6 @@ class Inertia:
 
     @staticmethod
     def none(graph: Graph) -> Inertia:
-        """Return the inertia of nothing."""
         nothing = zero_vector(graph)
         return Inertia(graph.zero, nothing, Mat((nothing, nothing, nothing)))
 

@@ -19,7 +19,6 @@ else:
         """That of Python 3.12."""
 
         def __get__(self, instance: Any, owner: type | None = None) -> Any:
-            """Return what was found, or find it."""
             if instance is None:
                 return self
             found = instance.__dict__

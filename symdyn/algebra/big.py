@@ -73,7 +73,6 @@ class BigFloats(Arithmetic):
         return self.context.mpf(value.numerator) / value.denominator
 
     def pi(self) -> Any:
-        """Return π."""
         return +self.context.pi
 
     def function(self, node: Expr, args: Sequence[Any]) -> Any:
@@ -164,19 +163,16 @@ class RunningErrors:
         return self._rounded(self.numbers.pi())
 
     def add(self, a: Bounded, b: Bounded) -> Bounded:
-        """Return a + b."""
         value = a.value + b.value
         error = a.error + b.error + self.u * abs(float(value))
         return _bounded((value, error if error < inf else a.error + b.error + self.u * abs(value)))
 
     def sub(self, a: Bounded, b: Bounded) -> Bounded:
-        """Return a - b."""
         value = a.value - b.value
         error = a.error + b.error + self.u * abs(float(value))
         return _bounded((value, error if error < inf else a.error + b.error + self.u * abs(value)))
 
     def mul(self, a: Bounded, b: Bounded) -> Bounded:
-        """Return a b."""
         value = a.value * b.value
         error = abs(float(b.value)) * a.error + abs(float(a.value)) * b.error + self.u * abs(float(value))
         if not error < inf:
@@ -199,7 +195,6 @@ class RunningErrors:
         return _bounded((-a.value, a.error))
 
     def function(self, node: Expr, args: Sequence[Bounded]) -> Bounded:
-        """Return node.op(args)."""
         if isinstance(node.value, Piecewise):
             return node.value.over(self, args[0])  # which rounds more often than where it is looked up
         value = self.numbers.function(node, [arg.value for arg in args])
@@ -219,11 +214,9 @@ class LooseErrors(RunningErrors):
     """Arithmetic whose sums are off by parts of what is added, as those of double-doubles are."""
 
     def add(self, a: Bounded, b: Bounded) -> Bounded:
-        """Return a + b."""
         return self._summed(a.value + b.value, a, b)
 
     def sub(self, a: Bounded, b: Bounded) -> Bounded:
-        """Return a - b."""
         return self._summed(a.value - b.value, a, b)
 
     def _summed(self, value: Any, a: Bounded, b: Bounded) -> Bounded:
@@ -291,11 +284,9 @@ class Balls(Arithmetic):
         ctx.prec = self._before.pop()
 
     def constant(self, value: Fraction) -> Any:
-        """Return a ball around the value."""
         return arb(fmpq(value.numerator, value.denominator))
 
     def pi(self) -> Any:
-        """Return a ball around π."""
         return arb.pi()
 
     def function(self, node: Expr, args: Sequence[Any]) -> Any:

@@ -151,15 +151,12 @@ class FiniteField:
         return _hash(self.seed, "pi") % self.p
 
     def add(self, a: int, b: int) -> int:
-        """Return a + b."""
         return (a + b) % self.p
 
     def sub(self, a: int, b: int) -> int:
-        """Return a - b."""
         return (a - b) % self.p
 
     def mul(self, a: int, b: int) -> int:
-        """Return a b."""
         return a * b % self.p
 
     def div(self, a: int, b: int) -> int:
@@ -169,7 +166,6 @@ class FiniteField:
         return a * pow(b, -1, self.p) % self.p
 
     def neg(self, a: int) -> int:
-        """Return -a."""
         return -a % self.p
 
     def function(self, node: Expr, args: Sequence[int]) -> int:
@@ -364,7 +360,6 @@ class ManyPoints:
         self._units = [rest * pow(rest, -1, p) for rest, p in zip(rests, primes, strict=True)]
 
     def at(self, value: Residues, j: int, k: int) -> int:
-        """Return a value at point j of prime k."""
         return value[j] % self.fields[j][k].p
 
     def values(self, outputs: Sequence[Expr]) -> list[Residues]:

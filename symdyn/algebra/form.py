@@ -164,11 +164,9 @@ class Number(Form):
         return (self,) if self.value else ()
 
     def split_sign(self) -> tuple[int, Form]:
-        """Return the sign and the absolute value."""
         return (-1, Number(-self.value)) if self.value < 0 else (1, self)
 
     def express(self, graph: Graph) -> Expr:
-        """Return the constant."""
         return graph.constant(self.value)
 
 
@@ -180,7 +178,6 @@ class Pi(Form):
     """The constant π."""
 
     def express(self, graph: Graph) -> Expr:
-        """Return π."""
         return graph.pi
 
 
@@ -191,11 +188,9 @@ class Symbol(Form):
     name: str
 
     def substitute(self, known: Mapping[str, Form]) -> Form:
-        """Return what is known by this name, else the symbol."""
         return known.get(self.name, self)
 
     def express(self, graph: Graph) -> Expr:
-        """Return the symbol."""
         return graph.symbol(self.name)
 
 
@@ -207,20 +202,16 @@ class Sum(Form):
 
     @property
     def terms(self) -> tuple[Form, ...]:
-        """Its terms."""
         return self.args
 
     @property
     def parts(self) -> tuple[Form, ...]:
-        """Its terms."""
         return self.args
 
     def with_parts(self, parts: Iterable[Form]) -> Form:
-        """Return the sum of others."""
         return Form.sum(parts)
 
     def express(self, graph: Graph) -> Expr:
-        """Return the sum, term by term."""
         return graph.total(term.express(graph) for term in self.args)
 
 
@@ -232,16 +223,13 @@ class Product(Form):
 
     @property
     def factors(self) -> tuple[Form, ...]:
-        """Its factors."""
         return self.args
 
     @property
     def parts(self) -> tuple[Form, ...]:
-        """Its factors."""
         return self.args
 
     def with_parts(self, parts: Iterable[Form]) -> Form:
-        """Return the product of others."""
         return Form.product(parts)
 
     def split_sign(self) -> tuple[int, Form]:
@@ -251,7 +239,6 @@ class Product(Form):
         return (-1, Form.product((Number.MINUS_ONE, *self.args))) if negative else (1, self)
 
     def express(self, graph: Graph) -> Expr:
-        """Return the product, factor by factor."""
         result = graph.one
         for factor in self.args:
             result = graph.mul(result, factor.express(graph))
@@ -267,20 +254,16 @@ class Power(Form):
 
     @property
     def parts(self) -> tuple[Form, ...]:
-        """The base."""
         return (self.base,)
 
     def with_parts(self, parts: Iterable[Form]) -> Form:
-        """Return the same power of another base."""
         (base,) = parts
         return base.power(self.exponent)
 
     def power(self, exponent: int) -> Form:
-        """Return the base to the product of both exponents."""
         return self.base.power(self.exponent * exponent) if exponent else Number.ONE
 
     def express(self, graph: Graph) -> Expr:
-        """Return the power."""
         return graph.power(self.base.express(graph), self.exponent)
 
 
@@ -295,7 +278,6 @@ class Function(Form):
 
     @property
     def parts(self) -> tuple[Form, ...]:
-        """The arguments."""
         return self.args
 
     def with_parts(self, parts: Iterable[Form]) -> Form:
@@ -303,12 +285,10 @@ class Function(Form):
         return replace(self, args=tuple(parts))
 
     def substitute(self, known: Mapping[str, Form]) -> Form:
-        """Return the function of other forms."""
         args = tuple(arg.substitute(known) for arg in self.args)
         return replace(self, args=args, body=self.body and self.body.substitute(known))
 
     def express(self, graph: Graph) -> Expr:
-        """Return the function of its arguments."""
         args = tuple(arg.express(graph) for arg in self.args)
         return graph.table(self.name, self.body.express(graph), args) if self.body else graph.function(self.op, *args)
 
@@ -317,15 +297,12 @@ class Forms:
     """The algebra that turns a graph into a form as it stands."""
 
     def constant(self, value: Fraction) -> Form:
-        """Return the number."""
         return Number(value)
 
     def pi(self) -> Form:
-        """Return π."""
         return Pi()
 
     def add(self, a: Form, b: Form) -> Form:
-        """Return a + b."""
         return Form.sum((a, b))
 
     def sub(self, a: Form, b: Form) -> Form:
@@ -339,15 +316,12 @@ class Forms:
         return Form.product((a, b))
 
     def div(self, a: Form, b: Form) -> Form:
-        """Return a / b."""
         return Form.product((a, Power(b, -1)))
 
     def neg(self, a: Form) -> Form:
-        """Return -a."""
         return a.negative
 
     def function(self, node: Expr, args: Sequence[Form]) -> Form:
-        """Return node.op(args)."""
         if isinstance(node.value, Piecewise):
             return node.value.over(self, args[0])
         return Function(node.op, tuple(args))

@@ -37,22 +37,18 @@ class Floats(Arithmetic):
     }
 
     def constant(self, value: Fraction) -> float:
-        """Return the nearest float."""
         return _double(value)
 
     def div(self, a: float, b: float) -> float:
-        """Return a / b."""
         try:
             return a / b
         except ZeroDivisionError:
             raise NoValueError(f"{a:.6g}/0 {NO_VALUE}") from None
 
     def pi(self) -> float:
-        """Return the nearest float."""
         return math.pi
 
     def function(self, node: Expr, args: Sequence[float]) -> float:
-        """Return node.op(args)."""
         if isinstance(node.value, Piecewise):
             return float(node.value.over(self, args[0]))
         try:
@@ -88,7 +84,6 @@ class Batches(Arithmetic):
         return np.float64(math.pi)
 
     def function(self, node: Expr, args: Sequence[Any]) -> Any:
-        """Return node.op(args)."""
         if isinstance(node.value, Piecewise):
             return node.value.over(self, args[0])
         return self.functions[node.op](*args)

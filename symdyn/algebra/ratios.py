@@ -38,7 +38,6 @@ class Ratio(NamedTuple):
 
     @property
     def is_zero(self) -> bool:
-        """Whether it is zero."""
         return bool(self.over == 0)
 
     @property
@@ -80,7 +79,6 @@ class Solving(Arithmetic):
         return [row[n:] for row in rows]
 
     def product(self, A: Sequence[Sequence[Any]], B: Sequence[Sequence[Any]]) -> list[list[Any]]:
-        """Return A B."""
         columns = list(zip(*B, strict=True))
         return [[self._dot(row, column) for column in columns] for row in A]
 
@@ -143,36 +141,28 @@ class Ratios(Solving):
         return Ratio(over / lead, under / lead)
 
     def constant(self, value: Fraction) -> Ratio:
-        """Return a number."""
         return Ratio(self._one * fmpq(value.numerator, value.denominator), self._one)
 
     def pi(self) -> Ratio:
-        """Return π, a generator."""
         (node,) = [one for one in self.atoms if one.op is Op.PI]
         return Ratio(self._generators[node], self._one)
 
     def symbol(self, node: Expr) -> Ratio:
-        """Return a symbol, a generator."""
         return Ratio(self._generators[node], self._one)
 
     def add(self, a: Ratio, b: Ratio) -> Ratio:
-        """Return a + b."""
         return self._ratio(a.over * b.under + b.over * a.under, a.under * b.under)
 
     def sub(self, a: Ratio, b: Ratio) -> Ratio:
-        """Return a - b."""
         return self._ratio(a.over * b.under - b.over * a.under, a.under * b.under)
 
     def mul(self, a: Ratio, b: Ratio) -> Ratio:
-        """Return a b."""
         return self._ratio(a.over * b.over, a.under * b.under)
 
     def div(self, a: Ratio, b: Ratio) -> Ratio:
-        """Return a / b."""
         return self._ratio(a.over * b.under, a.under * b.over)
 
     def neg(self, a: Ratio) -> Ratio:
-        """Return -a."""
         return Ratio(-a.over, a.under)
 
     def function(self, node: Expr, args: Sequence[Ratio]) -> Ratio:
@@ -191,7 +181,6 @@ class Ratios(Solving):
         return [node for k, node in enumerate(self.atoms, start=1) if any(one[k] for one in powers)]
 
     def values(self) -> dict[Expr, Ratio]:
-        """Return the value of every symbol."""
         return {node: self.symbol(node) for node in self.atoms if node.op is Op.SYMBOL}
 
     @staticmethod

@@ -319,7 +319,6 @@ class Monomials:
         self._numbers: dict[Form, int] = {}
 
     def number(self, form: Form) -> int:
-        """Return the number of a word."""
         if form not in self._numbers:
             self._numbers[form] = len(self.forms)
             self.forms.append(form)

@@ -34,15 +34,12 @@ class SympyAlgebra(Arithmetic):
         self.sympy = sympy
 
     def constant(self, value: Fraction) -> Any:
-        """Return a Rational."""
         return self.sympy.Rational(value.numerator, value.denominator)
 
     def pi(self) -> Any:
-        """Return pi."""
         return self.sympy.pi
 
     def function(self, node: Expr, args: Sequence[Any]) -> Any:
-        """Return node.op(args)."""
         if isinstance(node.value, Piecewise):
             return node.value.over(self, args[0])
         if node.op is not Op.SELECT:

@@ -126,7 +126,6 @@ class TrigonometricRing(Arithmetic):
         return {node: self._gens[self._index["symbol", node, 0]] for node in reachable(outputs) if node.op is Op.SYMBOL}
 
     def constant(self, value: Fraction) -> Polynomial:
-        """Return an exact constant."""
         if value not in self._constants:
             self._constants[value] = self.context.constant(fmpq(value.numerator, value.denominator))
         return self._constants[value]
@@ -136,7 +135,6 @@ class TrigonometricRing(Arithmetic):
         return self._gens[self._index["pi", None, 0]]
 
     def mul(self, a: Polynomial, b: Polynomial) -> Polynomial:
-        """Return a b in normal form."""
         self.count(len(a) * len(b))
         return self.normal(a * b)
 
@@ -275,7 +273,6 @@ class TrigonometricRing(Arithmetic):
         return self.normal(a[0] * b[0] - a[1] * b[1]), self.normal(a[1] * b[0] + a[0] * b[1])
 
     def symbol(self, node: Expr) -> int:
-        """Return the generator of a symbol."""
         return self._index["symbol", node, 0]
 
     def relate_square(self, generator: int, square: Polynomial) -> None:
@@ -313,7 +310,6 @@ class TrigonometricRing(Arithmetic):
         self._entangled = any(self.generators[r.index].kind in ("inverse", "root") for r in self._relations)
 
     def normal(self, p: Polynomial) -> Polynomial:
-        """Return the normal form of p."""
         while True:
             degrees, reduced = p.degrees(), p
             for relation in self._relations:

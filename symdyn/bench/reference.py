@@ -51,7 +51,6 @@ class _Doubles(Floats):
     context = SimpleNamespace(mpf=float, cos=math.cos, sin=math.sin, inf=math.inf)
 
     def constant(self, value: Fraction) -> float:
-        """Return the nearest double."""
         return float(value)
 
 

@@ -154,7 +154,6 @@ class VerbParser:
         self.words = words
 
     def parse_known_args(self, *words: Any, **named: Any) -> Any:
-        """Parse."""
         return self.made.parse_known_args(*words, **named)
 
     @property

@@ -230,7 +230,6 @@ class _Header(Parser):
     """The parser of `symdyn generate`, whose faults are those of a file."""
 
     def error(self, message: str) -> NoReturn:
-        """Say what is wrong."""
         raise VerifyError(message)
 
 

@@ -38,13 +38,13 @@ class Moved(Protocol):
     """A scene in motion, as a run is: times t, s, positions q, and inputs, shapes (N,), (N, nq) and (N, ni)."""
 
     @property
-    def scene(self) -> Scene: ...  # noqa: D102
+    def scene(self) -> Scene: ...
     @property
-    def t(self) -> Array: ...  # noqa: D102
+    def t(self) -> Array: ...
     @property
-    def q(self) -> Array: ...  # noqa: D102
+    def q(self) -> Array: ...
     @property
-    def inputs(self) -> Array: ...  # noqa: D102
+    def inputs(self) -> Array: ...
 
 
 def motion_of(

@@ -280,7 +280,6 @@ class _File:
         return self.materials[colour, alpha]
 
     def bytes(self) -> bytes:
-        """Return the whole file."""
         from pygltflib import Buffer
 
         if self.blob:

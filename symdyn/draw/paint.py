@@ -263,7 +263,6 @@ class _Pen:
         self.renderer, self.scheme, self.scale, self.frame = renderer, scheme, scale, frame
 
     def shape(self, shape: Shape, moment: float) -> None:
-        """Draw a shape."""
         from matplotlib.transforms import Affine2D
 
         flat = between(shape.points, moment)
@@ -304,7 +303,6 @@ class _Pen:
             self.path(letters, {"fill": fill, "stroke": "none"}, frame)
 
     def path(self, path: Any, look: dict[str, str], frame: Any) -> None:
-        """Draw a path as it looks."""
         from matplotlib.colors import to_rgb
 
         fill, stroke = look.get("fill", "none"), look.get("stroke", "none")

@@ -146,7 +146,6 @@ class Places:
     outlines: dict[str, Outlined]
 
     def body(self, name: str) -> Placed:
-        """Return the body called `name`."""
         return next(body for body in self.bodies if body.name == name)
 
     @property

@@ -313,7 +313,6 @@ class Stage:
 
     @cached_property
     def values(self) -> Mapping[str, float]:
-        """Values of all parameters."""
         return values_of(self.scene) if self.parameters is None else self.parameters
 
     @cached_property

@@ -76,7 +76,6 @@ class Text:
         return Text((*self.runs, LetterRun(f", {unit}", "", 0))) if unit else self
 
     def svg(self) -> str:
-        """Return the tspans."""
         pieces, level = [], 0
         for run in self.runs:
             shift = (level - run.level) * DROP * FONT

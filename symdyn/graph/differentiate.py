@@ -56,23 +56,18 @@ class Arithmetic:
     """Field arithmetic by Python's operators; the numeric algebras share it."""
 
     def add(self, a: Any, b: Any) -> Any:
-        """Return a + b."""
         return a + b
 
     def sub(self, a: Any, b: Any) -> Any:
-        """Return a - b."""
         return a - b
 
     def mul(self, a: Any, b: Any) -> Any:
-        """Return a b."""
         return a * b
 
     def div(self, a: Any, b: Any) -> Any:
-        """Return a / b."""
         return a / b
 
     def neg(self, a: Any) -> Any:
-        """Return -a."""
         return -a
 
 

@@ -181,7 +181,6 @@ class Graph:
     # Field arithmetic
 
     def add(self, a: Expr, b: Expr) -> Expr:
-        """Return a + b."""
         if a is self.zero:
             return b
         if b is self.zero:
@@ -204,7 +203,6 @@ class Graph:
         return self.node(ADD, a, b)
 
     def sub(self, a: Expr, b: Expr) -> Expr:
-        """Return a - b."""
         if b is self.zero:
             return a
         if a is self.zero:
@@ -232,7 +230,6 @@ class Graph:
         return self._append(args, SUB, args, None)
 
     def mul(self, a: Expr, b: Expr) -> Expr:
-        """Return a b."""
         if a is self.zero or b is self.zero:
             return self.zero
         if a is self.one:
@@ -279,7 +276,6 @@ class Graph:
         return self.node(DIV, a, b)
 
     def neg(self, a: Expr) -> Expr:
-        """Return -a."""
         if a.op is NEG:
             return a.args[0]
         if a.op is CONSTANT:

@@ -59,7 +59,6 @@ class Piecewise:
 
     @cached_property
     def jumps(self) -> bool:
-        """Whether it jumps at a knot."""
         ends = (self.at(knot) for knot in self.knots)
         return any(end != row[0] for end, row in zip(ends, self.rows[1:], strict=True))
 

@@ -176,7 +176,6 @@ def _rebuild(functions: Functions, values: Mapping[Expr, Expr], graph: Graph) ->
 
 
 def _rebuild_argument(argument: Argument, graph: Graph) -> Argument:
-    """Return the argument with its symbols on `graph`."""
     return replace(argument, symbols=tuple(graph.symbol(str(symbol.value)) for symbol in argument.symbols))
 
 

@@ -315,7 +315,6 @@ def _digits(value: Fraction) -> int:
 
 
 def _named(lines: list[Expr], function: Function) -> tuple[RoutineStep, ...]:
-    """Return the steps with their names."""
     joints = {symbol: i for a in function.arguments if a.name == "q" for i, symbol in enumerate(a.symbols, 1)}
     angles: dict[Expr, str] = {}
     others = count(1)

@@ -361,7 +361,6 @@ class Later:
         self._found: Callable[..., Any] | None = None
 
     def __call__(self, *values: Any, **named: Any) -> Any:
-        """Return the result."""
         return self.found()(*values, **named)
 
     def found(self) -> Callable[..., Any]:

@@ -302,7 +302,6 @@ def _shortened(letter: Mapping[str, object]) -> object:
 
 
 def _value(value: object) -> str:
-    """Return what a key says."""
     if isinstance(value, Mapping):
         pairs = ", ".join(f"{key} = {_value(inner)}" for key, inner in value.items())
         return f"{{ {pairs} }}" if pairs else "{}"

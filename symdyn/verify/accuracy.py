@@ -45,25 +45,20 @@ class Shaken(Arithmetic):
         return self._rounded(self.numbers.pi())
 
     def add(self, a: Any, b: Any) -> Any:
-        """Return a + b."""
         return self._rounded(a + b)
 
     def sub(self, a: Any, b: Any) -> Any:
-        """Return a - b."""
         return self._rounded(a - b)
 
     def mul(self, a: Any, b: Any) -> Any:
-        """Return a b."""
         return self._rounded(a * b)
 
     def div(self, a: Any, b: Any) -> Any:
-        """Return a / b."""
         if b == 0:
             raise ZeroDivisionError("a divisor is zero")
         return self._rounded(a / b)
 
     def function(self, node: Expr, args: Sequence[Any]) -> Any:
-        """Return node.op(args)."""
         return self.numbers.function(node, args) * self.rng.choice(self.function_factors)
 
     def _rounded(self, value: Any) -> Any:

@@ -148,7 +148,6 @@ class Certificate(Shown, Claims):
 
     @property
     def claims(self) -> tuple[Judged, ...]:
-        """What was claimed, and what became of it."""
         found = [*map(_of_finding, self.findings), *map(_of_written, self.written), *map(_of_blocks, self.blocks)]
         found += map(_of_accuracy, self.accuracy)
         found += [Judged("the code is taken by its compiler", Verdict.DIFFERENT, self.refused)] if self.refused else []
@@ -161,7 +160,6 @@ class Certificate(Shown, Claims):
         return "passed" if self.passed else self.verdict
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the certificate for JSON."""
         facts: dict[str, Any] = asdict(self)
         for name, rows in (("accuracy", self.accuracy), ("blocks", self.blocks), ("written", self.written)):
             facts[name] = [{**asdict(one), "verdict": one.verdict, "passed": one.passed} for one in rows]

@@ -69,7 +69,6 @@ class Degrees:
         self.hashed: list[int] = []  # degree of whatever stands below a function or an angle
 
     def constant(self, value: Fraction) -> Degree:
-        """Return degree 0."""
         if value.denominator == 1:
             return Degree(0, float(value.numerator.bit_length()))
         return Degree(0, value.numerator.bit_length() + self.denominator_bits, 1)

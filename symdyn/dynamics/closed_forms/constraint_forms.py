@@ -202,7 +202,6 @@ def _words(label: Label, state: State, name: str) -> str:
 def _written(
     rows: list[ClosedRow], constraints: Constraints, kept: tuple[int, ...], state: State, graph: Graph, scene: Scene
 ) -> tuple[ClosedRow, ...]:
-    """Return the rows with their closed forms."""
     needed = [entry for k in kept for entry in (constraints.residual[k], *constraints.G[k])]
     parallel, along = angle_groups(scene, graph, across=True), directions(scene, graph)
     every = [*needed, *state.q, *state.qd, *along.entries]

@@ -301,7 +301,6 @@ def _actuated(
 
 
 def _made(numbers: Numbers, basis: Sequence[int], independent: Sequence[int]) -> Partition:
-    """Return a partition with its blocks."""
     dependent = [k for k in range(numbers.state.n) if k not in set(independent)]
     rows = [numbers.constraints.G[k] for k in basis]
     uses = [[k for k in dependent if not row[k].is_zero] for row in rows]

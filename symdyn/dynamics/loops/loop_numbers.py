@@ -157,7 +157,6 @@ class Numbers:
 
     @cached_property
     def parameters(self) -> dict[Expr, float]:
-        """Values of all parameters."""
         values = {self.graph.symbol(name): value for name, value in self.free.items()}
         for parameter in self.scene.parameters:
             if parameter.value is not None:
@@ -256,7 +255,6 @@ class Numbers:
 
     @cached_property
     def angular_velocities(self) -> list[int]:
-        """Indices of the velocities that are angular."""
         return [k for k, unit in enumerate(SceneUnits(self.scene).velocities) if unit == "rad"]
 
     @cached_property

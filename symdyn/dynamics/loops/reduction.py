@@ -143,7 +143,6 @@ def with_multipliers(
 
 
 def _shifted(M: Matrix, G: Matrix) -> list[list[Expr]]:
-    """Return M + Gᵀ G."""
     n, graph = range(len(M)), M[0][0].graph
     return [[M[i][j] + graph.total(row[i] * row[j] for row in G) for j in n] for i in n]
 
@@ -262,7 +261,6 @@ class SolveSteps:
         return len(self.given.M) + (len(self.given.G) if self.multipliers else 0)
 
     def x(self, k: int) -> int:
-        """Return the row of x_k."""
         return k + self._size - len(self.given.M)
 
     def r(self, k: int) -> int:
@@ -270,7 +268,6 @@ class SolveSteps:
         return self._size + self.indices[k] if k in self.indices else self.x(k)
 
     def c(self, row: int) -> int:
-        """Return the row of c."""
         return self._size + len(self.given.partition.dependent) + row
 
     def take(self, row: int, terms: Iterable[tuple[Expr, int]], scale: Expr | None = None) -> None:

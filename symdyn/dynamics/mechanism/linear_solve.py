@@ -251,14 +251,12 @@ class Factored:
         return (*self.inward_steps(), *self.outward_steps())
 
     def inward_steps(self) -> tuple[RowStep, ...]:
-        """Return those of `inward`."""
         n, one = range(1, len(self.reciprocal) + 1), self.graph.one
         up = {j: [(i, j) for i in reversed(n) if j in _path(self.parent, self.parent[i])] for j in n}
         found = (RowStep(j - 1, one, self._terms(up[j], 0)) for j in reversed(n))
         return tuple(step for step in found if step.terms)
 
     def outward_steps(self) -> tuple[RowStep, ...]:
-        """Return those of `scaled` and `outward`."""
         n = range(1, len(self.reciprocal) + 1)
         down = {i: [(i, j) for j in reversed(_path(self.parent, self.parent[i]))] for i in n}
         return tuple(RowStep(i - 1, self.reciprocal[i - 1], self._terms(down[i], 1)) for i in n)

@@ -61,7 +61,6 @@ class Turn(NamedTuple):
 
     @property
     def back(self) -> Turn:
-        """The opposite turn."""
         return Turn(-self.s, self.c)
 
     def then(self, other: Turn) -> Turn:
@@ -178,7 +177,6 @@ class ArmAngles:
         return vanishes(dot(self.h[i], self.h[j]))
 
     def parallel(self, i: int, j: int) -> bool:
-        """Tell whether axes are parallel."""
         return all(map(vanishes, cross(self.h[i], self.h[j])))
 
 

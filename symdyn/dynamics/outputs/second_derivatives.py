@@ -186,7 +186,6 @@ def _solved(w: Workspace) -> list[Expr]:
 
 
 def _row_solve(w: Workspace) -> RowSolve:
-    """Return what they are solved from."""
     found: _Forward = w.once(_sides)
     steps = [RowStep(one.row, one.scale, one.terms) for one in found.factors.steps()]
     beside = ((None,) * len(w.once(_pairs)),) * w.state.n
@@ -202,7 +201,6 @@ def _forward_by_sweeps(w: Workspace) -> list[Expr]:
 
 
 def _columns(w: Workspace) -> tuple[str, ...]:
-    """Return what the columns stand for."""
     names = [f"{name} of {one}" for name in ("q", "qd", "tau") for one in w.scene.velocities]
     return tuple(f"by {names[k]}, {names[j]}" for k, j in w.once(_pairs))
 

@@ -237,7 +237,6 @@ class _Term(NamedTuple):
 
     @property
     def by_factor(self) -> Expr:
-        """The derivative by the factor."""
         circular = self.angle.graph.function(self.op, self.angle)
         return circular if self.sign > 0 else -circular
 

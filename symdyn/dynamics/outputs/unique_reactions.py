@@ -200,7 +200,6 @@ def _values(
     parameters: Mapping[str, float],
     t: float,
 ) -> dict[Expr, float]:
-    """Return values of all symbols."""
     scene, state, graph = hanging.scene, hanging.state, hanging.graph
     values = scene.at_time(graph, float(t))
     for parameter in scene.parameters:

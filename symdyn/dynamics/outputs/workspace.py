@@ -80,12 +80,10 @@ class Workspace:
 
     @cached_property
     def directions(self) -> Directions:
-        """Directions of the velocities."""
         return directions(self.scene, self.graph)
 
     @property
     def inputs(self) -> tuple[Expr, ...]:
-        """Symbols of the inputs."""
         return symbols_of(self.scene, self.graph, INPUTS)
 
     @property
@@ -104,7 +102,6 @@ class Workspace:
 
     @cached_property
     def prescribed(self) -> Prescribed:
-        """Motions that are prescribed."""
         return prescribed(self.scene, self.graph)
 
     @cached_property

@@ -85,7 +85,6 @@ class InNumbers:
     """A system (5.18), ready to be looked at anywhere."""
 
     def __init__(self, system: Equilibrium) -> None:
-        """Prepare it."""
         hanging, self.system = system.hanging, system
         zeros = [hanging.graph.zero] * 6 * (len(hanging.joints) + len(hanging.loops))
         balance, shown = system.rows(), system.wrench_rows(zeros)
@@ -175,7 +174,6 @@ class Unknown:
 
     @property
     def is_drive(self) -> bool:
-        """Whether it is what drives a velocity."""
         return self.kind == DRIVE
 
     @property

@@ -173,7 +173,6 @@ class FreeBodies:
 
     @property
     def graph(self) -> Graph:
-        """The graph that it lives on."""
         return self.tree.graph
 
     @cached_property
@@ -193,12 +192,10 @@ class FreeBodies:
 
     @property
     def joints(self) -> tuple[JointFrames, ...]:
-        """The joints of the tree."""
         return self.hinges[: len(self.scene.joints)]
 
     @property
     def loops(self) -> tuple[JointFrames, ...]:
-        """The joints that close loops."""
         return self.hinges[len(self.scene.joints) : len(self.scene.joints) + len(self.scene.loops)]
 
     @property

@@ -90,7 +90,6 @@ class JointFrames:
 
     @property
     def graph(self) -> Graph:
-        """The graph that it lives on."""
         return self.X.p[0].graph
 
     @property

@@ -64,7 +64,6 @@ class JointRow:
 
     @property
     def entries(self) -> tuple[Expr, ...]:
-        """Every number of the row."""
         return (*self.fixed, *self.shift, *self.zero, self.offset, self.rotor, *self.moments)
 
 

@@ -100,7 +100,6 @@ class ReducedTree(Topology):
 
     @property
     def without_gravity(self) -> ReducedTree:
-        """The tree without gravity."""
         return replace(self, gravity=zero_vector(self.graph))
 
     def along_axis(self, i: int, wrench: tuple[Vec, Vec]) -> Expr:

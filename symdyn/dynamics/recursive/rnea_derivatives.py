@@ -103,7 +103,6 @@ class Composite:
     momentum: Vec
 
     def __add__(self, other: Composite) -> Composite:
-        """Return the composite of both."""
         P, l = self.P + other.P, add(self.momentum, other.momentum)  # noqa: E741
         return Composite(self.body + other.body, P, l)
 
@@ -158,7 +157,6 @@ def cross_z(x: Vec) -> Vec:
 
 
 def _less_trace(M: Mat, w: Vec) -> Vec:
-    """Return tr(M) w - M w."""
     return (
         (M[1][1] + M[2][2]) * w[0] - M[0][1] * w[1] - M[0][2] * w[2],
         (M[0][0] + M[2][2]) * w[1] - M[1][0] * w[0] - M[1][2] * w[2],

@@ -86,7 +86,6 @@ class Sweep:
 
     @property
     def results(self) -> tuple[Expr, ...]:
-        """All that it computes."""
         pairs = (*self.pairs.starts, *self.pairs.own) if self.pairs else ()
         return (*self.handed, *self.kept, *pairs, *([] if self.result is None else [self.result]))
 

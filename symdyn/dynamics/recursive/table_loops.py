@@ -181,7 +181,6 @@ class TableLoop:
 
     @property
     def algorithm(self) -> LoopAlgorithm:
-        """The row of the table of loops."""
         return TABLE_LOOPS[self.formulation]
 
     @property

@@ -195,7 +195,6 @@ class ShortSines:
 
     @classmethod
     def accuracies(cls) -> tuple[str, ...]:
-        """Return those that there are."""
         return tuple(SHORT_SINES)
 
     @classmethod
@@ -219,7 +218,6 @@ class ShortSines:
 
     @property
     def description(self) -> str:
-        """What files say of it."""
         return (
             f"Accuracy {self.accuracy}: where angles are taken in rows (of many states, or three and more of one) each "
             f"sine and cosine\nis within {self.bound:.0e} of the true one, below {2**self.limit_exponent} rad in size. "

@@ -182,7 +182,6 @@ def _tables(program: Program) -> dict[Piecewise, str]:
 
 
 def _function(program: Program, routine: Routine, name: str, printer: Printer, first: int) -> FunctionText:
-    """Return one routine as text."""
     function, named = routine.function, routine.names
     places = {symbol: (a.name, i) for a in function.arguments for i, symbol in enumerate(a.symbols, first)}
     return FunctionText(
@@ -400,7 +399,6 @@ class Sources(Mapping[str, Contents]):
     accuracy: str = ""
 
     def __getitem__(self, name: str) -> Contents:
-        """Return the contents of one file."""
         return dict(self.files)[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -423,5 +421,4 @@ class Sources(Mapping[str, Contents]):
 
     @property
     def texts(self) -> dict[str, str]:
-        """The files that are text."""
         return {name: contents for name, contents in self.files if isinstance(contents, str)}

@@ -164,7 +164,6 @@ class Line:
 
     @staticmethod
     def display(lines: Lines) -> str:
-        """Return the align* display of lines."""
         body = " \\\\\n  ".join(lines)
         return f"\\begin{{align*}}\n  {body}\n\\end{{align*}}"
 

@@ -288,7 +288,6 @@ class _Page:
             yield symbol_row(self.write.symbols[one.name], one.text, self.scene.shown_unit("m"))
 
     def count(self) -> str:
-        """Return (5.18)-(5.20) in numbers."""
         system, scene = self.system, self.scene
         a_body = len(system.kept)
         counts = [one.joint for one in system.unknowns if not one.is_drive]
@@ -318,7 +317,6 @@ class _Page:
         return f", {len(names)} of them of {what} ({where}), where zero comes out for the motion that is free there"
 
     def unknown_vector(self) -> list[str]:
-        """Return x."""
         return list(
             align(
                 [

@@ -61,7 +61,6 @@ class PrintName:
         return cls(head, ",".join(map(_upright, rest)))
 
     def __str__(self) -> str:
-        """Return the symbol."""
         return self.head + _index(self.subscript)
 
     def accented(self, accent: str) -> str:

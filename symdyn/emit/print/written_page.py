@@ -260,7 +260,6 @@ def _matrix(page: Printable, write: Latex) -> list[str]:
 
 
 def _mirrored(i: int, j: int) -> str:
-    """Return M_{11}, or M_{12} = M_{21}."""
     name = entry_name("M", i, j)
     return name if i == j else f"{name} = {entry_name('M', j, i)}"
 

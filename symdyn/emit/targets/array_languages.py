@@ -197,7 +197,6 @@ sincos size sqrt tanh throw typeof undef"""
 
 
 def _write_julia(draft: Draft) -> dict[str, str]:
-    """Return the module."""
     functions = draft.page.functions
     values = {
         "page": draft.page,
@@ -228,7 +227,6 @@ def _size(function: FunctionText) -> str:
 
 
 def _type(function: FunctionText) -> str:
-    """Return the type that a function computes in."""
     types = [f"{'typeof' if one.scalar else 'eltype'}({one.name})" for one in function.arguments]
     return f"float(promote_type({', '.join(types)}))" if types else "Float64"
 

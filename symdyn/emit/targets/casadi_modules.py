@@ -282,7 +282,6 @@ EXTERNAL = "external"
 
 
 def _write_casadi(draft: Draft) -> dict[str, str]:
-    """Return the module."""
     blocks = jacobians(draft.program, CASADI_WORDS)
     results = {function.name: _result(function) for function in draft.page.functions}
     values = {

@@ -33,7 +33,6 @@ FORMAT = 1
 
 
 def _write(draft: Draft) -> dict[str, str]:
-    """Return the graph."""
     program = draft.program
     functions = [routine.function for routine in program.routines]
     nodes = _nodes(functions)
@@ -97,7 +96,6 @@ def _text(value: Any) -> str:
 
 
 def _lines(values: Iterable[Any]) -> str:
-    """Return a list with a line for each value."""
     lines = ",\n".join(map(_text, values))
     return f"[\n{lines}\n]" if lines else "[]"
 
@@ -168,7 +166,6 @@ class _Reader:
         self.source = source
 
     def program(self, text: str) -> Program:
-        """Return the program."""
         whole = self._object("file", self._loaded(text), dict.fromkeys(KEYS, object))
         if whole["format"] != FORMAT or type(whole["format"]) is not int:
             self._refuse("format", f"is {whole['format']!r:.40}; this version reads {FORMAT}")
@@ -192,7 +189,6 @@ class _Reader:
         return assemble(scene, graph, functions)
 
     def _loaded(self, text: str) -> Any:
-        """Return what the text holds."""
         if len(text) > LONGEST:
             self._refuse("file", f"has more than {LONGEST} characters; no program of ours has as many")
         try:
@@ -218,7 +214,6 @@ class _Reader:
         self._refuse("file", f"holds the number {digits[:40]}; numbers are integers, or fractions in text")
 
     def _nodes(self, graph: Graph, listed: list[Any]) -> list[Expr]:
-        """Return the nodes by number."""
         operations = {op.name.lower(): op for op in Op if op is not Op.TABLE}
         nodes: list[Expr] = []
         for k, told in enumerate(listed):

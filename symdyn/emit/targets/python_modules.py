@@ -73,7 +73,6 @@ NUMPY_WORDS = frozenset((*PYTHON, "collections", "functools", "math", "numpy"))
 
 
 def _write_numpy(draft: Draft) -> dict[str, str]:
-    """Return the module."""
     used = {f.name: [op for op in FUNCTIONS if op in f.operations] for f in draft.page.functions}
     values = {
         "page": draft.page,
@@ -137,7 +136,6 @@ STATE = ("q", "qd", "internal")
 
 
 def _write_heyoka(draft: Draft) -> dict[str, str]:
-    """Return the module."""
     scene = draft.program.scene
     there = {function.name: function for function in draft.page.functions}
     plain = scene.velocities == tuple(map(velocity_name, scene.coordinates))

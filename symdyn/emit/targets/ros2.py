@@ -104,7 +104,6 @@ def _write(draft: Draft) -> dict[str, Contents]:
 
 
 def _values(scene: Scene) -> dict[str, Any]:
-    """Return what all templates are given."""
     return {
         "package": package_of(scene),
         "stem": stem(scene.name),

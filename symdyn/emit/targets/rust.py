@@ -116,7 +116,6 @@ class FusedPrinter(Printer):
     """Writes a b + c, a b - c and c - a b as a call of `fma`; of two products the right one is fused."""
 
     def _written(self, node: Expr, names: Mapping[Expr, str], constants: Mapping[Expr, Fraction]) -> tuple[str, int]:
-        """Return the operation of `node` with its operands, and how tightly it binds."""
         if node.op not in (Op.ADD, Op.SUB):
             return super()._written(node, names, constants)
         free = [arg.op is Op.MUL and arg not in names and arg not in constants for arg in node.args]
@@ -198,7 +197,6 @@ product select_of sign_of sincos sine_of sqrt_by_digits sqrt_of sqrt_of_double t
 
 
 def _write(draft: Draft) -> dict[str, str]:
-    """Return the module."""
     codes = cuts(draft.program, draft.page, draft.printer, few=1, address="&[{}]")
     batch = draft.option == BATCH
     operations = {op for function in draft.page.functions for op in function.operations}

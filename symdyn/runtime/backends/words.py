@@ -147,7 +147,6 @@ class Word:
 
     @property
     def routine(self) -> Routine:
-        """What it computes."""
         return self.code.program.routines[self.place]
 
     @cached_property
@@ -157,7 +156,6 @@ class Word:
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """Names of the arguments."""
         return tuple(name for name, _ in self.arguments)
 
     @cached_property

@@ -328,7 +328,6 @@ def schema() -> dict[str, Any]:
 
 
 def _named(table: Shape, name: Shape = NAME) -> dict[str, Any]:
-    """Return a table of tables by name."""
     return {"type": "object", "propertyNames": name, "additionalProperties": table}
 
 
@@ -341,7 +340,6 @@ def _rules(parts: Iterable[Part]) -> list[Shape]:
 
 
 def _table(parts: Sequence[Part]) -> dict[str, Any]:
-    """Return a table of a section."""
     rules = _rules(parts)
     return {**table_shape(_words(parts), needed_of(parts)), **({"allOf": rules} if rules else {})}
 

@@ -78,7 +78,6 @@ class Through(Part):
     rules = ({"required": ["through"]},)
 
     def fields(self, table: EntryReader, scope: Scope) -> dict[str, Any]:
-        """Return the places."""
         raw = plain(table.raw.get("through"))
         if not isinstance(raw, (list, tuple)) or len(raw) < 2:
             told = " is missing" if raw is None else f" = {show(raw)} is no list of two places or more"
@@ -87,7 +86,6 @@ class Through(Part):
         return {"ends": tuple(_via(table, f"through[{k}]", one, scope) for k, one in enumerate(raw))}
 
     def raw(self, one: Any, scope: Scope) -> dict[str, object]:
-        """Return the places as tables."""
         return {"through": [table_of(place) | _around(place) for place in one.ends]}
 
     def numbers(self, one: Any, slides: bool = True) -> Iterator[KeyedQuantity]:
@@ -132,7 +130,6 @@ class Through(Part):
 
 
 def _via(table: EntryReader, key: str, raw: object, scope: Scope) -> Place:
-    """Return one place of a rope."""
     one = EntryReader(Entry(key, {key: raw}, table.entry.where), table.faults, (key,))
     if not isinstance(raw, Mapping):
         return _end(one, key, scope, ROUTE)
@@ -175,17 +172,14 @@ class Ends(Part):
         return {}
 
     def raw(self, one: Strut, scope: Scope) -> dict[str, object]:
-        """Return the joint, or both ends as tables."""
         joint: dict[str, object] = {"joint": one.joint} if one.joint else {}
         return joint | {key: table_of(end) for key, end in zip(self.keys[1:], one.ends, strict=False)}
 
     def numbers(self, one: Strut, slides: bool = True) -> Iterator[KeyedQuantity]:
-        """Return where the ends are."""
         for key, end in zip(self.keys[1:], one.ends, strict=False):
             yield from (KeyedQuantity(f"{key}.at{index}", x, PLACED, "m") for index, x in indexed(end.at))
 
     def named(self, one: Strut, what: str, letter: str, k: int, names: Names, slides: bool = False) -> Strut:
-        """Return it with the places of its ends named."""
         if what != "geometry":
             return one
         ends = (
@@ -226,25 +220,20 @@ class AtBody(Part):
     rules = BODY_OR_POINT
 
     def fields(self, table: EntryReader, scope: Scope) -> dict[str, Any]:
-        """Return the place."""
         return {"place": place_of(table, scope)}
 
     def raw(self, one: Any, scope: Scope) -> dict[str, object]:
-        """Return body and place."""
         return table_of(one.place)
 
     def numbers(self, one: Any, slides: bool = True) -> Iterator[KeyedQuantity]:
-        """Return where it is."""
         yield from (KeyedQuantity(f"at{index}", x, unit="m") for index, x in indexed(one.place.at))
 
     def named(self, one: Any, what: str, letter: str, k: int, names: Names, slides: bool = False) -> Any:
-        """Return it with its place named."""
         return (
             replace(one, place=named_place(one.place, one.name, f"_{letter}{k}", names)) if what == "geometry" else one
         )
 
     def check(self, one: Any, stand: Stand) -> None:
-        """Report a body that is none."""
         known_body("body", one.place.body, stand)
 
 
@@ -342,7 +331,6 @@ class OnPlane(Part):
         self.words = {key: shape for key, shape in PLANE.items() if needs_normal or key == "plane"}
 
     def fields(self, table: EntryReader, scope: Scope) -> dict[str, Any]:
-        """Return the plane that a row declares."""
         declared, where = "plane" in table, table
         if declared:
             advice = "write plane = { at = [0, 0, 0], normal = [0, 0, 1] }"
@@ -366,7 +354,6 @@ class OnPlane(Part):
         return {"plane": Plane(body, at, normal, declared)}
 
     def raw(self, one: Contact, scope: Scope) -> dict[str, object]:
-        """Return what a table says of the plane."""
         plane = one.plane
         if not plane.declared:
             return {"normal": plane.normal} if self.needs_normal and plane.normal != scope.level else {}
@@ -376,7 +363,6 @@ class OnPlane(Part):
         return {"plane": said if fixed and plane.normal == scope.level else said | {"normal": plane.normal}}
 
     def numbers(self, one: Contact, slides: bool = True) -> Iterator[KeyedQuantity]:
-        """Return where the plane is."""
         yield from (KeyedQuantity(f"plane.at{index}", x, unit="m") for index, x in indexed(one.plane.at))
 
     def named(self, one: Contact, what: str, letter: str, k: int, names: Names, slides: bool = False) -> Contact:

@@ -96,7 +96,6 @@ class Mouth(AtBody):
         return {"place": place_of(table, scope), "spread": "at" not in table and "point" not in table}
 
     def raw(self, one: Any, scope: Scope) -> dict[str, object]:
-        """Return body and place."""
         return {"body": one.place.body} if one.spread else table_of(one.place) | {"at": one.place.at}
 
 

@@ -250,7 +250,6 @@ class ForceKind:
 
     @property
     def touch(self) -> ContactLaw:
-        """The law of a kind of contacts."""
         assert isinstance(self.law, ContactLaw), "a contact touches"
         return self.law
 
@@ -270,7 +269,6 @@ class ForceKind:
         return any(self.touch.holonomic(contact))
 
     def length(self, rope: Row) -> Quantity:
-        """Return the length that a rope keeps."""
         assert isinstance(self.law, Hold), "a rope holds a length"
         return self.law.length(rope)
 

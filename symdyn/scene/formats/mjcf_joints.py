@@ -259,7 +259,6 @@ class Joints:
         return {"type": "spherical", **frames, **rotor, **self.losses(dof)}
 
     def spring(self, j: int) -> None:
-        """Collect the spring of a joint."""
         stiffness = quantity(float(self.model.jnt_stiffness[j]))
         if stiffness == Quantity.ZERO or self.off("SPRING"):
             return
@@ -295,7 +294,6 @@ class Joints:
         return self.doubles.angle(value, f"{key} of joint {self.names[j]}") if self.hinge(j) else quantity(value)
 
     def hinge(self, j: int) -> bool:
-        """Whether a joint turns."""
         return bool(self.model.jnt_type[j] == self.mujoco.mjtJoint.mjJNT_HINGE)
 
     def several(self, j: int) -> bool:

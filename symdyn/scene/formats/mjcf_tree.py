@@ -210,7 +210,6 @@ class Tree:
         }
 
     def point(self, i: int) -> Entry:
-        """Return a site as a point."""
         model, name = self.model, self.frames["site", i]
         place = self.doubles.vector(model.site_pos[i])
         turn = self.doubles.rotation(model.site_quat[i], f"site {name}")

@@ -171,7 +171,6 @@ class _Reader:
         return name, offset
 
     def joint(self, frame: _Frame, variable: tuple[str, Quantity], bodies: Sequence[str]) -> dict[str, object]:
-        """Return the table of a joint."""
         j, (coordinate, offset) = frame.j - 1, variable
         theta = offset if frame.sigma == REVOLUTE else self.value("theta", j)
         r = offset if frame.sigma == PRISMATIC else self.value("r", j)

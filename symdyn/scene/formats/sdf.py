@@ -167,7 +167,6 @@ class _Model(RobotFile):
         self.gravity = self._gravity(scope)
 
     def declaration(self) -> Declaration:
-        """Return what the model declares."""
         given = self.root.attributes.get("name", "").strip() or Path(self.source).stem
         links = [(name, self.body_name[name], link) for name, link in self.links if name]
         bodies = [Entry(body, self._body(name, link), self.where(name, link)) for name, body, link in links]
@@ -220,11 +219,9 @@ class _Model(RobotFile):
         return Frames(root, frames, self.faults, self.attributes.snap)
 
     def _from(self, link: str, frame: str) -> tuple[Step, ...]:
-        """Return steps from a link, or from the world (""), to a frame."""
         return self.frames.between(link, frame) if link else (*self.place, *self.frames.between(MODEL, frame))
 
     def _point(self, name: str, frame: XmlElement) -> Entry:
-        """Return a frame as a point."""
         where, link = self.where(name, frame), self.frames.body(name, self.canonical)
         at = self.poses.placed(self.frames.between(link, name))
         return Entry(self.body_name[name], {"body": self.body_name.get(link, Scene.GROUND), "at": at}, where)

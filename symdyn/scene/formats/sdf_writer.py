@@ -116,7 +116,6 @@ class SdfWriter(UrdfWriter):
         return [*lost, *lost_words(replace(scene, joints=tuple(plain), loops=(), elements=elements))]
 
     def text(self) -> str:
-        """Return the file."""
         lines = []
         for joint, body in zip(self.scene.joints, self.scene.bodies, strict=True):
             lines += self.link(joint, body) + ([] if not KINDS[joint.type].word else self.joint(joint, body.name))
@@ -133,7 +132,6 @@ class SdfWriter(UrdfWriter):
         return "\n".join([HEAD, *element("sdf", "", model, VERSION)]) + "\n"
 
     def pose(self, pose: Pose, relative: str = "") -> str:
-        """Return the line of a pose."""
         xyz, rpy = xyz_rpy(pose, self.values)
         base = f' relative_to="{relative}"' if relative else ""
         return f"<pose{base}>{words_of(xyz)} {' '.join(map(angle_text, rpy))}</pose>"
@@ -158,7 +156,6 @@ class SdfWriter(UrdfWriter):
         return element("inertial", "", [*place, f"<mass>{decimal_text(mass)}</mass>", *element("inertia", "", entries)])
 
     def joint(self, joint: Joint, child: str, more: Sequence[str] = ()) -> list[str]:
-        """Return the lines of a joint, also of one that closes a loop."""
         kind, ground = KINDS[joint.type].word, joint.parent == Scene.GROUND
         parent = "world" if ground else joint.parent
         lines = [self.pose(joint.origin, "__model__" if ground else parent)]

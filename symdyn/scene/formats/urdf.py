@@ -89,7 +89,6 @@ class _Robot(RobotFile):
         self.root_names = [self.body_name[name] for name in roots]
 
     def name(self) -> str:
-        """Return the name of the scene."""
         given = self.root.attributes.get("name") or Path(self.source).stem
         return self.printable([given], "robot")[given]
 

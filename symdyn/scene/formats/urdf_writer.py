@@ -118,7 +118,6 @@ class UrdfWriter:
         self.leaders = {joint.coordinate: joint.name for joint in scene.moving if len(joint.coordinates) == 1}
 
     def text(self) -> str:
-        """Return the file."""
         lines = element("link", Scene.GROUND)
         for joint, body in zip(self.scene.joints, self.scene.bodies, strict=True):
             carried = body.name
@@ -185,7 +184,6 @@ class UrdfWriter:
         return [Fraction(0)] * 3
 
     def joint(self, joint: Joint, child: str) -> list[str]:
-        """Return the lines of a joint."""
         if not joint.moves:
             return self.fixed(joint.name, joint.parent, child, joint.origin)
         if len(joint.coordinates) > 1:
@@ -267,7 +265,6 @@ class UrdfWriter:
         return decimal_text(self.value(quantity))
 
     def value(self, quantity: Quantity) -> Value:
-        """Return the value of a quantity."""
         return known(quantity, self.values)
 
 

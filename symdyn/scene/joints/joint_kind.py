@@ -241,11 +241,9 @@ class JointKind:
 
     @property
     def has_axis(self) -> bool:
-        """Whether its joints say an axis."""
         return any(key.name == "axis" for key in self.keys)
 
     def directions(self, joint: Joint) -> Iterator[tuple[Key[Vector], Vector]]:
-        """Yield the directions among what a joint says, by key."""
         for key in self.keys:
             value: Any = key.of(joint)
             if isinstance(value, tuple) and all(isinstance(x, Quantity) for x in value):

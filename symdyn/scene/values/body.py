@@ -33,7 +33,6 @@ class Pose:
     steps: tuple[tuple[str, Quantity], ...] = ()
 
     def transform(self, graph: Graph) -> Transform:
-        """Return it as a transform."""
         result = Transform.unit(graph)
         for kind, amount in self.steps:
             result = result @ Transform.elementary(kind, amount.express(graph))

@@ -87,7 +87,6 @@ class TermPlace:
 
     @property
     def words(self) -> str:
-        """The place for a message."""
         return ": ".join(part for part in (self.where, f"{self.key} = {shown(self.formula)}") if part)
 
 

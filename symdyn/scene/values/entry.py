@@ -163,7 +163,6 @@ class EntryReader:
     """Typed access to the keys of a declared table; what is wrong is a fault of its place."""
 
     def __init__(self, entry: Entry, faults: Faults, keys: Sequence[str]) -> None:
-        """Report the keys that are not in `keys`."""
         self.entry, self.faults, self.raw = entry, faults, entry.table
         for key in entry.table:
             if key not in keys:
@@ -187,7 +186,6 @@ class EntryReader:
         return self.parsed(key, default, vector) if key in self else default
 
     def pose(self, key: str, default: Pose = UNMOVED) -> Pose:
-        """Return a placement."""
         return self.parsed(key, default, pose) if key in self else default
 
     def text(self, key: str, default: str = "") -> str:

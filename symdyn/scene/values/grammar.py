@@ -146,7 +146,6 @@ class LatexSymbol:
 
 @cache
 def _parts(latex: str) -> tuple[SymbolPart, ...]:
-    """Return the parts of a symbol, none of what is no symbol."""
     try:
         return read_latex(latex)
     except LatexError:

@@ -142,7 +142,6 @@ class Part:
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """The keys."""
         return tuple(self.words)
 
     def fields(self, table: EntryReader, scope: Any) -> dict[str, Any]:
@@ -243,7 +242,6 @@ class Key(Part, Generic[T]):
         return self.read(table, self.name, self.default)
 
     def fields(self, table: EntryReader, scope: object) -> dict[str, Any]:
-        """Return the field of its noun."""
         return {self.field or self.name: self.declared(table)}
 
     def raw(self, one: Any, scope: object) -> dict[str, object]:
@@ -257,7 +255,6 @@ class Key(Part, Generic[T]):
         return {self.name: value[0] if alone else raw_of(self.inside, value) if self.inside else value}
 
     def numbers(self, one: Any, slides: bool = True) -> Iterator[KeyedQuantity]:
-        """Return its quantities."""
         value: Any = self.of(one)
         if self.inside:
             several = isinstance(value, tuple)
@@ -327,11 +324,9 @@ class KeyGroup(Part):
     rules: Sequence[Shape] = ()
 
     def fields(self, table: EntryReader, scope: Any) -> dict[str, Any]:
-        """Return the fields that a table says."""
         return self.read(table, scope)
 
     def raw(self, one: Any, scope: Any) -> dict[str, object]:
-        """Return what a table says of a noun."""
         return self.said(one, scope)
 
 

@@ -53,7 +53,6 @@ class PlaneContact(Unilateral):
 
     @property
     def kind(self) -> str:
-        """The row of `FORCES` that tells about it."""
         return self.type
 
     @property

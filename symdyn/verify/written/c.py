@@ -246,7 +246,6 @@ class CStatements(CReader):
     space: int = 0
 
     def statement(self, node: Node) -> None:
-        """Read one statement."""
         if node.type == "for_statement":
             self._loop(node)
         elif self.space and (found := SPACED.fullmatch("".join(text_of(node).split()))):

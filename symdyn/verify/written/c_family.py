@@ -215,7 +215,6 @@ class CReader(Reader):
         self.arrays[text_of(name)] = text_of(node)
 
     def hides(self, name: str) -> bool:
-        """Tell whether a name is one of something else."""
         return self.function_of(name) is not None or name in self.file.functions
 
     def of_lanes(self, node: Node, lanes: int) -> None:
@@ -312,7 +311,6 @@ class CReader(Reader):
         return super().combined(node, operator, a, b)
 
     def function(self, node: Node) -> Op | None:
-        """Return which operation is called, None if none that is known."""
         return self.function_of(text_of(node)) if node.type in ("identifier", "qualified_identifier") else None
 
     def index(self, node: Node) -> Index:
@@ -343,7 +341,6 @@ class CReader(Reader):
         return self.real(operand) if operator.type == "+" else super().signed(node)
 
     def address(self, node: Node) -> Value:
-        """Return the address of a number."""
         operator, operand = node.children
         value = self.value(operand)
         if operator.type != "&" or not isinstance(value, Expr) or operand.type != "identifier":

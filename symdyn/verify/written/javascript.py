@@ -146,11 +146,9 @@ class JavaScriptReader(Reader):
             self.store(left, self.real(right))
 
     def hides(self, name: str) -> bool:
-        """Tell whether a name is one of something else."""
         return name in (MATH, SELECT)
 
     def function(self, node: Node) -> Op | None:
-        """Return which operation is called, None if none that is known."""
         if text_of(node) == SELECT and node.type == SYNTAX.name:
             return Op.SELECT
         parts = SYNTAX.meant(node)

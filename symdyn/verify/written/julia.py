@@ -134,7 +134,6 @@ class JuliaReader(Reader):
     syntax = SYNTAX
 
     def function(self, node: Node) -> Op | None:
-        """Return which operation is called, None if none that is known."""
         ours = text_of(node) == SELECT and SELECT in self.file.functions and SELECT not in self.names
         return Op.SELECT if ours else super().function(node)
 
@@ -205,7 +204,6 @@ class JuliaReader(Reader):
             self.set(left, self.real(right))
 
     def hides(self, name: str) -> bool:
-        """Tell whether a name is one of something else."""
         return name in (SINES, *CALLED) or super().hides(name)
 
     def _both(self, left: Node, right: Node) -> None:

@@ -90,7 +90,6 @@ class KernelStatements(CReader):
     divided: bool = False
 
     def statement(self, node: Node) -> None:
-        """Read one statement."""
         if self.begun == len(BEGINNING):
             if node.type == "for_statement":
                 self.parts(node)

@@ -170,7 +170,6 @@ class MatlabReader(Reader):
             self.set(left, self.real(right))
 
     def hides(self, name: str) -> bool:
-        """Tell whether a name is one of something else."""
         return name in (STATES, *ALLOCATING) or super().hides(name)
 
     def binary(self, node: Node) -> Value:
@@ -185,7 +184,6 @@ class MatlabReader(Reader):
         return self.entry(node) if array else super().called(node)
 
     def function(self, node: Node) -> Op | None:
-        """Return which operation is called, None if none that is known."""
         ours = text_of(node) in self.file.functions and text_of(node) not in self.names
         return OURS.get(text_of(node)) if ours else super().function(node)
 

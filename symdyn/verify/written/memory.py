@@ -99,7 +99,6 @@ class MemoryInputs:
         return self.entries[place]
 
     def store(self, index: Index, value: Expr, line: int) -> None:
-        """Refuse."""
         raise Fault(f"writes to the argument {self.name}")
 
 
@@ -123,7 +122,6 @@ class Result:
         self.lines = [0] * size
 
     def load(self, index: Index) -> Expr:
-        """Refuse."""
         raise Fault("reads the result")
 
     def store(self, index: Index, value: Expr, line: int) -> None:

@@ -87,15 +87,12 @@ class Verbatim(Graph):
     """
 
     def add(self, a: Expr, b: Expr) -> Expr:
-        """Return a + b."""
         return self.node(Op.ADD, a, b)
 
     def sub(self, a: Expr, b: Expr) -> Expr:
-        """Return a - b."""
         return self.node(Op.SUB, a, b)
 
     def mul(self, a: Expr, b: Expr) -> Expr:
-        """Return a b."""
         return self.node(Op.MUL, a, b)
 
     def div(self, a: Expr, b: Expr) -> Expr:
@@ -103,11 +100,9 @@ class Verbatim(Graph):
         return self.node(Op.DIV, a, b)
 
     def neg(self, a: Expr) -> Expr:
-        """Return -a."""
         return super().neg(a) if a.op is Op.CONSTANT else self.node(Op.NEG, a)
 
     def function(self, op: Op, *args: Scalar) -> Expr:
-        """Return op(args)."""
         return self.node(op, *map(self.lift, args))
 
 

@@ -157,7 +157,6 @@ class PythonReader(Reader):
             self.set(left, self.real(right))
 
     def hides(self, name: str) -> bool:
-        """Tell whether a name is one of something else."""
         return name == self.dialect.package or name in self.dialect.builtins
 
     def _result(self, node: Node, name: str) -> Read:
@@ -169,7 +168,6 @@ class PythonReader(Reader):
         return Read(self.expected.name, name, tuple(map(self.real, listed)), tuple(map(line_of, listed)))
 
     def function(self, node: Node) -> Op | None:
-        """Return which operation is called, None if none that is known."""
         if node.type == "identifier":
             there = self.dialect.own if text_of(node) in self.file.functions else self.dialect.builtins
             return self.calls.get(text_of(node)) or there.get(text_of(node))

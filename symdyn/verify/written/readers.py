@@ -101,7 +101,6 @@ class CppStatements(CReader):
         return "T"
 
     def statement(self, node: Node) -> None:
-        """Read one statement."""
         words = "".join(text_of(node).split())
         copied = LOOP.fullmatch(words) if node.type == "for_statement" else None
         if node.type == "using_declaration" and words.startswith("usingstd::") and words[10:-1] in STANDARD:
@@ -119,7 +118,6 @@ class CppStatements(CReader):
         self.used.add(name)
 
     def function_of(self, name: str) -> Op | None:
-        """Return which operation a function is, None if none."""
         if name.startswith("own::") and name in self.file.functions:
             return OURS.get(name[5:])
         return STANDARD.get(name) if name in self.used else None

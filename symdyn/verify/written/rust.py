@@ -138,7 +138,6 @@ class RustReader(Reader):
     lanes: int = 0
 
     def statement(self, node: Node) -> None:
-        """Read one statement."""
         inner = node.children[0] if kinds(node.children) == ["for_expression"] else node
         if node.type == "let_declaration":
             self._let(node)
@@ -300,7 +299,6 @@ class RustReader(Reader):
         return super().called(node)
 
     def function(self, node: Node) -> Op | None:
-        """Return which operation is called, None if none that is known."""
         return SYNTAX.functions.get(text_of(node)) if text_of(node) in self.file.functions else None
 
 

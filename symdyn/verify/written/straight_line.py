@@ -275,7 +275,6 @@ class Reader:
         raise unread(node, "is no real number")
 
     def name(self, node: Node) -> Value:
-        """Return what a name stands for."""
         name = text_of(node)
         if name not in self.names:
             raise unread(node, "has no value yet")
@@ -349,7 +348,6 @@ class Reader:
         return callee, self.syntax.listed(rest[0], "is no call that is read here")
 
     def called(self, node: Node) -> Value:
-        """Return the value of a call."""
         callee, given = self.call(node)
         name = text_of(callee).removeprefix("own::")
         if name in self.file.tables and name not in self.names and len(given) == 1:

@@ -290,7 +290,6 @@ def namespace(name: str) -> str:
 
 
 def _write_cpp(draft: Draft) -> dict[str, str]:
-    """Return the header."""
     codes = cuts(draft.program, draft.page, draft.printer, few=FEW)
     batch = draft.option == BATCH
     operations = {op for function in draft.page.functions for op in function.operations}

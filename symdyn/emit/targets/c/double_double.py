@@ -242,7 +242,6 @@ class _Writer:
     begin: Mapping[str, int]
 
     def stage(self, stage: Pass | SineCosine, number: int) -> Stage:
-        """Return one stage as text."""
         if isinstance(stage, SineCosine):
             angle = _both("w", stage.row) if stage.row is not None else self._input(stage.angle.node, "")
             rows = ", ".join(_both("w", row) for _, row in (stage.sine, stage.cosine))

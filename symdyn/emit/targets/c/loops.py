@@ -262,7 +262,6 @@ class LoopText:
 
     @property
     def slides(self) -> bool:
-        """Whether a joint slides."""
         return self.turns < self.kinds
 
 

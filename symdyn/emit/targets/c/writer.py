@@ -257,7 +257,6 @@ class Writer:
         return self.program.constants.get(self.routine.function.entries[place]) == 0
 
     def entry(self, place: int) -> str:
-        """Return one entry of the result."""
         entry = self.routine.function.entries[place]
         return self.printer.code(entry, self.plan.names, self.program.constants)
 
