@@ -58,7 +58,6 @@ class Mat(tuple[Vec, Vec, Vec]):
 
     @staticmethod
     def identity(graph: Graph) -> Mat:
-        """Return the unit matrix."""
         one, zero = graph.one, graph.zero
         return Mat(((one, zero, zero), (zero, one, zero), (zero, zero, one)))
 
@@ -75,7 +74,6 @@ class Mat(tuple[Vec, Vec, Vec]):
 
     @staticmethod
     def symmetric(xx: Expr, yy: Expr, zz: Expr, xy: Expr, xz: Expr, yz: Expr) -> Mat:
-        """Return the symmetric matrix with these entries."""
         return Mat(((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)))
 
     @staticmethod
@@ -164,7 +162,6 @@ class Mat(tuple[Vec, Vec, Vec]):
         return Mat((add(self[0], other[0]), add(self[1], other[1]), add(self[2], other[2])))
 
     def scaled(self, factor: Scalar) -> Mat:
-        """Return factor times the matrix."""
         return Mat((scale(factor, self[0]), scale(factor, self[1]), scale(factor, self[2])))
 
     def mirrored(self) -> Mat:
@@ -261,7 +258,6 @@ class Transform:
         return add(x if self.is_shift else self.R @ x, self.p)
 
     def inverse(self) -> Transform:
-        """Return T_BA."""
         back = self.R.T
         return Transform(back, neg(back @ self.p))
 
@@ -288,7 +284,6 @@ class Inertia:
         return Inertia(mass, scale(mass, at), about)
 
     def __add__(self, other: Inertia) -> Inertia:
-        """Return the inertia of both together."""
         return Inertia(self.m + other.m, add(self.h, other.h), self.I + other.I)
 
     def seen_from(self, T: Transform) -> Inertia:

@@ -76,11 +76,9 @@ class Batches(Arithmetic):
     }
 
     def constant(self, value: Fraction) -> Any:
-        """Return the nearest double."""
         return np.float64(_double(value))
 
     def pi(self) -> Any:
-        """Return the nearest double."""
         return np.float64(math.pi)
 
     def function(self, node: Expr, args: Sequence[Any]) -> Any:

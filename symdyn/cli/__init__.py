@@ -182,7 +182,6 @@ class Version(argparse.Action):
     """Prints the version, which is looked up then: that takes longer than to read a command line."""
 
     def __call__(self, *_: Any) -> NoReturn:
-        """Print, and end."""
         print(f"symdyn {version()}")
         sys.exit(0)
 

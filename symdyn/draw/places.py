@@ -40,7 +40,6 @@ class Frame:
         return self.p + self.direction(x)
 
     def direction(self, v: Array) -> Array:
-        """Return a direction given in the frame, shape (N, 3)."""
         return np.asarray(np.einsum("nij,nj->ni", self.R, np.broadcast_to(v, self.p.shape)))
 
     def inside(self, x: Array) -> Array:

@@ -36,7 +36,6 @@ class Title(str):
     places: Mapping[str, str]
 
     def __new__(cls, template: str, **places: str) -> Title:
-        """Fill a sentence."""
         made = super().__new__(cls, template.format(**places))
         made.template, made.places = template, places
         return made

@@ -58,7 +58,6 @@ class Text:
 
     @property
     def plain(self) -> str:
-        """The characters alone."""
         return "".join(run.text for run in self.runs)
 
     @cached_property

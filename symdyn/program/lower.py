@@ -163,7 +163,6 @@ def _at_home(functions: Functions, theirs: Graph) -> tuple[Graph, Functions]:
 
 
 def _rebuild(functions: Functions, values: Mapping[Expr, Expr], graph: Graph) -> Functions:
-    """Return the functions on `graph`, with `values` in place of nodes."""
     entries = iter(substitute(entries_of(functions), values, graph))
     return tuple(
         replace(

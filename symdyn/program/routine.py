@@ -71,7 +71,6 @@ class Routine:
 
     @property
     def counts(self) -> Counts:
-        """Operations of one call."""
         return sum(self.binding.values(), Counts())
 
     @property
@@ -86,7 +85,6 @@ class Routine:
 
     @property
     def names(self) -> dict[Expr, str]:
-        """The name of every node that has one."""
         return {step.node: step.name for step in self.inputs + self.steps}
 
 
@@ -223,7 +221,6 @@ def assemble(scene: Scene, graph: Graph, functions: tuple[Function, ...]) -> Pro
 
 
 def _routine(function: Function, known: Constants) -> Routine:
-    """Return one function as named steps."""
     if function.is_loop_alone:
         return Routine(function, (), (), (), Counts.by_binding(function), frozenset())
     needed = [node for node in reachable(function.entries) if node not in known]

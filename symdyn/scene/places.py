@@ -81,7 +81,6 @@ class _Walk:
             self.at += 1
 
     def _header(self) -> _Node:
-        """Return the table of [a.b] or [[a]]."""
         begin, several = self.at, self.text.startswith("[[", self.at)
         self.at += 1 + several
         table = self.root

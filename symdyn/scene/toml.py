@@ -345,6 +345,5 @@ def decimal(value: Fraction) -> str | None:
 
 
 def _text(text: str) -> str:
-    """Return a TOML string."""
     plain = text.replace("\\", "\\\\").replace('"', '\\"')
     return '"' + "".join(x if x.isprintable() else f"\\U{ord(x):08x}" for x in plain) + '"'

@@ -349,7 +349,6 @@ class _Composed:
     """A prepared module with the functions of the module that is not: each prepares its own last argument."""
 
     def __init__(self, module: Any) -> None:
-        """Stand before `module`."""
         self._module = module
 
     def __getattr__(self, name: str) -> Callable[..., Any]:

@@ -88,7 +88,6 @@ class Degrees:
     sub = add
 
     def mul(self, a: Degree, b: Degree) -> Degree:
-        """Return the bounds of a product."""
         if not a.below or not b.below:
             below = a.below or b.below
         else:
@@ -104,7 +103,6 @@ class Degrees:
         return self.mul(a, Degree(0, b.scale * self.denominator_bits, 0, inverse))
 
     def neg(self, a: Degree) -> Degree:
-        """Return the same bounds."""
         return a
 
     def function(self, node: Expr, args: Sequence[Degree]) -> Degree:

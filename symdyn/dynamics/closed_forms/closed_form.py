@@ -85,7 +85,6 @@ class ClosedForm(Shown):
 
     @property
     def n(self) -> int:
-        """Number of velocities."""
         return self.state.n
 
     def coefficient_names(self) -> list[Key]:

@@ -227,7 +227,6 @@ class ClosedLoads:
         return Form.product((total, self._way(strut, compact).power(-1)))
 
     def energy(self, compact: Compactor) -> Form:
-        """Return the elastic energy E."""
         return Form.sum(self._energy(strut, compact) for strut in elastic(self.scene))
 
     def elastic(self, compact: Compactor, i: int) -> Form:

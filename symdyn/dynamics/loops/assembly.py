@@ -262,7 +262,6 @@ class Levels:
     """Outputs of a graph, ready to be evaluated often."""
 
     def __init__(self, outputs: Sequence[Expr]) -> None:
-        """Sort what the outputs need."""
         order = reachable(outputs)
         place = {node: k for k, node in enumerate(order)}
         level = [0] * len(order)

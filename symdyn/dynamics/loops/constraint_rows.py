@@ -215,7 +215,6 @@ class Label:
 
     @property
     def is_rope(self) -> bool:
-        """Whether it keeps the length of a rope."""
         return self.name == TENSION
 
 

@@ -150,12 +150,10 @@ class LoopWorkspace:
 
     @cached_property
     def recursive(self) -> Constraints:
-        """All constraint rows by recursion."""
         return recursive(self.w.scene, self.w.tree, self.w.state)
 
     @cached_property
     def differentiated(self) -> Constraints:
-        """All constraint rows by differentiation."""
         return differentiated(self.w.scene, self.w.graph, self.w.state)
 
     def residual(self, rows: Constraints) -> list[Expr]:

@@ -113,7 +113,6 @@ class Manifold:
 
     @cached_property
     def by_force(self) -> list[Seeds]:
-        """The driving forces, all independent."""
         return [{one: one.graph.one} for one in self.state.tau]
 
     def accelerating(self, seeds: Seeds) -> Seeds:

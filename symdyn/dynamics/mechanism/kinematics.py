@@ -234,7 +234,6 @@ class Christoffel:
 
     @property
     def n(self) -> int:
-        """Number of velocities."""
         return len(self.slopes)
 
     def twice(self, i: int, j: int, k: int) -> Expr:

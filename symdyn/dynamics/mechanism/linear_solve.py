@@ -62,7 +62,6 @@ class RowSolve:
 
     @property
     def width(self) -> int:
-        """Columns that are solved for."""
         return len(self.sides[0][1])
 
     @property

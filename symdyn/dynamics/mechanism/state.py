@@ -77,7 +77,6 @@ class State:
 
     @property
     def n(self) -> int:
-        """Number of velocities."""
         return len(self.qd)
 
     @property

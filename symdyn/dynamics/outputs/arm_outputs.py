@@ -173,7 +173,6 @@ class ArmAngles:
         return B if meet else None
 
     def across(self, i: int, j: int) -> bool:
-        """Tell whether axes are at right angles."""
         return vanishes(dot(self.h[i], self.h[j]))
 
     def parallel(self, i: int, j: int) -> bool:

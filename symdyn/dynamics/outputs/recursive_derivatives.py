@@ -109,7 +109,6 @@ def _beside(slopes: Jacobians, along: Sequence[str]) -> list[Expr]:
 
 
 def _inverse(w: Workspace) -> Jacobians:
-    """Return the derivatives of inverse dynamics."""
     tree, state = w.whole, w.state
     of_joints = rnea_derivatives(tree, state.qd, state.qdd)
     kinds = {"q": of_joints.by_position, "qd": of_joints.by_rate, "qdd": of_joints.by_acceleration}

@@ -169,7 +169,6 @@ class Unknown:
 
     @property
     def is_reaction(self) -> bool:
-        """Whether it is what a bearing forbids."""
         return self.kind == REACTION
 
     @property

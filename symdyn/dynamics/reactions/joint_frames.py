@@ -94,7 +94,6 @@ class JointFrames:
 
     @property
     def velocities(self) -> tuple[int, ...]:
-        """Numbers of the velocities that move it."""
         return tuple(k for k, _, _ in self.moved_by)
 
     @property

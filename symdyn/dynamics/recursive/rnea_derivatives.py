@@ -84,7 +84,6 @@ class Contribution:
     F0: SpatialForce
 
     def shifted(self, by: OriginShift) -> Contribution:
-        """Return it about a shifted origin."""
         A, F1, F0 = ((add(n, cross(by.p, f)), f) for n, f in (self.A, self.F1, self.F0))
         return Contribution(A, add(self.G, cross(by.u, self.A[1])), F1, F0)
 
@@ -107,7 +106,6 @@ class Composite:
         return Composite(self.body + other.body, P, l)
 
     def shifted(self, by: OriginShift) -> Composite:
-        """Return it about a shifted origin."""
         h, P, l = self.body.h, self.P, add(self.momentum, scale(self.body.m, by.u))  # noqa: E741
         rows = ([P[r][c] + by.p[r] * l[c] + h[r] * by.u[c] for c in range(3)] for r in range(3))
         return Composite(self.body.shifted(by.p), Mat((x, y, z) for x, y, z in rows), l)

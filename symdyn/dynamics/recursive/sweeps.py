@@ -91,7 +91,6 @@ class Sweep:
 
     @property
     def reads(self) -> set[str]:
-        """Names of the symbols that it reads."""
         return {str(node.value) for node in reachable(self.results) if node.op is Op.SYMBOL}
 
 

@@ -406,7 +406,6 @@ class Sources(Mapping[str, Contents]):
         return (name for name, _ in self.files)
 
     def __len__(self) -> int:
-        """Return the number of files."""
         return len(self.files)
 
     @property

@@ -356,7 +356,6 @@ class _Page:
         return f"{number},{_upright(joint)}" if joint else number + ("," if len(number) > 1 else "") + number
 
     def kept(self, bivector: tuple[Sequence[Expr], Sequence[Expr]]) -> list[Expr]:
-        """Return the components that are written."""
         entries = (*bivector[0], *bivector[1])
         return [entries[k] for k in self.system.kept]
 

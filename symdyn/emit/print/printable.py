@@ -343,7 +343,6 @@ class Printable:
 
     @property
     def vanishing(self) -> list[list[Coefficient]]:
-        """Those that vanish, kind by kind."""
         zero = [c for c in self.coefficients if c.vanishes]
         return [[c for c in zero if c.kind == kind] for kind in dict.fromkeys(c.kind for c in zero)]
 
@@ -390,7 +389,6 @@ def other_rates(scene: Scene) -> list[tuple[str, Form]]:
 
 
 def _rate(scene: Scene, rates: Sequence[tuple[str, int]]) -> Form:
-    """Return what a coefficient multiplies."""
     names = [scene.velocities[j] if of == "qd" else acceleration_name(scene.velocities[j]) for of, j in rates]
     return Power(Symbol(names[0]), 2) if len(set(names)) < len(names) else Form.product(map(Symbol, names))
 

@@ -160,7 +160,6 @@ class Word:
 
     @cached_property
     def shape(self) -> tuple[int, ...]:
-        """Shape of the result for one state."""
         return self.routine.function.shape
 
     @cached_property
@@ -230,7 +229,6 @@ class DerivativeRule:
 
     @property
     def varied_names(self) -> tuple[str, ...]:
-        """Names of the arguments that move."""
         return tuple(name for name, _ in self.varied)
 
     @property

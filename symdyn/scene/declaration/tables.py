@@ -41,7 +41,6 @@ def read_columns(source: str, path: str) -> Rows:
 
 
 def _points(table: EntryReader, key: str, usual: Rows) -> Rows:
-    """Return rows of numbers, or those of a file."""
     raw = plain(table.raw.get(key, ()))
     try:
         if isinstance(raw, str):

@@ -232,13 +232,11 @@ class ForceKind:
 
     @property
     def pull(self) -> Pull:
-        """The law of a kind of struts."""
         assert isinstance(self.law, Pull), "a strut pulls"
         return self.law
 
     @property
     def push(self) -> Push:
-        """The law of a kind of loads."""
         assert isinstance(self.law, Push), "a load pushes"
         return self.law
 

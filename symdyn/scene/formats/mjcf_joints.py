@@ -286,18 +286,15 @@ class Joints:
         return JOINTS[kind].held(Joint("", kind, "", "", (("axis", axis),)), folding.neg(self.reference(j)))
 
     def reference(self, j: int) -> Quantity:
-        """Return the position of the joint in the file."""
         return self.position(j, float(self.model.qpos0[self.model.jnt_qposadr[j]]), "ref")
 
     def position(self, j: int, value: float, key: str) -> Quantity:
-        """Return an angle or a length."""
         return self.doubles.angle(value, f"{key} of joint {self.names[j]}") if self.hinge(j) else quantity(value)
 
     def hinge(self, j: int) -> bool:
         return bool(self.model.jnt_type[j] == self.mujoco.mjtJoint.mjJNT_HINGE)
 
     def several(self, j: int) -> bool:
-        """Whether a joint has a quaternion."""
         kinds = self.mujoco.mjtJoint
         return int(self.model.jnt_type[j]) in (int(kinds.mjJNT_FREE), int(kinds.mjJNT_BALL))
 

@@ -105,7 +105,6 @@ class _Reader:
         self.coordinates: dict[str, str] = {}
 
     def declaration(self, stem: str) -> Declaration:
-        """Return what the file declares."""
         counts = count_frames(self.sheet, self.faults)
         n = counts.links
         refuse_motion_of_base(self.sheet, self.faults)
@@ -230,7 +229,6 @@ class _Reader:
         return self.symbols.get(text, True)
 
     def body(self, j: int) -> dict[str, object]:
-        """Return the table of a link."""
         self.wrench(j)
         return {
             "mass": self.value("m", j),

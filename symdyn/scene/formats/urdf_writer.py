@@ -222,14 +222,12 @@ class UrdfWriter:
         return self.ends(joint.name, kind, joint.parent, child, joint.origin, [*axis, *self.dynamics(joint)])
 
     def dynamics(self, joint: Joint) -> list[str]:
-        """Return damping and friction."""
         if joint.damping == Quantity.ZERO and joint.friction == Quantity.ZERO:
             return []
         damping, friction = (decimal_text(self.value(x)) for x in (joint.damping, joint.friction))
         return [f'<dynamics damping="{damping}" friction="{friction}"/>']
 
     def fixed(self, name: str, parent: str, child: str, origin: Pose) -> list[str]:
-        """Return the lines of a fixed joint."""
         return self.ends(name, "fixed", parent, child, origin, [])
 
     def ends(self, name: str, kind: str, parent: str, child: str, origin: Pose, inside: Sequence[str]) -> list[str]:

@@ -121,7 +121,6 @@ class XmlElement:
         return _parse(declared, source)
 
     def all(self, tag: str) -> list[XmlElement]:
-        """Return the children called `tag`."""
         return [child for child in self.children if child.tag == tag]
 
     def first(self, tag: str) -> XmlElement | None:

@@ -101,7 +101,6 @@ class ElementaryJoint:
 
     @property
     def placement(self) -> Transform:
-        """The placement that the amount makes."""
         graph = self.amount.graph
         if self.slides:
             return Transform(Mat.identity(graph), scale(self.amount, self.axis))
@@ -286,7 +285,6 @@ class JointKind:
         return 6 - len(self.velocities(joint))
 
     def motion(self, joint: Joint, graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
-        """Return the motion of a joint at coordinates q and velocities u."""
         parts, i, k = [], 0, 0
         for block in self.blocks(joint):
             nq, nv = len(block.coordinates), len(block.velocities)

@@ -39,7 +39,6 @@ class Pose:
         return result
 
     def inverse(self) -> Pose:
-        """Return the placement that undoes it."""
         return Pose(inverse_steps(self.steps))
 
 

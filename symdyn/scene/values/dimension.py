@@ -48,7 +48,6 @@ class Dimension:
 
     @property
     def powers(self) -> list[tuple[str, Exponent]]:
-        """Every unit of `BASE` with its exponent."""
         return list(zip(BASE, self.exponents, strict=True))
 
     @property

@@ -178,11 +178,9 @@ class EntryReader:
         return key in self.raw
 
     def quantity(self, key: str, default: Quantity = Quantity.ZERO) -> Quantity:
-        """Return a number or formula."""
         return self.parsed(key, default, quantity) if key in self else default
 
     def vector(self, key: str, default: Vector = NULL) -> Vector:
-        """Return three quantities."""
         return self.parsed(key, default, vector) if key in self else default
 
     def pose(self, key: str, default: Pose = UNMOVED) -> Pose:
@@ -201,7 +199,6 @@ class EntryReader:
         return default
 
     def flag(self, key: str, default: bool = False) -> bool:
-        """Return true or false."""
         value = self.raw.get(key, default)
         if isinstance(value, bool):
             return value

@@ -380,7 +380,6 @@ class _Reader:
         return Quantity(Op.SELECT, tuple(self.visit(one, depth + 1) for one in rest), first.value)
 
     def selection(self, node: ast.Call, depth: int) -> Quantity:
-        """Return if(condition, a, b)."""
         if node.keywords or len(node.args) != Op.SELECT.arity:
             raise FormulaError("if takes a condition and 2 values, such as if(x > 0, a, b)")
         a, b = (self.visit(one, depth + 1) for one in node.args[1:])

@@ -106,7 +106,6 @@ class Load(Element):
 
     @property
     def ends(self) -> tuple[Place, ...]:
-        """The point that the force acts at."""
         return (self.place,)
 
 

@@ -140,7 +140,6 @@ class CReader(Reader):
         self.file.cut(name, body, about=about)
 
     def block(self, body: Node) -> None:
-        """Read all statements of a body."""
         children = SYNTAX.meant(body)
         if len(children) < 2 or children[0].type != "{" or children[-1].type != "}":
             raise unread(body, "is no block")
@@ -293,7 +292,6 @@ class CReader(Reader):
         return value.units
 
     def function_of(self, name: str) -> Op | None:
-        """Return which operation a function is, None if none."""
         if name in self.file.functions:  # nothing of the C library then
             return OURS.get(self.file.within(name))
         if self.file.text.real == "float":
@@ -314,7 +312,6 @@ class CReader(Reader):
         return self.function_of(text_of(node)) if node.type in ("identifier", "qualified_identifier") else None
 
     def index(self, node: Node) -> Index:
-        """Return which entry of an array an expression is."""
         index = self.value(node)
         if not isinstance(index, Index):
             raise unread(node, "is no index")

@@ -91,7 +91,6 @@ class JavaScriptReader(Reader):
     syntax = SYNTAX
 
     def read(self, node: Node) -> Read:
-        """Return what the function computes."""
         why = "is no plain function"
         _, declared, _ = SYNTAX.shaped(node, why, "const", "variable_declarator", ";")
         _, _, function = SYNTAX.shaped(declared, why, "identifier", "=", "arrow_function")

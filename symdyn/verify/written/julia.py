@@ -138,7 +138,6 @@ class JuliaReader(Reader):
         return Op.SELECT if ours else super().function(node)
 
     def read(self, name: str) -> Read:
-        """Return what the function computes."""
         node, wanted = self.file.functions[name], self.expected
         takes(node, _parameters(node), [*(["out"] if wanted.shape else []), *wanted.arguments])
         body = _body(node)

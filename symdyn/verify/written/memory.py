@@ -47,7 +47,6 @@ class Index:
 
     @property
     def plain(self) -> bool:
-        """Whether it is a number."""
         return not (self.lanes or self.strides or self.reaches)
 
 

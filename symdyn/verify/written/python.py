@@ -127,7 +127,6 @@ class PythonReader(Reader):
     calls: dict[str, Op] = field(default_factory=dict)
 
     def read(self, name: str) -> Read:
-        """Return what the function computes."""
         node, handed = self.file.functions[name], self.dialect.handed
         taken = [*([handed] if handed else []), *self.expected.arguments]
         listed = node.child_by_field_name("parameters")

@@ -81,7 +81,6 @@ class ExpectedFunction:
 
     @property
     def size(self) -> int:
-        """Entries of the result."""
         size = 1
         for length in self.shape:
             size *= length

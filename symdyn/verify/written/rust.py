@@ -287,7 +287,6 @@ class RustReader(Reader):
         return row
 
     def index(self, node: Node) -> Index:
-        """Return which entry of an array a whole number is, or k."""
         return K if STATE in self.names and text_of(node) == STATE else super().index(node)
 
     def called(self, node: Node) -> Value:

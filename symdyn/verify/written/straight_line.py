@@ -253,7 +253,6 @@ class Reader:
     # Expressions
 
     def value(self, node: Node) -> Value:
-        """Return what an expression is."""
         meaning = self.meanings.get(node.type)
         if meaning is None:
             raise unread(node, "is no expression that is read here")
@@ -285,7 +284,6 @@ class Reader:
         return self.file.text.number(text_of(node), line_of(node))
 
     def inner(self, node: Node) -> Value:
-        """Return what is in parentheses."""
         listed = self.syntax.listed(node, "is no expression that is read here")
         if len(listed) != 1:
             raise unread(node, "is no expression that is read here")
@@ -310,7 +308,6 @@ class Reader:
         return self.combined(node, text_of(parts[1]), self.value(parts[0]), self.value(parts[2]))
 
     def combined(self, node: Node, operator: str, a: Value, b: Value) -> Value:
-        """Return what an operator makes of two values."""
         try:
             return self.syntax.operators[operator](self.converted(node, a), self.converted(node, b))
         except ZeroDivisionError:

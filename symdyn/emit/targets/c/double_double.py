@@ -73,7 +73,6 @@ class DoubleDoublePrinter(Printer):
         return self._called(node, names, constants, loose=False)
 
     def _bound(self, node: Expr, names: Mapping[Expr, str], constants: Mapping[Expr, Fraction]) -> tuple[str, int]:
-        """Return the text of `node`, which is a name or a call."""
         return self._text(node, names, constants, ()), self.spellings[Op.NEG].binds
 
     def _text(
@@ -266,7 +265,6 @@ class _Writer:
         return Stage(number, tuple(self._define(step) for step in stage.uniform), tuple(lines))
 
     def _define(self, step: RoutineStep) -> Line:
-        """Return the line that gives a step its name."""
         if step.node.op is Op.SYMBOL:
             return Line(step.name, f"dd_of({self._input(step.node, '')})")
         return Line(step.name, self.printer.definition(step.node, self.plan.names, self.program.constants))

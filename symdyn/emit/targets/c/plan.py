@@ -213,7 +213,6 @@ class Pass:
 
     @property
     def steps(self) -> tuple[RoutineStep, ...]:
-        """What it computes, in order."""
         given = {*self.inputs, *(step for step, _ in self.loads)}
         return tuple(line for line in self.order if isinstance(line, RoutineStep) and line not in given)
 

@@ -247,7 +247,6 @@ class Writer:
         )
 
     def _define(self, step: RoutineStep) -> Line:
-        """Return the line that gives a step its name."""
         if step.node.op is Op.SYMBOL:
             return Line(step.name, SINGLE.entry.format(*self.places[step.node]))
         return Line(step.name, self.printed[step.name])
