@@ -363,20 +363,12 @@ class ManyPoints:
         return value[j] % self.fields[j][k].p
 
     def values(self, outputs: Sequence[Expr]) -> list[Residues]:
-        """Return the values of nodes of one graph.
-
-        Raises:
-            Redraw: a point is unlucky.
-        """
+        """Return the values of nodes of one graph; Redraw where a point is unlucky."""
         self.evaluate(reachable(outputs, self.known))
         return [self.known[node] for node in outputs]
 
     def evaluate(self, order: Sequence[Expr]) -> None:
-        """Add the values of nodes, each behind its arguments.
-
-        Raises:
-            Redraw: a point is unlucky.
-        """
+        """Add the values of nodes, each behind its arguments; Redraw where a point is unlucky."""
         known, m = self.known, self.modulus
         for node in order:
             if node in known:

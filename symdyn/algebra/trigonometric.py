@@ -148,11 +148,7 @@ class TrigonometricRing(Arithmetic):
         return self.normal(total)
 
     def count(self, products: int) -> None:
-        """Add to the work that was done.
-
-        Raises:
-            DerivationError: it is more than a closed form of use takes.
-        """
+        """Add to the work that was done; DerivationError where it is more than a closed form of use takes."""
         self._products += products
         if self._products > MOST_PRODUCTS:
             raise DerivationError(

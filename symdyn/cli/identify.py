@@ -123,11 +123,7 @@ RUNS = ("parameters", "start")
 
 
 def run_output_error(scene: Scene, options: argparse.Namespace) -> int:
-    """Fit runs, print.
-
-    Raises:
-        IdentifyError: what the data do not tell.
-    """
+    """Fit runs, print; IdentifyError of what the data do not tell."""
     from symdyn.identification import output_error
 
     names = [name for part in split_commas(options.parameters or "") if (name := part.strip())]

@@ -69,11 +69,7 @@ class StandardInput:
     name = "stdin"
 
     def read(self, size: int, /) -> bytes | str:
-        """Return at most so many bytes.
-
-        Raises:
-            SceneError: there is none.
-        """
+        """Return at most so many bytes; SceneError where there is none."""
         content: bytes | str = getattr(sys.stdin, "buffer", sys.stdin).read(size)
         if not content:
             raise SceneError(f"{self.name}: is empty; pipe a scene in, as in `cat arm.toml | symdyn info -`")

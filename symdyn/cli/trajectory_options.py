@@ -22,11 +22,7 @@ from symdyn.simulation.prescribed import words
 
 
 def reel(options: argparse.Namespace) -> Reel:
-    """Return how a film is shown.
-
-    Raises:
-        SimulateError: a size that is none, or words of a film that is not asked for.
-    """
+    """Return how a film is shown; SimulateError of a size that is none, or words of a film that is not asked for."""
     told = [f"--{name}" for name in ("fps", "size", "once") if getattr(options, name) not in (None, False)]
     if told and not options.animate:
         raise SimulateError(f"{', '.join(told)}: of --animate, which is not given; give --animate FILE too")
@@ -125,11 +121,7 @@ def deliver(trajectory: Trajectory, options: argparse.Namespace) -> None:
 
 
 def pairs(text: str | None, option: str) -> dict[str, str]:
-    """Return name and formula of every part of `q1=0.3,q2=pi/2`.
-
-    Raises:
-        SimulateError: a part that is no name=formula.
-    """
+    """Return name and formula of every part of `q1=0.3,q2=pi/2`; SimulateError of a part that is no name=formula."""
     faults = Faults("")
     found = words(split_commas(text or ""), option, faults)
     faults.close(SimulateError)

@@ -166,11 +166,7 @@ def moments(
 def as_arrays(
     scene: Scene, times: Sequence[float] | Array, positions: Sequence[Sequence[float]] | Array
 ) -> tuple[Array, Array]:
-    """Return times and positions as arrays, shapes (N,) and (N, nq).
-
-    Raises:
-        DrawError: as of `animation`.
-    """
+    """Return times and positions as arrays, shapes (N,) and (N, nq); errors as of `animation`."""
     try:
         t, q = (np.asarray(x if hasattr(x, "__array__") else list(x), np.float64) for x in (times, positions))
     except (TypeError, ValueError, OverflowError) as fault:

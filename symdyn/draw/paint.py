@@ -367,11 +367,7 @@ PICTURES: Mapping[str, Callable[[Drawing, str, str], Contents]] = {
 
 
 def check_picture(file: File) -> Path:
-    """Return the path of a picture.
-
-    Raises:
-        DrawError: an ending that no picture has, or what paints it is not installed.
-    """
+    """Return the path of a picture; DrawError of an ending that no picture has, or what paints it is not installed."""
     path = Path(fspath(file))
     if path.suffix.lower() not in PICTURES:
         raise DrawError(f"{path}: pictures are written to {', '.join(PICTURES)} files")
@@ -391,11 +387,7 @@ def write_picture(file: File, drawing: Drawing, text: str, scheme: str) -> None:
 
 
 def write_whole(path: Path, contents: Contents) -> None:
-    """Write a file, all of it or nothing.
-
-    Raises:
-        DrawError: it cannot be written, and why.
-    """
+    """Write a file, all of it or nothing; DrawError where it cannot be written, and why."""
     try:
         write_file(path, contents)
     except EmitError as fault:

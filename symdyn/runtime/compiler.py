@@ -224,11 +224,7 @@ def compile_library(
 
 
 def try_compiler(compiler: Compiler, patience: float = 30.0) -> None:
-    """Compile a line of C into a library, and forget it.
-
-    Raises:
-        CompilerFault: the compiler does not do it, and why.
-    """
+    """Compile a line of C into a library, and forget it; CompilerFault where the compiler does not do it, and why."""
     with tempfile.TemporaryDirectory(prefix="symdyn-") as folder:
         source = Path(folder) / "probe.c"
         source.write_text("double probe(double x);\ndouble probe(double x) { return x; }\n", encoding="utf-8")

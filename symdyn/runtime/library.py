@@ -257,11 +257,7 @@ def extension_kind(name: str, soon: bool = False) -> LibraryKind:
 
 
 def python_headers() -> str:
-    """Return the folder of Python.h.
-
-    Raises:
-        MissingCompiler: it is not installed.
-    """
+    """Return the folder of Python.h; MissingCompiler where it is not installed."""
     if not (INCLUDE / "Python.h").is_file():
         raise MissingCompiler(
             f"{INCLUDE}: there is no Python.h, which an extension module needs; install Python's headers "

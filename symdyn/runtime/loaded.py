@@ -119,11 +119,7 @@ class Loaded(Shown):
 
 
 def names_of(word: str, given: object) -> tuple[str, ...]:
-    """Return one name or several as a tuple.
-
-    Raises:
-        SceneError: it is neither.
-    """
+    """Return one name or several as a tuple; SceneError where it is neither."""
     names = (given,) if isinstance(given, str) else tuple(given) if isinstance(given, Iterable) else (given,)
     strange = [name for name in names if not isinstance(name, str)]
     if strange:

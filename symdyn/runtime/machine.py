@@ -33,11 +33,7 @@ NODE_COMMANDS = ("node", "nodejs")
 
 
 def find_node() -> str:
-    """Return the path of Node.js.
-
-    Raises:
-        MissingProgram: there is none.
-    """
+    """Return the path of Node.js; MissingProgram where there is none."""
     return _find("Node.js", NODE_COMMANDS, "nodejs")
 
 
@@ -128,11 +124,7 @@ OPTIONS = ("--quiet", "--norc", "--no-history", "--no-window-system")
 
 
 def find_octave() -> str:
-    """Return the path of Octave.
-
-    Raises:
-        MissingProgram: there is none.
-    """
+    """Return the path of Octave; MissingProgram where there is none."""
     return _find("Octave", OCTAVE_COMMANDS, "octave")
 
 

@@ -381,11 +381,7 @@ class Later:
         return entries[0].doc if entries else self.found().__doc__
 
     def everything(self) -> None:
-        """Compile all of it now.
-
-        Raises:
-            BuildError: the compiler that was asked for, in words or as $CC, fails.
-        """
+        """Compile all of it now; BuildError where the compiler that was asked for, in words or as $CC, fails."""
         found = self.found()
         for kind in getattr(found, "types", ()):
             for rows in (False, True):

@@ -300,11 +300,7 @@ def _agreement(
 
 
 def _at_first(claim: Claim, first: FirstPoints) -> list[bool]:
-    """Return which entries agree at all first points.
-
-    Raises:
-        Redraw: one is unlucky.
-    """
+    """Return which entries agree at all first points; Redraw where one is unlucky."""
     left, right = first.values(claim.left), first.values(claim.right)
     if type(claim).compared is Claim.compared:
         return [a == b for a, b in zip(left, right, strict=True)]

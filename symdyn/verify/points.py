@@ -257,11 +257,7 @@ class FirstPoints:
         return [(fields[j][k], j, k) for k in range(len(fields[0])) for j in range(len(fields))]
 
     def values(self, outputs: Sequence[Expr]) -> list[tuple[int, ...]]:
-        """Return the values of nodes of one graph.
-
-        Raises:
-            Redraw: a point is unlucky.
-        """
+        """Return the values of nodes of one graph; Redraw where a point is unlucky."""
         if len(self._points.known) > self._most:
             self._points.known.clear()
         return self._points.values(outputs)

@@ -182,11 +182,7 @@ def rigorous(
 
 
 def _given(scene: Scene, workspace: Workspace, at: Mapping[str, float], real: str) -> dict[str, float]:
-    """Return the value of every symbol that may be an argument.
-
-    Raises:
-        VerifyError: a name that is none of them.
-    """
+    """Return the value of every symbol that may be an argument; VerifyError of a name that is none of them."""
     state = workspace.state
     known: dict[str, str] = {str(node.value): str(node.value) for node in (*state.q, *state.qd, *state.qdd)}
     known |= {drive: str(node.value) for drive, node in zip(scene.drives, state.tau, strict=True) if drive}

@@ -134,11 +134,7 @@ class Moving:
         return FORCES[rope.kind].pull.force(rope, length, rate)
 
     def check(self, formulas: Sequence[Quantity]) -> dict[str, None]:
-        """Return the letters of formulas.
-
-        Raises:
-            DerivationError: a reaction or a multiplier that there is not.
-        """
+        """Return the letters of formulas; DerivationError of a reaction or a multiplier that there is not."""
         named = dict.fromkeys(name for one in formulas for name in one.symbols)
         for letter, there in ((LETTERS.reaction, reaction_letters), (LETTERS.multiplier, independent_multipliers)):
             asked = [name for name in named if name.startswith(letter)]
@@ -214,11 +210,7 @@ _REACTIONS: Mapping[str, Callable[..., list[Expr]]] = {
 
 
 def _formulas(w: Workspace, name: str = "") -> list[Quantity]:
-    """Return the formulas of all outputs, or of one.
-
-    Raises:
-        DerivationError: there is no such output.
-    """
+    """Return the formulas of all outputs, or of one; DerivationError where there is no such output."""
     there = {one.name: one.formula for one in w.scene.outputs}
     if not there:
         advice = f'declare one, such as [outputs.y] formula = "{w.scene.coordinates[0]}"'
@@ -260,11 +252,7 @@ def _rates(formulation: str) -> Formulation:
 
 
 def _resets(w: Workspace) -> list[Expr]:
-    """Return `when` of each reset, and all states behind it.
-
-    Raises:
-        DerivationError: there is none.
-    """
+    """Return `when` of each reset, and all states behind it; DerivationError where there is none."""
     if not resets_of(w.scene.states):
         raise DerivationError(
             f'{w.scene.name} has no resets; a state may have one: reset = {{ when = "s - 1", to = 0 }}'
@@ -291,11 +279,7 @@ _USUAL = partial(
 
 
 def _tension(w: Workspace, name: str) -> list[Quantity]:
-    """Return the letter of the tension of a rope.
-
-    Raises:
-        DerivationError: there is no such rope.
-    """
+    """Return the letter of the tension of a rope; DerivationError where there is no such rope."""
     there = [one.name for one in w.scene.ropes]
     if name not in there:
         raise DerivationError(f"{w.scene.name}: there is no rope {name!r} in [ropes]; {choice(name, there)}")

@@ -91,11 +91,7 @@ def unknown_forces(scene: Scene) -> str:
 
 
 def refuse_without_place(scene: Scene) -> None:
-    """Refuse reactions that depend on where the force of a row acts.
-
-    Raises:
-        DerivationError: nothing says where.
-    """
+    """Refuse reactions that depend on where the force of a row acts; DerivationError where nothing says where."""
     if why := why_no_reactions(scene):
         raise DerivationError(why)
 

@@ -233,11 +233,7 @@ class FormulationPage:
 
     @cached_property
     def groups(self) -> tuple[EquationGroup, ...]:
-        """Equations by title, none by Lagrange.
-
-        Raises:
-            DerivationError: the scene has no such formulation, and why.
-        """
+        """Equations by title, none by Lagrange; DerivationError where the scene has no such formulation, and why."""
         return () if self.formulation == "lagrange" else tuple(PAGES[self.formulation](self.scene))
 
     @cached_property

@@ -69,11 +69,7 @@ def placing(scene: Scene) -> tuple[str, ...]:
 
 
 def variables(program: Program, q: Sequence[float], u: Sequence[float]) -> tuple[Variable, ...]:
-    """Return the variables of a program that starts at q and u.
-
-    Raises:
-        EmitError: a parameter has no value.
-    """
+    """Return the variables of a program that starts at q and u; EmitError where a parameter has no value."""
     scene = program.scene
     words = _words(scene)
     outputs = {one.name: one for one in scene.outputs}

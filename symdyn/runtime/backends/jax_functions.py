@@ -396,11 +396,7 @@ ad.primitive_transposes.__setitem__(times_p, _times_transposed)
 
 
 def _array(value: Any) -> Array:
-    """Return a value as JAX's array.
-
-    Raises:
-        ArgumentError: it has digits that JAX would drop.
-    """
+    """Return a value as JAX's array; ArgumentError where it has digits that JAX would drop."""
     wide = getattr(value, "dtype", None) == "float64" and getattr(value, "ndim", 0) > 0
     if wide and not jax.config.jax_enable_x64:
         raise ArgumentError(

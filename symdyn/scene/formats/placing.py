@@ -134,11 +134,7 @@ def xyz_rpy(pose: Pose, values: Mapping[str, Value]) -> tuple[list[Value], list[
 
 
 def placement(pose: Pose, values: Mapping[str, Value]) -> tuple[list[Value], Rows]:
-    """Return a pose as a translation (m) and a rotation matrix.
-
-    Raises:
-        FormulaError: one of its amounts has no value.
-    """
+    """Return a pose as a translation (m) and a rotation matrix; FormulaError where one of its amounts has no value."""
     R: Rows = [[Fraction(i == j) for j in range(3)] for i in range(3)]
     p: list[Value] = [Fraction(0)] * 3
     for kind, amount in pose.steps:
@@ -152,11 +148,7 @@ def placement(pose: Pose, values: Mapping[str, Value]) -> tuple[list[Value], Row
 
 
 def known(quantity: Quantity, values: Mapping[str, Value]) -> Value:
-    """Return the value of a quantity.
-
-    Raises:
-        FormulaError: one of its symbols has no value.
-    """
+    """Return the value of a quantity; FormulaError where one of its symbols has no value."""
     value = quantity.at(values)
     if value is None:
         raise FormulaError(f"depends on {', '.join(quantity.symbols)} without a value")

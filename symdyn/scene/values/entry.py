@@ -231,11 +231,7 @@ class EntryReader:
 
 
 def quantities(values: Iterable[object]) -> tuple[Quantity, ...]:
-    """Return numbers or formulas.
-
-    Raises:
-        FormulaError: one of them is none.
-    """
+    """Return numbers or formulas; FormulaError where one of them is none."""
     return tuple(quantity(plain(one)) for one in values)
 
 

@@ -77,11 +77,7 @@ def mul(a: Quantity, b: Quantity) -> Quantity:
 
 
 def div(a: Quantity, b: Quantity) -> Quantity:
-    """Return a / b.
-
-    Raises:
-        FormulaError: b is zero.
-    """
+    """Return a / b; FormulaError where b is zero."""
     (x, rest_a), (y, rest_b) = split(a), split(b)
     if y == 0:
         raise FormulaError("it divides by zero; check the denominator")

@@ -108,11 +108,7 @@ class SymbolPart:
 
 
 def read_latex(latex: str) -> tuple[SymbolPart, ...]:
-    """Return the parts of a symbol, at least one.
-
-    Raises:
-        LatexError: it is none.
-    """
+    """Return the parts of a symbol, at least one; LatexError where it is none."""
     if not latex.strip():
         raise LatexError(r"is empty; give a symbol such as \kappa_1, or leave it out")
     if any(not " " <= character <= "~" for character in latex):

@@ -37,11 +37,7 @@ class Uninterpreted(FiniteField):
         return random.Random(f"{self.seed}:{name}").randrange(self.p)
 
     def values(self, outputs: Sequence[Expr]) -> tuple[int, ...]:
-        """Return the values of nodes of one graph.
-
-        Raises:
-            Redraw: one is not defined at this point.
-        """
+        """Return the values of nodes of one graph; Redraw where one is not defined at this point."""
         order = reachable(outputs)
         symbols = {node: self.symbol(str(node.value)) for node in order if node.op is Op.SYMBOL}
         return tuple(evaluate(outputs, self, symbols, order))
@@ -72,11 +68,7 @@ class Everywhere:
         self._operations: dict[Expr, Operation] = {}
 
     def values(self, outputs: Sequence[Expr]) -> list[tuple[int, ...]]:
-        """Return the values of nodes of one graph.
-
-        Raises:
-            Redraw: one is not defined at one of the points.
-        """
+        """Return the values of nodes of one graph; Redraw where one is not defined at one of the points."""
         return self._points.values(outputs)
 
     def operations(self, outputs: Sequence[Expr]) -> frozenset[Operation]:

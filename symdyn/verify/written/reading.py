@@ -132,11 +132,7 @@ class Text:
         return value.value
 
     def negative(self, value: Expr, line: int) -> Expr:
-        """Return -value.
-
-        Raises:
-            Unread: it is zero; -0.0 is the same number of other bits, and never written.
-        """
+        """Return -value; Unread where it is zero; -0.0 is the same number of other bits, and never written."""
         if value.is_zero:
             raise Unread(line, "a zero has a sign")
         return -value

@@ -88,11 +88,7 @@ class Syntax:
         return found
 
     def listed(self, node: Node, why: str) -> list[Node]:
-        """Return what stands between brackets, with commas.
-
-        Raises:
-            Unread: it does not; this is `why`.
-        """
+        """Return what stands between brackets, with commas; Unread where it does not; this is `why`."""
         first, *inner, last = self.meant(node)
         if (first.type, last.type) not in (("(", ")"), ("[", "]")) or any(one.type != "," for one in inner[1::2]):
             raise unread(node, why)
@@ -363,11 +359,7 @@ class Reader:
 
 
 def takes(node: Node, found: Sequence[str], expected: Sequence[str]) -> None:
-    """Look whether a function has the parameters that it must have.
-
-    Raises:
-        Unread: it has not.
-    """
+    """Look whether a function has the parameters that it must have; Unread where it has not."""
     if [*found] != [*expected]:
         raise unread(node, f"takes {', '.join(found)}, not {', '.join(expected)}")
 
