@@ -35,7 +35,7 @@ from symdyn.dynamics import (
     formulations_of,
 )
 from symdyn.dynamics.loops.constraint_rows import cuts, differentiated, recursive
-from symdyn.dynamics.mechanism import relative_motion
+from symdyn.dynamics.mechanism import kinematics
 from symdyn.dynamics.mechanism.state import body_placements
 from symdyn.emit import emit
 from symdyn.errors import DerivationError
@@ -243,8 +243,8 @@ def test_both_derivations_of_a_closed_mechanism_agree_and_keep_the_laws(make: Ca
 
 
 def test_a_sign_error_in_the_bias_breaks_the_proof(monkeypatch: pytest.MonkeyPatch) -> None:
-    swing = relative_motion._swing
-    monkeypatch.setattr(relative_motion, "_swing", lambda omega, alpha, d: tuple(-x for x in swing(omega, alpha, d)))
+    swing = kinematics._swing
+    monkeypatch.setattr(kinematics, "_swing", lambda omega, alpha, d: tuple(-x for x in swing(omega, alpha, d)))
     w = Workspace(crank_rocker())
     one, other = (
         derive_one(w, "forward_dynamics", formulation) for formulation in formulations_of("forward_dynamics", w.scene)

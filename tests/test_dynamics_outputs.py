@@ -30,12 +30,11 @@ from symdyn.dynamics.outputs.configuration_outputs import CONFIGURATIONS
 from symdyn.dynamics.outputs.contact_outputs import CONTACTS as OPENING
 from symdyn.dynamics.outputs.derivative_outputs import derivatives
 from symdyn.dynamics.outputs.held_outputs import HELD
-from symdyn.dynamics.outputs.linearizing_outputs import LINEARIZING as LINEARIZED
+from symdyn.dynamics.outputs.linearizing_outputs import LINEARIZING as LINEARIZED, SHAPING
 from symdyn.dynamics.outputs.operator_outputs import OPERATORS
 from symdyn.dynamics.outputs.output import Constrained
 from symdyn.dynamics.outputs.output_table import CENTROIDAL
 from symdyn.dynamics.outputs.regressor_outputs import PASSIVITY, REGRESSORS
-from symdyn.dynamics.outputs.shaping_outputs import SHAPING
 from symdyn.dynamics.outputs.signal_outputs import SIGNALS
 from symdyn.errors import DerivationError
 from symdyn.graph import reachable

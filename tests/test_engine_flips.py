@@ -33,7 +33,7 @@ FLIPS = (  # file seen from dynamics/, what stands there, what is planted
         "size = size + (dry.static.express(graph) - size)",
         "size = size - (dry.static.express(graph) - size)",
     ),
-    ("mechanism/relative_motion.py", "sub(scale(dot(omega, d), omega),", "add(scale(dot(omega, d), omega),"),
+    ("mechanism/kinematics.py", "sub(scale(dot(omega, d), omega),", "add(scale(dot(omega, d), omega),"),
     ("../spatial.py", "add(self[1], cross(way, self[0]))", "sub(self[1], cross(way, self[0]))"),
 )
 

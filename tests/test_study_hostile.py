@@ -13,8 +13,8 @@ import pytest
 import symdyn
 from symdyn.cli import main
 from symdyn.errors import IdentifyError, SimulateError, StudyError
+from symdyn.scene.values.letters import read_tolerance
 from symdyn.scene.values.quantity import FormulaError
-from symdyn.scene.values.tolerance import read_tolerance
 from symdyn.study.runs import Runs
 
 pytestmark = [pytest.mark.runs("cc"), pytest.mark.filterwarnings("error::RuntimeWarning")]

@@ -26,7 +26,7 @@ from functools import cache
 from itertools import pairwise
 
 from symdyn.algebra import TrigonometricRing
-from symdyn.dynamics.mechanism.relative_motion import Relative, Twist, relative_motion
+from symdyn.dynamics.mechanism.kinematics import Relative, Twist, relative_motion
 from symdyn.dynamics.mechanism.ropes import Taut
 from symdyn.dynamics.mechanism.state import State, body_placements, vector
 from symdyn.dynamics.mechanism.tree import Tree

@@ -28,11 +28,10 @@ from symdyn.dynamics.outputs.constrained_outputs import (
 from symdyn.dynamics.outputs.contact_outputs import CONTACTS
 from symdyn.dynamics.outputs.frame_outputs import MOVING
 from symdyn.dynamics.outputs.held_outputs import HELD
-from symdyn.dynamics.outputs.linearizing_outputs import LINEARIZING
+from symdyn.dynamics.outputs.linearizing_outputs import LINEARIZING, SHAPING
 from symdyn.dynamics.outputs.operator_outputs import OPERATORS
 from symdyn.dynamics.outputs.output import FORCES, Formulation, Output, Size, by_differentiation, by_lagrange, by_loop
 from symdyn.dynamics.outputs.regressor_outputs import PASSIVITY, REGRESSORS
-from symdyn.dynamics.outputs.shaping_outputs import SHAPING
 from symdyn.dynamics.outputs.signal_outputs import SIGNALS
 from symdyn.dynamics.recursive.reduced_tree import potential_energy
 from symdyn.dynamics.recursive.table_loops import aba_loop, rnea_loop

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from functools import cache
 from itertools import pairwise
 
-from symdyn.dynamics.mechanism.relative_motion import relative_motion
+from symdyn.dynamics.mechanism.kinematics import relative_motion
 from symdyn.dynamics.mechanism.ropes import Taut
 from symdyn.dynamics.mechanism.state import (
     State,

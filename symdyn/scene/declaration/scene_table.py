@@ -31,7 +31,7 @@ from symdyn.scene.values.key import (
     shape_of,
     word,
 )
-from symdyn.scene.values.letters import Input, Parameter
+from symdyn.scene.values.letters import LONGEST, WORDS, Input, Parameter, Tolerance, read_tolerance
 from symdyn.scene.values.model import STANDARD_GRAVITY
 from symdyn.scene.values.quantity import NULL, FormulaError, Quantity, Vector
 from symdyn.scene.values.shape import (
@@ -46,7 +46,6 @@ from symdyn.scene.values.shape import (
     several,
     table_shape,
 )
-from symdyn.scene.values.tolerance import LONGEST, WORDS, Tolerance, read_tolerance
 
 # Head
 

@@ -31,11 +31,11 @@ from .letters import (
     Letter as Letter,
     Parameter as Parameter,
     StateVariable as StateVariable,
+    read_tolerance as read_tolerance,
     resets_of as resets_of,
 )
 from .model import Point as Point
 from .quantity import FormulaError as FormulaError, spell as spell
-from .tolerance import read_tolerance as read_tolerance
 from .unilateral import (
     DryJoint as DryJoint,
     GapContact as GapContact,
