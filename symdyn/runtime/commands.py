@@ -173,10 +173,6 @@ def _gnu_needs(needs: Needs) -> Words:
     return (*headers, *(("-O1",) if needs.soon else ()), *loose)  # of several levels compilers take the last
 
 
-def _gnu_library(made: Path, needs: Needs) -> Words:
-    return ("-o", str(made), "-lm")
-
-
 def _gnu_part(made: Path) -> Words:
     return ("-c", "-o", str(made))
 
@@ -201,7 +197,7 @@ GNU = Dialect(
     version=("--version",),
     macros=("-E", "-dM", "-x", "c"),
     needs=_gnu_needs,
-    library=_gnu_library,
+    library=lambda made, needs: ("-o", str(made), "-lm"),
     part=_gnu_part,
     object=".o",
     source=".c",

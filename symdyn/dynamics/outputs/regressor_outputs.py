@@ -270,11 +270,6 @@ def _slotine_li_regressor(w: Workspace) -> list[Expr]:
     return chosen(w, [*zip(*rows, strict=True), *(_polarised(w, column) for column in w.once(others)[1])])
 
 
-def _regressor_by_lagrange(w: Workspace) -> list[Expr]:
-    """Return the regressor from that of the driving forces."""
-    return chosen(w, [_polarised(w, column) for column in base_by_lagrange(w)])
-
-
 _passivity_row = partial(Output, when_constrained="tree", default_in="request")
 
 PASSIVITY: dict[str, Output] = {
@@ -304,7 +299,7 @@ PASSIVITY: dict[str, Output] = {
         "N m or N, per unit of the parameter",
         formulations={
             "rnea": Formulation(_slotine_li_regressor),
-            "lagrange": by_lagrange(_regressor_by_lagrange),
+            "lagrange": by_lagrange(lambda w: chosen(w, [_polarised(w, column) for column in base_by_lagrange(w)])),
         },
         size=Size((0, 46)),
     ),

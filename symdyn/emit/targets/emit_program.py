@@ -279,10 +279,6 @@ class Entries:
         return cls(*(on_cpu(sources, columns) if sources.target == C.name else on_card(sources)))
 
 
-def _of_c(sources: Sources) -> dict[str, str]:
-    return sources.texts
-
-
 def _of_cpp(sources: Sources) -> dict[str, str]:
     """Return the header with a file of functions of C that call it."""
     arguments = [routine.function.arguments for routine in sources.program.routines]
@@ -305,7 +301,7 @@ def _of_rust(sources: Sources) -> dict[str, str]:
 
 
 ENTRIES: Mapping[str, tuple[Callable[[Sources], dict[str, str]], tuple[str, ...], str]] = {
-    C.name: (_of_c, ("", "batch", "rows"), ""),
+    C.name: (lambda sources: sources.texts, ("", "batch", "rows"), ""),
     CPP.name: (_of_cpp, ("", "batch", "rows"), ""),
     RUST.name: (_of_rust, ("", "rows"), ""),
     GPU.name: (launchers, ("",), END),

@@ -258,10 +258,6 @@ def _literal(real: Real, value: Fraction) -> str:
     return f"{digits(value, real)}{real.suffix}"
 
 
-def _cuda(real: Real) -> Printer:
-    return Printer(_spellings(real.suffix, real), partial(_literal, real))
-
-
 def _write(draft: Draft) -> dict[str, str]:
     """Return both spellings of the kernels."""
     program, real = draft.program, draft.real
@@ -303,7 +299,7 @@ GPU = Target(
     reals=SINGLE,
     files={"{stem}.cu": str, "{stem}.cl": str},
     keywords=frozenset(),  # every kernel begins with the name of the scene
-    printer=_cuda,
+    printer=lambda real: Printer(_spellings(real.suffix, real), partial(_literal, real)),
     comment=in_comment,
     write=_write,
     beside=_beside,

@@ -372,10 +372,6 @@ FRICTION = ForceKind(
 )
 
 
-def _wrench(load: Load, scene: Scene, graph: Graph) -> Wrench:
-    return Wrench(_vector(load.force, graph), _vector(load.couple, graph))
-
-
 def _vector(vector: Vector, graph: Graph) -> Vec:
     x, y, z = (entry.express(graph) for entry in vector)
     return (x, y, z)
@@ -414,7 +410,7 @@ LOAD = ForceKind(
     ),
     needs=("force", "couple"),
     missing="has neither force nor couple; write one, such as force = [0, 0, 10]",
-    law=Push(_wrench),
+    law=Push(lambda load, scene, graph: Wrench(_vector(load.force, graph), _vector(load.couple, graph))),
     law_words=_load_words,
     words={"en": "load", "sk": "zaťaženie"},
     lost="a wrench, which acts in the equations",

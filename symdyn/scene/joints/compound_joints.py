@@ -55,10 +55,6 @@ PITCH = number(
 )
 
 
-def _screw(joint: Joint) -> tuple[JointBlock, ...]:
-    return (screw(joint.axis, PITCH.of(joint)),)
-
-
 def _rise(joint: Joint, graph: Graph) -> Expr:
     """Return the advance per radian, m."""
     return PITCH.of(joint).express(graph) / (2 * graph.pi)
@@ -85,7 +81,7 @@ def _screw_held(joint: Joint, angle: Quantity) -> Steps:
 
 HELICAL = JointKind(
     keys=(AXIS, PITCH),
-    blocks=_screw,
+    blocks=lambda joint: (screw(joint.axis, PITCH.of(joint)),),
     forbids=Forbids(_screw_wrenches, _screw_residual),
     words={"en": "helical", "sk": "skrutkové"},
     mark=JointMark((MarkPart("rail"), MarkPart("cylinder", 2), MarkPart("thread"))),
@@ -105,10 +101,6 @@ SECOND: Key[Vector] = Key(
 
 ROUNDING = 1e-12
 """Sine of an angle between directions that are parallel."""
-
-
-def _cardan(joint: Joint) -> tuple[JointBlock, ...]:
-    return (turn(joint.axis), turn(SECOND.of(joint)))
 
 
 def _cardan_wrenches(joint: Joint, X: Transform) -> tuple[Wrench, ...]:
@@ -148,7 +140,7 @@ def _cardan_amiss(joint: Joint) -> str:
 
 UNIVERSAL = JointKind(
     keys=(AXIS, SECOND),
-    blocks=_cardan,
+    blocks=lambda joint: (turn(joint.axis), turn(SECOND.of(joint))),
     forbids=Forbids(_cardan_wrenches, _cardan_residual),
     words={"en": "universal", "sk": "kardanové"},
     mark=JointMark((MarkPart("arm", 1.7), MarkPart("arm", 1.7, SECOND.name))),
@@ -184,10 +176,6 @@ def _rod_residual(joint: Joint, X: Transform) -> tuple[Expr, ...]:
     return ((dot(X.p, X.p) / length - length) / 2,)
 
 
-def _rod_held(joint: Joint, position: Quantity) -> Steps:
-    return (("Tz", LENGTH.of(joint)),)
-
-
 def _rod_gimbals(joint: Joint) -> tuple[Gimbal, ...]:
     lies = "the rod lies along the axis of {0}, so that its angles are singular"
     return (Gimbal(0, "xy", lies, "turn its joint frame by origin"), *gimbals(2)(joint))
@@ -199,6 +187,6 @@ ROD = JointKind(
     forbids=Forbids(_rod_wrenches, _rod_residual),
     words={"en": "rod between two points", "sk": "tyč medzi dvoma bodmi"},
     mark=JointMark((MarkPart("rod", 0.7),), sign=LINE),
-    held=_rod_held,
+    held=lambda joint, position: (("Tz", LENGTH.of(joint)),),
     gimbals=_rod_gimbals,
 )

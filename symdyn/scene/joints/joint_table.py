@@ -177,13 +177,9 @@ POINT_ON_LINE = JointKind(
 """Point on a line: a translation along the axis and any rotation. Class t = 2."""
 
 
-def _point_on_plane_parts(joint: Joint) -> tuple[JointBlock, ...]:
-    return (*along(joint.axis, slide(AXES["x"]), slide(AXES["y"])), *orientation(joint))
-
-
 POINT_ON_PLANE = JointKind(
     keys=(AXIS, ORIENTATION),
-    blocks=_point_on_plane_parts,
+    blocks=lambda joint: (*along(joint.axis, slide(AXES["x"]), slide(AXES["y"])), *orientation(joint)),
     forbids=forbidding("along"),
     words={"en": "point on a plane", "sk": "bod v rovine"},
     mark=JointMark((MarkPart("plate", 3.5), MarkPart("ball", 1)), sign=SLIDE),
