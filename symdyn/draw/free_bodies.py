@@ -12,10 +12,10 @@ from symdyn.algebra import Floats
 from symdyn.draw.force_arrows import Wrench, with_corner, wrench
 from symdyn.draw.ground import pushes
 from symdyn.draw.paint import File, check_picture
-from symdyn.draw.pictures import body_names, delivered, known_body, lines, load_wrench, with_descriptions
+from symdyn.draw.pictures import body_names, delivered, known_body, lines, load_wrench, staged, with_descriptions
 from symdyn.draw.places import Array, Frame, JointAxis, Label, Places, put, unit
 from symdyn.draw.shapes import COLOURS, ENGLISH, Item, Title, dot, link, spots
-from symdyn.draw.stage import Stage, View, pose, values_of
+from symdyn.draw.stage import View
 from symdyn.draw.style import Text
 from symdyn.draw.svg import Drawing
 from symdyn.emit import in_latex
@@ -52,7 +52,7 @@ def free_body(
     known_body(scene, body)
     if file is not None:
         check_picture(file)
-    stage = _stage(scene, q, parameters, view)
+    stage = staged(scene, q, parameters, view)
     found = stage.places
     alone = _alone(scene, found, body)
     seen = _closer(stage.view, alone, scene, body)
@@ -103,7 +103,7 @@ def acting_on(
         DrawError: as of `free_body`.
     """
     known_body(scene, body)
-    found = _stage(scene, q, parameters).places
+    found = staged(scene, q, parameters).places
     placed = found.body(body)
     acting: list[Wrench] = []
     if np.any(found.gravity):
@@ -126,19 +126,6 @@ def acting_on(
     for row in scene.contacts:
         acting += _pushed(row, body, found)
     return tuple(acting)
-
-
-def _stage(
-    scene: Scene,
-    q: Sequence[float] | Array | None,
-    parameters: Mapping[str, float] | None,
-    view: tuple[float, float] | None = None,
-) -> Stage:
-    if q is None:
-        shown, values = pose(scene, parameters=parameters)
-    else:
-        shown, values = np.asarray(q, dtype=np.float64), values_of(scene, parameters)
-    return Stage(scene, shown.reshape(1, -1), values, view)
 
 
 def _alone(scene: Scene, places: Places, body: str) -> Places:

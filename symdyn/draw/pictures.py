@@ -250,11 +250,7 @@ def drawing(
     for kind in labels:
         if kind not in LABELS:
             raise DrawError(f'there are no labels of "{kind}"; {choice(kind, LABELS)}')
-    if q is None:
-        shown, values = pose(scene, parameters=parameters)
-    else:
-        shown, values = _numbers(scene, q), values_of(scene, parameters)
-    stage = Stage(scene, shown.reshape(1, -1), values, view)
+    stage = staged(scene, q, parameters, view)
     found, seen = stage.places, stage.view
     items, names = mechanism(scene, found, seen)
     if "coordinates" in labels:
@@ -317,6 +313,18 @@ def load_wrench(load: Load, places: Places) -> Wrench:
     """Return a load of the scene as it is now."""
     (at,), (force, couple) = places.ends[load], places.acting[load]
     return Wrench(load.name, at[0].tolist(), force[0].tolist(), couple[0].tolist())
+
+
+def staged(
+    scene: Scene, q: Sequence[float] | Array | None, parameters: Mapping[str, float] | None,
+    view: tuple[float, float] | None = None,
+) -> Stage:  # fmt: skip
+    """Return a scene at one position, as `picture` takes it."""
+    if q is None:
+        shown, values = pose(scene, parameters=parameters)
+    else:
+        shown, values = _numbers(scene, q), values_of(scene, parameters)
+    return Stage(scene, shown.reshape(1, -1), values, view)
 
 
 def _numbers(scene: Scene, q: Sequence[float] | Array) -> Array:

@@ -338,11 +338,11 @@ class Runner:
 
     run: Callable[[Sources], Any]
     batches: bool
-    many: str
-    measured: str
-    usual: bool
-    by_name_only: bool
-    aside: bool
+    many: str = ""
+    measured: str = ""
+    usual: bool = False
+    by_name_only: bool = False
+    aside: bool = False
 
 
 def run_python(sources: Sources) -> Any:
@@ -359,25 +359,17 @@ def run_python(sources: Sources) -> Any:
 
 
 RUNNERS: dict[str, Runner] = {
-    "numpy": Runner(run_python, batches=True, many="", measured="", usual=False, by_name_only=False, aside=False),
-    "c": Runner(build, batches=True, many="batch", measured="", usual=False, by_name_only=False, aside=True),
-    "ufunc": Runner(
-        lambda sources: build_extension(sources)[1],
-        batches=True,
-        many="",
-        measured="doubles",
-        usual=True,
-        by_name_only=False,
-        aside=True,
-    ),
-    "casadi": Runner(run_casadi, batches=True, many="", measured="", usual=False, by_name_only=True, aside=False),
-    "heyoka": Runner(run_heyoka, batches=True, many="", measured="", usual=False, by_name_only=True, aside=False),
-    "js": Runner(run_js, batches=False, many="", measured="", usual=False, by_name_only=False, aside=True),
-    "json": Runner(run_json, batches=False, many="", measured="", usual=False, by_name_only=True, aside=False),
-    "gpu": Runner(run_opencl, batches=True, many="", measured="", usual=False, by_name_only=True, aside=False),
-    "matlab": Runner(run_matlab, batches=False, many="", measured="", usual=False, by_name_only=True, aside=True),
-    "cpp": Runner(run_cpp, batches=True, many="batch", measured="", usual=False, by_name_only=True, aside=True),
-    "rust": Runner(run_rust, batches=True, many="batch", measured="", usual=False, by_name_only=True, aside=True),
+    "numpy": Runner(run_python, batches=True),
+    "c": Runner(build, batches=True, many="batch", aside=True),
+    "ufunc": Runner(lambda sources: build_extension(sources)[1], True, measured="doubles", usual=True, aside=True),
+    "casadi": Runner(run_casadi, batches=True, by_name_only=True),
+    "heyoka": Runner(run_heyoka, batches=True, by_name_only=True),
+    "js": Runner(run_js, batches=False, aside=True),
+    "json": Runner(run_json, batches=False, by_name_only=True),
+    "gpu": Runner(run_opencl, batches=True, by_name_only=True),
+    "matlab": Runner(run_matlab, batches=False, by_name_only=True, aside=True),
+    "cpp": Runner(run_cpp, batches=True, many="batch", by_name_only=True, aside=True),
+    "rust": Runner(run_rust, batches=True, many="batch", by_name_only=True, aside=True),
 }
 
 

@@ -388,9 +388,9 @@ class Numbers:
 
     def is_closed(self, q: Array) -> bool:
         """Whether every loop is closed, and the right way round."""
-        from symdyn.dynamics.loops.newton import seen_closed
+        from symdyn.dynamics.loops.newton import open_loop, reversed_loop
 
-        return seen_closed(self, q)
+        return open_loop(self, q) is None and reversed_loop(self, q) is None
 
     def closed_position(self, guess: Array | None = None, locked: Sequence[int] | None = None) -> Assembly:
         """Return a closed position from a guess; errors and what is `locked` as of `assembly.closed_position`."""

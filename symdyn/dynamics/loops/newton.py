@@ -145,11 +145,6 @@ def lever_of(numbers: Numbers, q: Array) -> float:
 # What was found
 
 
-def seen_closed(numbers: Numbers, q: Array) -> bool:
-    """Whether every loop is closed, and the right way round."""
-    return open_loop(numbers, q) is None and reversed_loop(numbers, q) is None
-
-
 def open_loop(numbers: Numbers, q: Array) -> str | None:
     """Return why a position is not closed; None if it is."""
     r = np.abs(numbers.residual(q))

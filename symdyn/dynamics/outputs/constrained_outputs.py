@@ -284,15 +284,6 @@ OF_LOOPS: dict[str, Output] = {
 """Rows of the table that only closed scenes have."""
 
 
-# Where loops close: what each column takes from the drives
-
-
-# Energies and power
-
-
-# Rows of the table
-
-
 WORDS = {
     "body": "the child's body frame",
     "joint": "the joint frame on the parent",

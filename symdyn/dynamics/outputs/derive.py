@@ -31,6 +31,7 @@ from symdyn.dynamics.outputs.requests import (
 )
 from symdyn.dynamics.outputs.result_labels import flagged_entries
 from symdyn.dynamics.outputs.workspace import Workspace
+from symdyn.dynamics.recursive.table_loops import TableLoop
 from symdyn.errors import DerivationError, choice, listed
 from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Op, growing, reachable
@@ -129,7 +130,7 @@ def _named(
     """Return entries, or none of a loop, with all that is said of them."""
     made = _called(workspace, request, row, place, over_time(workspace, entries))
     unique = row.unique(workspace) if row.unique else ()
-    loop = workspace.table_loop(formulation) if row.formulations[formulation].loop else None
+    loop = TableLoop(formulation, workspace.joint_table) if row.formulations[formulation].loop else None
     remark = row.remark if loop is None else None  # a table holds nothing that a remark would be about
     text = made.text + (remark(workspace, *([place] if row.place else [])) if remark else "")
     text += _chosen(workspace, row) + _loose(made.labels, unique)

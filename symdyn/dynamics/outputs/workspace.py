@@ -34,7 +34,6 @@ from symdyn.dynamics.recursive.reduced_tree import (
     resting,
     unrotated_tips,
 )
-from symdyn.dynamics.recursive.table_loops import TableLoop
 from symdyn.dynamics.recursive.tree_dynamics import rnea
 from symdyn.dynamics.recursive.wrenches import Elastic, body_wrenches, elastic, joint_forces
 from symdyn.graph import Expr, Graph, tangents
@@ -175,10 +174,6 @@ class Workspace:
     def joint_table(self) -> JointTable:
         """The reduced tree as rows of numbers, of a scene that lacks nothing of `joint_table.lacking`."""
         return joint_table(self.reduced, self.state.q)
-
-    def table_loop(self, formulation: str) -> TableLoop:
-        """Return the loop over that table, by the name of its formulation."""
-        return TableLoop(formulation, self.joint_table)
 
     @cached_property
     def whole(self) -> ReducedTree:

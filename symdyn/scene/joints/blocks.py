@@ -349,16 +349,6 @@ def held(joint: Joint, position: Quantity, motion: Callable[[Quantity], Steps]) 
     return (*there, *((kind + "xyz"[k], amount) for kind, amount in motion(position)), *inverse_steps(there))
 
 
-def turned_by(joint: Joint, angle: Quantity) -> Steps:
-    """Return a turn about the axis, rad."""
-    return held(joint, angle, lambda x: (("R", x),))
-
-
-def shifted_by(joint: Joint, way: Quantity) -> Steps:
-    """Return a shift along the axis, m."""
-    return held(joint, way, lambda x: (("T", x),))
-
-
 def about_opposite(joint: Joint) -> Joint:
     """Return a joint about, or along, the opposite axis."""
     return joint.shaped(axis=opposite(joint.axis))

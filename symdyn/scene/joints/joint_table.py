@@ -24,12 +24,11 @@ from symdyn.scene.joints.blocks import (
     along,
     forbidding,
     gimbals,
+    held,
     orientation,
     path,
-    shifted_by,
     slide,
     turn,
-    turned_by,
 )
 from symdyn.scene.joints.compound_joints import HELICAL, ROD, UNIVERSAL
 from symdyn.scene.joints.joint_kind import (
@@ -106,7 +105,7 @@ REVOLUTE = JointKind(
     words={"en": "revolute (R)", "sk": "rotačné (R)"},
     mark=JointMark((MarkPart("line", 2.4), MarkPart("cylinder", 1.3)), flat=(MarkPart("ring"),)),
     turned=about_opposite,
-    held=turned_by,
+    held=lambda joint, angle: held(joint, angle, lambda x: (("R", x),)),
 )
 """Revolute joint R: one rotation about the axis. Class t = 5."""
 
@@ -121,7 +120,7 @@ PRISMATIC = JointKind(
         sign=SLIDE,
     ),
     turned=about_opposite,
-    held=shifted_by,
+    held=lambda joint, way: held(joint, way, lambda x: (("T", x),)),
 )
 """Prismatic joint P: one translation along the axis. Class t = 5."""
 

@@ -132,11 +132,7 @@ class Input:
     Attributes:
         name: as formulas write it.
         value: where none is given over time, free of symbols.
-        unit: the coherent unit of its value, e.g. "V"; "" where none is given.
-        latex: how to print it; None derives it from the name.
-        text: a description for tables.
-        texts: the same in other languages: ("sk", description).
-        written: the unit that its writer chose, such as "mV", where it is not `unit`, in which the value is.
+        unit, latex, text, texts, written: as of a `Parameter`.
         rates: how many of its rates are inputs too, 0 to 2.
         of: the input whose rate it is; "" of one that is given.
     """
@@ -160,8 +156,7 @@ class Signal:
         name: of its column, and behind "output:"; of a signal as other formulas write it.
         formula: in coordinates, velocities, accelerations, drives, inputs, parameters, t, points and reactions.
         unit: for tables, e.g. "m".
-        text: a description for tables.
-        texts: the same in other languages: ("sk", description).
+        text, texts: as of a `Parameter`.
     """
 
     name: str
@@ -199,10 +194,7 @@ class StateVariable:
         rate: formula in coordinates, velocities, states, inputs, parameters and t.
         value: where it starts, a formula in parameters.
         reset: where it jumps; None: nowhere.
-        unit: the coherent unit of its value, e.g. "A"; "" where none is given.
-        latex: how to print it; None derives it from the name.
-        text: a description for tables.
-        texts: the same in other languages: ("sk", description).
+        unit, latex, text, texts: as of a `Parameter`.
     """
 
     name: str
