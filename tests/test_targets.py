@@ -35,7 +35,12 @@ def spoken(name: str, real: str = "double") -> Program:
     return lower(held(every_op(), {*TARGETS[name].lacks, *REALS[real].lacks}))
 
 
-ASKED = [(noun, one.name) for noun in (Target, Runner) for one in fields(noun) if one.default is MISSING]
+ASKED = [
+    (noun, one.name)
+    for noun in (Target, Runner)
+    for one in fields(noun)
+    if one.default is MISSING and one.default_factory is MISSING
+]
 """Fields that a row must have; the others say what is unusual."""
 
 

@@ -40,7 +40,7 @@ from typing import Any, NamedTuple
 
 from flint import arb, ctx, fmpq
 
-from symdyn.graph import Arithmetic, Expr, Op, Piecewise
+from symdyn.graph import ELEMENTARY, Arithmetic, Expr, Op, Piecewise
 
 LARGEST = 1_000_000  # bits
 
@@ -55,12 +55,7 @@ class BigFloats(Arithmetic):
         self.context.dps = digits
         context = self.context
         self.functions: dict[Op, Callable[..., Any]] = {
-            Op.SIN: context.sin,
-            Op.COS: context.cos,
-            Op.SQRT: context.sqrt,
-            Op.EXP: context.exp,
-            Op.LOG: context.log,
-            Op.TANH: context.tanh,
+            **{op: getattr(context, op.name.lower()) for op in ELEMENTARY},
             Op.ABS: abs,
             Op.SIGN: context.sign,
             Op.ATAN2: context.atan2,

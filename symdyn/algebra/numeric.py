@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.errors import NoValueError
-from symdyn.graph import Arithmetic, Expr, Op, Piecewise
+from symdyn.graph import ELEMENTARY, Arithmetic, Expr, Op, Piecewise
 
 Array = npt.NDArray[np.float64]
 
@@ -23,12 +23,7 @@ class Floats(Arithmetic):
     """Python floats: one state, no dependencies; what has no value raises `NoValueError`."""
 
     functions: ClassVar[dict[Op, Callable[..., float]]] = {
-        Op.SIN: math.sin,
-        Op.COS: math.cos,
-        Op.SQRT: math.sqrt,
-        Op.EXP: math.exp,
-        Op.LOG: math.log,
-        Op.TANH: math.tanh,
+        **{op: getattr(math, op.name.lower()) for op in ELEMENTARY},
         Op.ABS: abs,
         Op.SIGN: lambda x: float((x > 0) - (x < 0)),
         Op.ATAN2: math.atan2,
@@ -62,12 +57,7 @@ class Batches(Arithmetic):
     """NumPy arrays, all of one (broadcast) shape: many states at once."""
 
     functions: ClassVar[dict[Op, Callable[..., Any]]] = {
-        Op.SIN: np.sin,
-        Op.COS: np.cos,
-        Op.SQRT: np.sqrt,
-        Op.EXP: np.exp,
-        Op.LOG: np.log,
-        Op.TANH: np.tanh,
+        **{op: getattr(np, op.name.lower()) for op in ELEMENTARY},
         Op.ABS: np.abs,
         Op.SIGN: np.sign,
         Op.ATAN2: np.arctan2,

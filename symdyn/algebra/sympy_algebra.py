@@ -9,18 +9,11 @@ from fractions import Fraction
 from functools import cache
 from typing import Any
 
-from symdyn.graph import Arithmetic, Expr, Op, Piecewise, evaluate, reachable
+from symdyn.graph import ELEMENTARY, Arithmetic, Expr, Op, Piecewise, evaluate, reachable
 
 NAMES: Mapping[Op, str] = {
-    Op.SIN: "sin",
-    Op.COS: "cos",
-    Op.SQRT: "sqrt",
-    Op.EXP: "exp",
-    Op.LOG: "log",
-    Op.TANH: "tanh",
+    **{op: op.name.lower() for op in (*ELEMENTARY, Op.SIGN, Op.ATAN2)},
     Op.ABS: "Abs",
-    Op.SIGN: "sign",
-    Op.ATAN2: "atan2",
     Op.POW: "Pow",
 }
 

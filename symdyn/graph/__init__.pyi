@@ -14,5 +14,5 @@ from .differentiate import (
     tangents as tangents,
 )
 from .expression import Expr as Expr, Graph as Graph, Scalar as Scalar, growing as growing
-from .ops import SMALL_PRIMES as SMALL_PRIMES, Op as Op
+from .ops import ELEMENTARY as ELEMENTARY, SMALL_PRIMES as SMALL_PRIMES, Op as Op
 from .piecewise import Piecewise as Piecewise

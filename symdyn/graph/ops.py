@@ -94,6 +94,9 @@ ARITY: dict[Op, int] = {
     Op.TABLE: 1,
 }
 
+ELEMENTARY = (Op.SIN, Op.COS, Op.SQRT, Op.EXP, Op.LOG, Op.TANH)
+"""Functions of one number that all libraries call by the same word."""
+
 FUNCTIONS: frozenset[Op] = frozenset(op for op in Op if Op.SIN <= op < Op.TABLE)
 """Operations that are not field arithmetic and are the same at every node; tables are made by `Graph.lookup`."""
 

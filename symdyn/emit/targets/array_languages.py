@@ -33,21 +33,16 @@ from symdyn.emit.code.target import BATCH, Contents, Draft, FunctionText, Line, 
 from symdyn.emit.render import in_comment, in_julia_docstring, in_percent_comment, render
 from symdyn.emit.targets.c.c_and_cpp import SELECT_HELPER, C
 from symdyn.errors import EmitError
-from symdyn.graph import Expr, Op
+from symdyn.graph import ELEMENTARY, Expr, Op
 from symdyn.program import Program, Routine, assemble, shared
 
 MATLAB_SPELLINGS: Mapping[Op, Spelling] = {
     **OPERATORS,
     Op.MUL: Spelling("{} .* {}", PRODUCT, (PRODUCT, SIGN)),
     Op.DIV: Spelling("{} ./ {}", PRODUCT, (PRODUCT, SIGN)),
-    Op.SIN: call("sin"),
-    Op.COS: call("cos"),
+    **{op: call(op.name.lower()) for op in (*ELEMENTARY, Op.ABS, Op.SIGN)},
     Op.SQRT: call("sqrt_of"),
-    Op.EXP: call("exp"),
     Op.LOG: call("log_of"),
-    Op.TANH: call("tanh"),
-    Op.ABS: call("abs"),
-    Op.SIGN: call("sign"),
     Op.ATAN2: call("atan2", 2),
     Op.POW: call("pow_of", 2),
     Op.SELECT: call("select_of", 3),
@@ -175,14 +170,7 @@ MATLAB = Target(
 
 JULIA_SPELLINGS = {
     **OPERATORS,
-    Op.SIN: call("sin"),
-    Op.COS: call("cos"),
-    Op.SQRT: call("sqrt"),
-    Op.EXP: call("exp"),
-    Op.LOG: call("log"),
-    Op.TANH: call("tanh"),
-    Op.ABS: call("abs"),
-    Op.SIGN: call("sign"),
+    **{op: call(op.name.lower()) for op in (*ELEMENTARY, Op.ABS, Op.SIGN)},
     Op.ATAN2: call("atan", 2),
     Op.POW: Spelling("{}^{}", ATOM, (ATOM, ATOM)),
     Op.SELECT: call(SELECT_HELPER, 3),

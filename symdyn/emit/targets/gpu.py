@@ -45,7 +45,7 @@ from symdyn.emit.code.worked_example import Called, worked_example
 from symdyn.emit.render import in_comment, render
 from symdyn.emit.targets.gpu_budget import BLOCKS, MANY, SIZES, SPARE, Budget, Line, Plan, Task, budget
 from symdyn.frozen import dataclass, replace
-from symdyn.graph import Expr, Op
+from symdyn.graph import ELEMENTARY, Expr, Op
 from symdyn.program import Program, Routine, shared
 
 WAITING = "waiting"
@@ -230,17 +230,7 @@ def _needs(
     return operands(nodes, named, known), max((SPARE.get(op, 0) for op in alone), default=0), len(alone)
 
 
-FUNCTIONS: Mapping[Op, str] = {
-    Op.SIN: "sin",
-    Op.COS: "cos",
-    Op.SQRT: "sqrt",
-    Op.EXP: "exp",
-    Op.LOG: "log",
-    Op.TANH: "tanh",
-    Op.ABS: "fabs",
-    Op.ATAN2: "atan2",
-    Op.POW: "pow",
-}
+FUNCTIONS: Mapping[Op, str] = {op: op.name.lower() for op in (*ELEMENTARY, Op.ATAN2, Op.POW)} | {Op.ABS: "fabs"}
 """As OpenCL calls them for every type, and CUDA for doubles."""
 
 SIGN_HELPER, SELECT_HELPER = "symdyn_sign_of_{}", "symdyn_select_of_{}"

@@ -14,20 +14,12 @@ from functools import partial
 from symdyn.emit.code.spelling import OPERATORS, TABLE, Printer, Spelling, call, digits
 from symdyn.emit.code.target import Draft, Target
 from symdyn.emit.render import in_comment, render
-from symdyn.graph import Op
+from symdyn.graph import ELEMENTARY, Op
 
 SPELLINGS: Mapping[Op, Spelling] = {
     **OPERATORS,
-    Op.SIN: call("Math.sin"),
-    Op.COS: call("Math.cos"),
-    Op.SQRT: call("Math.sqrt"),
-    Op.EXP: call("Math.exp"),
-    Op.LOG: call("Math.log"),
-    Op.TANH: call("Math.tanh"),
-    Op.ABS: call("Math.abs"),
-    Op.SIGN: call("Math.sign"),
-    Op.ATAN2: call("Math.atan2", 2),
-    Op.POW: call("Math.pow", 2),
+    **{op: call(f"Math.{op.name.lower()}") for op in (*ELEMENTARY, Op.ABS, Op.SIGN)},
+    **{op: call(f"Math.{op.name.lower()}", 2) for op in (Op.ATAN2, Op.POW)},
     Op.SELECT: call("_select", 3),
     Op.TABLE: TABLE,
 }

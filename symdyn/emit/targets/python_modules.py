@@ -27,17 +27,12 @@ from symdyn.dynamics.mechanism import TIME
 from symdyn.emit.code.spelling import OPERATORS, REALS, SINGLE, TABLE, Printer, Real, Spelling, call, digits
 from symdyn.emit.code.target import ArgumentText, Draft, FunctionText, Target
 from symdyn.emit.render import in_docstring, render
-from symdyn.graph import Op
+from symdyn.graph import ELEMENTARY, Op
 from symdyn.program import Program
 from symdyn.scene.values import velocity_name
 
 FUNCTIONS: Mapping[Op, tuple[str, str, str]] = {
-    Op.SIN: ("sin", "math.sin", "numpy.sin"),
-    Op.COS: ("cos", "math.cos", "numpy.cos"),
-    Op.SQRT: ("sqrt", "math.sqrt", "numpy.sqrt"),
-    Op.EXP: ("exp", "math.exp", "numpy.exp"),
-    Op.LOG: ("log", "math.log", "numpy.log"),
-    Op.TANH: ("tanh", "math.tanh", "numpy.tanh"),
+    **{op: (op.name.lower(), f"math.{op.name.lower()}", f"numpy.{op.name.lower()}") for op in ELEMENTARY},
     Op.SIGN: ("sign", "_sign", "numpy.sign"),
     Op.ATAN2: ("atan2", "math.atan2", "numpy.arctan2"),
     Op.POW: ("pow", "math.pow", "numpy.power"),

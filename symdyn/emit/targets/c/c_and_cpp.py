@@ -49,7 +49,7 @@ from symdyn.emit.targets.c.loops import loop_text
 from symdyn.emit.targets.c.stack import STACK, allowance, stack_of
 from symdyn.emit.targets.c.writer import ATAN2_HELPER, CHAINS, LANES, LINE, sincos_values
 from symdyn.errors import EmitError
-from symdyn.graph import Op
+from symdyn.graph import ELEMENTARY, Op
 from symdyn.program import Program
 
 
@@ -249,17 +249,7 @@ def files_beside(sources: Sources, lone_header: bool, many: bool) -> dict[str, s
     return {**example, BUILD: render("c/CMakeLists.txt.jinja", values)}
 
 
-BY_LOOKUP = {
-    Op.SIN: "sin",
-    Op.COS: "cos",
-    Op.SQRT: "sqrt",
-    Op.EXP: "exp",
-    Op.LOG: "log",
-    Op.TANH: "tanh",
-    Op.ABS: "abs",
-    Op.ATAN2: "atan2",
-    Op.POW: "pow",
-}
+BY_LOOKUP = {op: op.name.lower() for op in (*ELEMENTARY, Op.ABS, Op.ATAN2, Op.POW)}
 """Functions of <cmath>, or those beside the type of a number."""
 
 CPP_SPELLINGS: Mapping[Op, Spelling] = {
