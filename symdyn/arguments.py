@@ -373,14 +373,7 @@ def checked(error: type[SymdynError]) -> Callable[[F], F]:
 def walked(
     function: Callable[..., object], arguments: Mapping[str, Any], *names: str, error: type[SymdynError] = ArgumentError
 ) -> tuple[tuple[Any, ...], ...]:
-    """Return lists among the arguments as tuples, after `check_arguments`, which sees what generators held too.
-
-    Args:
-        function: as of `check_arguments`.
-        arguments: likewise.
-        names: of the lists.
-        error: as of `check_arguments`.
-    """
+    """Return lists among the arguments as tuples, after `check_arguments`, which sees what generators held too."""
     check_arguments(function, arguments, error)
     told = {name: tuple(arguments[name]) for name in names}
     check_arguments(function, {**arguments, **told}, error)

@@ -70,12 +70,7 @@ class Judged:
 
 @dataclass(frozen=True)
 class Unclaimed:
-    """What nothing is claimed of.
-
-    Attributes:
-        what: is not there, or is not run.
-        why: that is so.
-    """
+    """What nothing is claimed of, and why that is so."""
 
     what: str
     why: str

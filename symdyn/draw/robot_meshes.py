@@ -188,9 +188,7 @@ class NoMeshError(Exception):
 def robot_solids(scene: Scene, note: Callable[[str], None]) -> dict[str, tuple[Solid, ...]]:
     """Return what the file that a scene was read from shows of its bodies, in their frames; {} for other files.
 
-    Args:
-        scene: any scene.
-        note: takes what is not shown, and why.
+    `note` takes what is not shown, and why.
     """
     path = Path(scene.source)
     try:

@@ -71,31 +71,15 @@ class Op(IntEnum):
 CONSTANT, PI, SYMBOL, ADD, SUB, MUL, DIV, NEG = list(Op)[:8]
 """Names for loops over nodes of this package."""
 
-ARITY: dict[Op, int] = {
-    Op.CONSTANT: 0,
-    Op.PI: 0,
-    Op.SYMBOL: 0,
-    Op.ADD: 2,
-    Op.SUB: 2,
-    Op.MUL: 2,
-    Op.DIV: 2,
-    Op.NEG: 1,
-    Op.SIN: 1,
-    Op.COS: 1,
-    Op.SQRT: 1,
-    Op.EXP: 1,
-    Op.LOG: 1,
-    Op.TANH: 1,
-    Op.ABS: 1,
-    Op.SIGN: 1,
-    Op.ATAN2: 2,
-    Op.POW: 2,
-    Op.SELECT: 3,
-    Op.TABLE: 1,
-}
-
 ELEMENTARY = (Op.SIN, Op.COS, Op.SQRT, Op.EXP, Op.LOG, Op.TANH)
 """Functions of one number that all libraries call by the same word."""
+
+ARITY: dict[Op, int] = {
+    **dict.fromkeys((CONSTANT, PI, SYMBOL), 0),
+    **dict.fromkeys((NEG, *ELEMENTARY, Op.ABS, Op.SIGN, Op.TABLE), 1),
+    **dict.fromkeys((ADD, SUB, MUL, DIV, Op.ATAN2, Op.POW), 2),
+    Op.SELECT: 3,
+}
 
 FUNCTIONS: frozenset[Op] = frozenset(op for op in Op if Op.SIN <= op < Op.TABLE)
 """Operations that are not field arithmetic and are the same at every node; tables are made by `Graph.lookup`."""

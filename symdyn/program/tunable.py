@@ -35,12 +35,6 @@ def tunable(
 ) -> Program:
     """Return the program of outputs with every parameter in `params`; its scene keeps their values.
 
-    Args:
-        scene: the mechanism.
-        outputs: as for `derive`.
-        formulation: as for `formulate`.
-        closing: what to choose about closed loops.
-
     Raises:
         DerivationError: as `formulate`; or loops close a scene of which a parameter has no value.
     """

@@ -94,11 +94,7 @@ def seal(path: Path) -> None:
 
 
 def load_entry(path: Path, load: Callable[[str], Any]) -> Any:
-    """Return what `load` makes of a sealed library; bytes that this process has loaded are not loaded again.
-
-    Args:
-        path: the entry.
-        load: takes the path of a file with the checked bytes.
+    """Return what `load` makes of the file of a sealed library; what this process has loaded is not loaded again.
 
     Raises:
         FileNotFoundError: there is none.

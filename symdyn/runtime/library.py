@@ -223,12 +223,6 @@ def build_extension(
 ) -> tuple[Path, ModuleType]:
     """Return the extension module of sources that `emit(program, "ufunc")` made, and its file.
 
-    Args:
-        sources: of target "ufunc".
-        compiler: as for `symdyn.runtime.build`.
-        patience: likewise.
-        machine: likewise.
-
     Raises:
         BuildError: sources of another target, no headers of Python, no compiler, or its own words when it refuses.
     """

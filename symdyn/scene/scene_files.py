@@ -301,12 +301,7 @@ def path_of(example: str) -> Path:
 
 @dataclass(frozen=True)
 class Starter:
-    """A new scene of a name, and what it may begin as.
-
-    Attributes:
-        name: of the scene.
-        TEMPLATES: those that there are, in words.
-    """
+    """A new scene of a name, and what it may begin as."""
 
     TEMPLATES: ClassVar[Mapping[str, str]] = {
         "rr": "planar arm, two revolute joints",

@@ -65,13 +65,7 @@ def _prepared(entries: Sequence[Expr]) -> tuple[int, ValuesAt]:
 
 @dataclass(frozen=True, eq=False)
 class Pattern:
-    """A matrix by its entries that are not zero.
-
-    Attributes:
-        height: number of rows.
-        rows, columns: where the entries are.
-        entries: what they are.
-    """
+    """A matrix by its entries that are not zero."""
 
     height: int
     rows: Indices

@@ -11,30 +11,15 @@ from symdyn.graph import Expr, Op, reachable
 
 FREE = ""
 
-
 CATEGORY: dict[Op, str] = {
-    Op.CONSTANT: FREE,
-    Op.PI: FREE,
-    Op.SYMBOL: FREE,
-    Op.ADD: "additions",
-    Op.SUB: "additions",
+    **dict.fromkeys((Op.CONSTANT, Op.PI, Op.SYMBOL, Op.NEG), FREE),
+    **dict.fromkeys((Op.ADD, Op.SUB), "additions"),
     Op.MUL: "multiplications",
     Op.DIV: "divisions",
-    Op.NEG: FREE,
-    Op.SIN: "sincos",
-    Op.COS: "sincos",
-    Op.SQRT: "others",
-    Op.EXP: "others",
-    Op.LOG: "others",
-    Op.TANH: "others",
-    Op.ABS: "others",
-    Op.SIGN: "others",
-    Op.ATAN2: "others",
-    Op.POW: "others",
-    Op.SELECT: "others",
-    Op.TABLE: "others",
+    **dict.fromkeys((Op.SIN, Op.COS), "sincos"),
+    **dict.fromkeys((Op.SQRT, Op.EXP, Op.LOG, Op.TANH, Op.ABS, Op.SIGN), "others"),
+    **dict.fromkeys((Op.ATAN2, Op.POW, Op.SELECT, Op.TABLE), "others"),
 }
-
 
 WEIGHTS = {"multiplications": 1, "additions": 1, "divisions": 4, "sincos": 20, "others": 20}
 """Cost of an operation in multiplications."""

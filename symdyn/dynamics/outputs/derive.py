@@ -230,12 +230,9 @@ LARGE = 12
 
 @dataclass(frozen=True)
 class Requested:
-    """What a scene of its kind has by default and that is not too large; whether all of it exists derivations tell.
+    """What a scene of its kind has by default and that is not too large, and why others are left out.
 
-    Attributes:
-        workspace: of the scene.
-        outputs: as of `derive`.
-        left_out: why others are left out.
+    Whether all of it exists derivations tell.
     """
 
     workspace: Workspace

@@ -169,12 +169,7 @@ LITTLE = 1e-10
 
 @dataclass(frozen=True)
 class TableLoop:
-    """A loop over a table.
-
-    Attributes:
-        formulation: which, a key of `TABLE_LOOPS`.
-        table: the joints.
-    """
+    """A loop over a table of joints, by a formulation of `TABLE_LOOPS`."""
 
     formulation: str
     table: JointTable

@@ -65,13 +65,7 @@ class Called:
 
 @dataclass(frozen=True)
 class WorkedExample:
-    """Every function once, at one state.
-
-    Attributes:
-        given: the arguments.
-        called: the calls, in the order of the functions.
-        left_out: functions that have no value there.
-    """
+    """Every function once, at one state."""
 
     given: tuple[ExampleInputs, ...]
     called: tuple[Called, ...]
@@ -197,15 +191,7 @@ def _allowed(boundeds: Sequence[Bounded], sources: Sources, suffix: str) -> tupl
 
 
 def example_text(sources: Sources, template: str, ending: str, suffix: str = "", **values: Any) -> dict[str, str]:
-    """Return the example by its name: main, or example where the scene has that name itself.
-
-    Args:
-        sources: what it calls.
-        template: what it looks like.
-        ending: of its name.
-        suffix: how numbers of the type end in the language.
-        values: what else the template is given.
-    """
+    """Return the example by its name: main, or example where the scene has that name itself."""
     opening, made = stem(sources.program.scene.name), worked_example(sources, suffix)
     shapes = dict(zip(sources.functions, (r.function.shape for r in sources.program.routines), strict=True))
     example = f"{'example' if opening == 'main' else 'main'}{ending}"

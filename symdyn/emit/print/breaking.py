@@ -217,11 +217,7 @@ def entry_name(letter: str, *index: int) -> str:
 
 @dataclass(frozen=True)
 class BMatrix:
-    """A matrix in square brackets: `str` is its LaTeX.
-
-    Attributes:
-        rows: of entries in LaTeX.
-    """
+    """A matrix of entries in LaTeX, in square brackets: `str` is its LaTeX."""
 
     rows: Sequence[Sequence[str]]
 

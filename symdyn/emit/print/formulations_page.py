@@ -221,12 +221,7 @@ PAGES: dict[str, Callable[[Scene], Iterator[EquationGroup]]] = {
 
 @dataclass(frozen=True)
 class FormulationPage:
-    """A scene's equations by one formulation, as they are printed.
-
-    Attributes:
-        scene: the mechanism.
-        formulation: "lagrange", or a key of `PAGES`.
-    """
+    """A scene's equations by one formulation, "lagrange" or a key of `PAGES`, as they are printed."""
 
     scene: Scene
     formulation: str

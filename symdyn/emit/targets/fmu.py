@@ -52,10 +52,7 @@ def packed(files: Mapping[str, str | bytes]) -> bytes:
 
 
 def starting_state(scene: Scene) -> tuple[list[float], list[float]]:
-    """Return coordinates and velocities at the start, shapes (nq,) and (nv,); rad, m or 1, and per s.
-
-    Args:
-        scene: the mechanism, its parameters bound.
+    """Return coordinates and velocities where a bound scene starts, shapes (nq,) and (nv,); rad, m or 1, and per s.
 
     Raises:
         EmitError: angles are singular there, or a wheel lies flat.

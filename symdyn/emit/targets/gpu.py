@@ -357,11 +357,7 @@ END = "_launch"
 
 
 def launchers(sources: Sources) -> dict[str, str]:
-    """Return kernels for CUDA with a launcher each as one file, by its name.
-
-    Args:
-        sources: of target "gpu".
-    """
+    """Return the kernels of sources of target "gpu" with a launcher each, for CUDA, as one file by its name."""
     name = stem(sources.program.scene.name)
     listed = [
         {

@@ -148,10 +148,6 @@ class ProgramError(SymdynError):
 def read_program(text: str, source: str = "graph.json") -> Program:
     """Return the program that the target "json" has written.
 
-    Args:
-        text: contents of the file.
-        source: stands in front of every fault.
-
     Raises:
         ProgramError: what is wrong and where; SceneError for its scene.
         DerivationError: a constant is no finite real number.

@@ -35,12 +35,6 @@ class NoCouplingError(Exception):
 def tied(mujoco: Any, model: Any, i: int, names: Sequence[str]) -> dict[int, float]:
     """Return k_j of the joints that equality i ties, two or more.
 
-    Args:
-        mujoco: the package.
-        model: compiled.
-        i: number of an equality of tendons.
-        names: of the joints.
-
     Raises:
         NoCouplingError: why it is no coupling.
     """

@@ -228,12 +228,7 @@ NOTHING = Link()
 
 
 def link(body: Body, steps: Sequence[Step]) -> Link:
-    """Return the parameters of a body, whose frame is placed in the link frame by steps.
-
-    Args:
-        body: with extended mass and particles.
-        steps: from the link frame to the body frame.
-    """
+    """Return the parameters of a body, whose frame is placed in the link frame by steps."""
     mass, moment, inertia = _about_frame(body)
     for kind, amount in reversed(steps):
         axis = "xyz".index(kind[1])

@@ -337,11 +337,6 @@ def terms(q: Quantity) -> Iterator[Quantity]:
 def ask_for_units(letters: Iterable[Letter], given: Iterable[tuple[str, str]], option: str) -> None:
     """Look whether bare numbers were typed for letters that are in another unit than that of SI.
 
-    Args:
-        letters: those of the scene.
-        given: name and text of what was typed.
-        option: in which.
-
     Raises:
         SceneError: there are such, and what may be meant.
     """

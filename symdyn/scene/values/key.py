@@ -78,14 +78,7 @@ Last, of what moves as it is told: parameters, t, and inputs that have a rate, o
 
 @dataclass(frozen=True)
 class Stand:
-    """Where a joint or an element stands while it is checked.
-
-    Attributes:
-        where: for messages.
-        scene: in declared order, not yet checked.
-        values: of its parameters.
-        faults: takes what is wrong.
-    """
+    """Where a joint or an element stands while it is checked, as is its scene, in declared order."""
 
     where: str
     scene: Scene

@@ -408,9 +408,6 @@ class Scene(Shown):
         """Return which joint each coordinate of a robot file belongs to: "q1 shoulder, q2 elbow"; "" of other scenes.
 
         Such a file names joints and links; coordinates are called q1, q2, ...
-
-        Args:
-            most: joints that are named; None: all.
         """
         if Path(self.source).suffix.lower() in NAMING:
             return ""

@@ -101,12 +101,7 @@ class Stop(Unilateral):
 
 @dataclass(frozen=True)
 class DryJoint(Unilateral):
-    """Dry friction of a joint of one coordinate, whose sign is not smoothed.
-
-    Attributes:
-        joint: whose it is.
-        dry: its law, `Friction`.
-    """
+    """Dry friction of a joint of one coordinate, whose sign is not smoothed."""
 
     joint: str = ""
     dry: Element | None = None
@@ -116,11 +111,7 @@ class DryJoint(Unilateral):
 
 @dataclass(frozen=True)
 class OneWay(Unilateral):
-    """A joint whose rate is never below zero, a freewheel or a ratchet: 0 ≤ q̇ ⊥ λ ≥ 0.
-
-    Attributes:
-        joint: whose it is, of one coordinate.
-    """
+    """A joint of one coordinate whose rate is never below zero, a freewheel or a ratchet: 0 ≤ q̇ ⊥ λ ≥ 0."""
 
     joint: str = ""
 

@@ -103,13 +103,7 @@ TABLED = re.compile(
 
 @dataclass
 class File:
-    """A file whose functions are read.
-
-    Attributes:
-        text: the file.
-        functions: by name, the definitions that are in it.
-        cuts: what has been read, by the name of the function.
-    """
+    """A file whose functions are read."""
 
     text: Text
     functions: Mapping[str, Node]

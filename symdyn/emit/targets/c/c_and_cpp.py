@@ -232,13 +232,7 @@ BUILD = "CMakeLists.txt"
 
 
 def files_beside(sources: Sources, lone_header: bool, many: bool) -> dict[str, str]:
-    """Return the example and the file for CMake of C sources; both are plain of what a scene says.
-
-    Args:
-        sources: of target C.
-        lone_header: whether they are one header alone.
-        many: whether there are functions over many states.
-    """
+    """Return the example and the file for CMake of C sources; both are plain of what a scene says."""
     real, opening = find_real(sources.real), stem(sources.program.scene.name)
     template = "c/main.c.jinja" if real.parts == 1 else "c/dd_main.c.jinja"
     header = sources.texts.get(f"{opening}.h", "")
