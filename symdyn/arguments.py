@@ -97,12 +97,7 @@ def naming(words: Callable[..., str]) -> Iterator[None]:
 
 @dataclass(frozen=True)
 class ArgumentKind:
-    """What an annotation stands for.
-
-    Attributes:
-        words: what to give, and several of it.
-        takes: whether a value is of it.
-    """
+    """What an annotation stands for, with words for what to give, and for several of it."""
 
     words: tuple[str, str]
     takes: Callable[[Any], bool]

@@ -134,10 +134,9 @@ class Form:
         raise NotImplementedError
 
     def to_sympy(self, positive: Sequence[str] = ()) -> Any:
-        """Return a SymPy expression, with the grouping and the sums of angles that are shown; symbols are real.
+        """Return a SymPy expression, with the grouping and the sums of angles that are shown.
 
-        Args:
-            positive: the symbols that are positive too.
+        Symbols are real, those of `positive` positive too.
         """
         from symdyn.algebra.sympy_algebra import graph_to_sympy
 

@@ -41,19 +41,20 @@ from symdyn.errors import DerivationError, choice
 from symdyn.graph import Expr, Graph, Op, reachable
 
 
-def use_counts(entries: Sequence[Expr]) -> dict[Expr, int]:
+def use_counts(entries: Sequence[Expr], needed: Sequence[Expr] | None = None) -> dict[Expr, int]:
     """Return how many operations and entries use each node; a sign is no operation, its operand is used in its place.
 
-    The nodes come arguments first.
+    The nodes come arguments first: all of them, or those that are `needed`.
     """
-    needed = reachable(entries)
-    uses = dict.fromkeys(needed, 0)
+    uses = dict.fromkeys(reachable(entries) if needed is None else needed, 0)
     for entry in entries:
-        uses[entry] += 1
-    for node in reversed(needed):
+        if entry in uses:
+            uses[entry] += 1
+    for node in reversed(uses):
         more = uses[node] if node.op is NEG else 1
         for arg in node.args:
-            uses[arg] += more
+            if arg in uses:
+                uses[arg] += more
     return uses
 
 

@@ -37,6 +37,7 @@ from symdyn.dynamics.outputs import Counts
 from symdyn.errors import DerivationError, UnknownNameError, choice, listed
 from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Graph, Op, Piecewise, reachable, substitute
+from symdyn.program.passes import use_counts
 from symdyn.scene import Scene
 from symdyn.shown import Shown
 
@@ -258,7 +259,7 @@ def identifier(text: str) -> str:
 
 def _lines(function: Function, needed: list[Expr], known: Constants) -> list[Expr]:
     """Return the nodes that get a name, arguments first."""
-    uses = _uses(function, needed)
+    uses = use_counts(function.entries, needed)
     named: set[Expr] = set()
     width: dict[Expr, int] = {}
     for node in needed:
@@ -270,20 +271,6 @@ def _lines(function: Function, needed: list[Expr], known: Constants) -> list[Exp
             named.add(node)
         width[node] = NAME if node in named else here
     return [node for node in needed if node in named]
-
-
-def _uses(function: Function, needed: list[Expr]) -> dict[Expr, int]:
-    """Return how many lines use each node; a sign is written wherever it is used, so its operand is used there."""
-    uses = dict.fromkeys(needed, 0)
-    for entry in function.entries:
-        if entry in uses:
-            uses[entry] += 1
-    for node in reversed(needed):
-        more = uses[node] if node.op is NEG else 1
-        for arg in node.args:
-            if arg in uses:
-                uses[arg] += more
-    return uses
 
 
 def _shortened(node: Expr, width: dict[Expr, int], named: set[Expr], known: Constants) -> int:

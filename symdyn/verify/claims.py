@@ -91,11 +91,7 @@ class Seen:
 
 @dataclass(frozen=True)
 class Look(About):
-    """A law that is looked at in numbers, where proofs see nothing; `look` returns findings, and what is no claim.
-
-    Attributes:
-        doing: what is being done, in words.
-    """
+    """A law that is looked at in numbers, where proofs see nothing; `look` returns findings, and what is no claim."""
 
     doing: str
     look: Callable[[Seen], Looked]

@@ -132,11 +132,7 @@ Lines = list[str]
 
 @dataclass(frozen=True)
 class Line:
-    """A line of a display.
-
-    Attributes:
-        room: how wide it is, pt.
-    """
+    """A line of a display, `room` pt wide."""
 
     room: float = LINE
 

@@ -26,11 +26,7 @@ Names = Mapping[tuple[str, tuple[int, ...]], str]  # variable of a coefficient, 
 
 
 class _Variables:
-    """The variables of the program: symbols first, then what is defined with them.
-
-    Attributes:
-        depending: names that are no symbols but functions of others, with what they stand for.
-    """
+    """The variables of the program: symbols first, then what is defined with them, `depending` on others."""
 
     def __init__(self, scene: Scene, used: Iterable[str], depending: Mapping[str, Form] | None = None) -> None:
         """Name the symbols, those of the scene in its order, then the others."""

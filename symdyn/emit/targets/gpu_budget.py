@@ -162,12 +162,7 @@ def _moves(lines: Sequence[Line], order: Sequence[int], registers: int) -> list[
 
 
 def needed_by(lines: Sequence[Line], columns: Sequence[Sequence[int]]) -> list[int]:
-    """Return for every line which columns need it, bit by bit.
-
-    Args:
-        lines: in the order of the derivation.
-        columns: places of the lines that write the entries of each.
-    """
+    """Return for every line which columns need it, bit by bit; each has the places of the lines that write it."""
     makers = {value: place for place, line in enumerate(lines) for value in line.makes}
     found = [0] * len(lines)
     for number, column in enumerate(columns):

@@ -148,12 +148,7 @@ class Reading:
 
 @dataclass(frozen=True)
 class Written:
-    """A scene as text of some format.
-
-    Attributes:
-        text: contents of the file.
-        lost: what the format cannot hold, one line each.
-    """
+    """A scene as text of some format, and what that cannot hold, one line each."""
 
     text: str
     lost: tuple[str, ...] = ()

@@ -202,8 +202,7 @@ def spring(
 class Damper(Strut):
     """A viscous damper: force = c1 v + c3 v³ + …, against the rate v of a joint or of the distance of two points.
 
-    Attributes:
-        damping: c1, c3, c5, …; N s/m or N m s/rad, …
+    Its `damping` is c1, c3, c5, …; N s/m or N m s/rad, …
     """
 
     damping: tuple[Quantity, ...] = ()

@@ -24,13 +24,10 @@ _NONE: tuple[Exponent, ...] = (0,) * len(BASE)
 
 @dataclass(frozen=True)
 class Dimension:
-    """What a number measures.
+    """What a number measures, by exponents of the units in `BASE`.
 
     >>> (MASS * LENGTH / TIME**2).text, (MASS * LENGTH**2).text, Dimension().text
     ('N', 'kg m^2', '1')
-
-    Attributes:
-        exponents: of the units in `BASE`.
     """
 
     exponents: tuple[Exponent, ...] = _NONE

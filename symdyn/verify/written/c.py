@@ -237,11 +237,7 @@ def _number(file: CFile, decimal: str, node: Node) -> Expr:
 
 @dataclass
 class CStatements(CReader):
-    """What only C says: blocks of states, loops over them, parts.
-
-    Attributes:
-        space: entries of the work space that it is given, 0 where it has its own.
-    """
+    """What only C says: blocks of states, loops over them, parts; `space` entries to work in, 0 for its own."""
 
     space: int = 0
 

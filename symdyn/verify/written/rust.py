@@ -130,8 +130,7 @@ def _parts(file: File, name: str, at: Node) -> tuple[Node, Node]:
 class RustReader(Reader):
     """What only Rust says: names that are set anew, memory of zeros, sines in pairs, loops over the states of a block.
 
-    Attributes:
-        lanes: how many states stand side by side, 0 for one.
+    So many `lanes` stand side by side, 0 for one state.
     """
 
     syntax = SYNTAX
