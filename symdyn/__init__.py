@@ -43,7 +43,6 @@ __all__ = [name for name in _names if name not in _packages]
 
 
 def __dir__() -> list[str]:
-    """Return what there is for a user."""
     return [*__all__, *_packages, *(name for name in globals() if name.startswith("__")), "__version__"]
 
 

@@ -109,7 +109,6 @@ class SceneError(_FaultsError):
     """
 
     def __init__(self, faults: str | Sequence[str], places: Sequence[Place] = ()) -> None:
-        """Store the faults, and their places."""
         super().__init__(faults)
         self.places = tuple(places)
 

@@ -95,7 +95,6 @@ class Table(Generic[C]):
         return f"<table>{top}<tbody>\n{body}\n</tbody></table>"
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows."""
         return self.html()
 
     def markdown(self, write: Callable[[Any], str] | None = None) -> str:

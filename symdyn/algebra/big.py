@@ -150,11 +150,9 @@ class RunningErrors:
         return _bounded((value, 0.0))
 
     def constant(self, value: Fraction) -> Bounded:
-        """Return a constant, rounded once."""
         return self._rounded(self.numbers.constant(value))
 
     def pi(self) -> Bounded:
-        """Return π, rounded once."""
         return self._rounded(self.numbers.pi())
 
     def add(self, a: Bounded, b: Bounded) -> Bounded:
@@ -186,7 +184,6 @@ class RunningErrors:
         return _bounded((value, error))
 
     def neg(self, a: Bounded) -> Bounded:
-        """Return -a, which rounds nothing."""
         return _bounded((-a.value, a.error))
 
     def function(self, node: Expr, args: Sequence[Bounded]) -> Bounded:
@@ -316,11 +313,9 @@ class Midpoints(Balls):
         self.context: Any = _Functions
 
     def constant(self, value: Fraction) -> Any:
-        """Return the value rounded to the precision."""
         return super().constant(value).mid()
 
     def pi(self) -> Any:
-        """Return π rounded to the precision."""
         return super().pi().mid()
 
     def function(self, node: Expr, args: Sequence[Any]) -> Any:

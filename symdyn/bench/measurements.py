@@ -80,7 +80,6 @@ class Measured:
 
     @property
     def label(self) -> str:
-        """What it is, in one phrase."""
         words = [self.variant, self.formulation]
         words += [self.real] if self.real != "double" else []
         words += [self.machine] if self.machine == "portable" else []
@@ -170,7 +169,6 @@ class Bench:
 
     @property
     def functions(self) -> tuple[str, ...]:
-        """Names of the functions, in order."""
         return tuple(dict.fromkeys(one.function for one in self.measured))
 
     def best(self, function: str) -> list[Measured]:
@@ -178,7 +176,6 @@ class Bench:
         return sorted((one for one in self.measured if one.function == function and one.best), key=lambda one: one.call)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the report for JSON."""
         return asdict(self)
 
     def files(self) -> dict[str, str]:
@@ -380,13 +377,11 @@ class Stress(Claims):
         return tuple(found)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the table for JSON."""
         cases = [{"family": c.family, **asdict(c), "verdict": c.verdict, "passed": c.passed} for c in self.cases]
         return {**asdict(self), "cases": cases, **self.verdicts()}
 
     @property
     def table(self) -> Table[str]:
-        """The cases, a row each."""
         rows = [
             (
                 c.family,

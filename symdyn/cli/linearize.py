@@ -48,11 +48,9 @@ class LinearRequest:
 
     @property
     def flag(self) -> str:
-        """How it is asked for."""
         return f"--show {self.name}" if self.shown else f"--{self.name}"
 
     def given(self, options: argparse.Namespace) -> bool:
-        """Whether it is asked for."""
         return self.name in (split(options.show) or ()) or getattr(options, self.name, None) is not None
 
 

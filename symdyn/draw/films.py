@@ -65,7 +65,6 @@ class Nearest:
         self.known = np.full(2**24, -1, dtype=np.int16)
 
     def __call__(self, frame: Frame) -> Any:
-        """Return the frame as an image of Pillow."""
         from PIL import Image
 
         packed = _packed(frame)

@@ -346,7 +346,6 @@ class Label:
 
     @cached_property
     def half(self) -> Array:
-        """Half its width and half its height."""
         return np.array([self.text.width / 2, FONT * (0.62 if self.text.lowered else 0.5)])
 
 

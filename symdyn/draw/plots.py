@@ -149,7 +149,6 @@ class FilledFigure:
 
     @property
     def settings(self) -> dict[str, Any]:
-        """Settings of matplotlib that it is drawn with."""
         return SETTINGS | {"font.size": self.letters, "svg.hashsalt": self.title}
 
     def picture(self, kind: str) -> bytes:

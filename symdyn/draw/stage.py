@@ -317,12 +317,10 @@ class Stage:
 
     @cached_property
     def places(self) -> Places:
-        """Where everything is."""
         return places(self.scene, self.q, self.values)
 
     @cached_property
     def view(self) -> View:
-        """The view in which everything fits."""
         nudged = self.q[:1] + 0.1 * (1 + np.arange(self.q.shape[-1]) % 5)  # by which chance shows
         first = [self.places, places(self.scene, nudged, self.values)]
         return look(first, points_to_hold(self.scene, self.places), self.direction)

@@ -82,7 +82,6 @@ class Piecewise:
         return replace(self, order=self.order + 1)
 
     def at(self, x: Fraction) -> Fraction:
-        """Return its value, exactly."""
         k = bisect_left(self.knots, x)
         h, total = x - self.knots[max(k - 1, 0)], Fraction(0)
         for c in reversed(self.rows[k]):

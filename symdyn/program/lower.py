@@ -259,7 +259,6 @@ class PairLoop:
 
     @property
     def entries(self) -> tuple[Expr, ...]:
-        """The numbers of all velocities."""
         return self.program.routines[0].function.entries
 
     def composed(self, entries: Sequence[Expr]) -> list[Expr]:

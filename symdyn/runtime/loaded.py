@@ -81,7 +81,6 @@ class Loaded(Shown):
         return found
 
     def __call__(self, *values: object, **named: object) -> NoReturn:
-        """Raise ArgumentError: its functions are called."""
         one = next(iter(self.calls))
         raise ArgumentError(f"load returns functions by name, which take the values: load(...).{one}(...)")
 

@@ -228,7 +228,6 @@ def format_to_write(path: str | PathLike[str]) -> str:
 
 
 def _file(path: FileLike) -> Path | Opened:
-    """Return a file by its path, or what is left to be read in an open one."""
     if isinstance(path, (str, PathLike)):
         return Path(path)
     if hasattr(path, "read"):

@@ -37,11 +37,9 @@ class Shaken(Arithmetic):
         self.rng = rng
 
     def constant(self, value: Fraction) -> Any:
-        """Return a constant, rounded once."""
         return self._rounded(self.numbers.constant(value))
 
     def pi(self) -> Any:
-        """Return π, rounded once."""
         return self._rounded(self.numbers.pi())
 
     def add(self, a: Any, b: Any) -> Any:

@@ -269,7 +269,6 @@ class FirstPoints:
                 self._points.evaluate(order)
 
     def at(self, values: Sequence[tuple[int, ...]], j: int, k: int) -> list[int]:
-        """Return values at one of `places`."""
         return [self._points.at(value, j, k) for value in values]
 
 

@@ -101,7 +101,6 @@ class Rigorous(Shown, Claims):
         return tuple(Judged(what, said, _WHY.get(said, "")) for what, said in worst.items())
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the bounds for JSON."""
         facts: dict[str, Any] = finite(asdict(self) | self.verdicts())
         return facts
 

@@ -141,7 +141,6 @@ class LoadNodes:
 
     @property
     def needed(self) -> list[Expr]:
-        """All of them."""
         return [
             *self.squares.values(),
             *self.told.values(),
@@ -193,7 +192,6 @@ class ClosedLoads:
     names: Mapping[Strut, tuple[str, str]] = field(default_factory=dict)
 
     def named(self, names: Mapping[Strut, tuple[str, str]]) -> ClosedLoads:
-        """Return the same with other names."""
         return replace(self, names=names)
 
     def alongside(self) -> list[list[Strut]]:

@@ -71,7 +71,6 @@ class _Minors:
     """Minors of a matrix by expansion along their first rows, each computed once."""
 
     def __init__(self, B: Matrix) -> None:
-        """Begin with a square matrix."""
         self.B = B
         self.known: dict[tuple[tuple[int, ...], tuple[int, ...]], Expr] = {}
 

@@ -65,7 +65,6 @@ class Linear:
         return substitute(self.declared, {}, self.requesting.graph)
 
     def named(self) -> tuple[tuple[str, Expr], ...]:
-        """Return name and value of every column."""
         return tuple(zip(self.columns, self.parameters(), strict=True))
 
     def remainder(self, of: Callable[[Workspace], Sequence[Expr]] | None = None) -> list[Expr]:
@@ -242,7 +241,6 @@ class BaseColumns:
         return [self.w.graph.total(every[k] for k in group) for group in self.groups]
 
     def named(self) -> tuple[tuple[str, Expr], ...]:
-        """Return name and value of every column."""
         return tuple(zip(self.names, self.values(), strict=True))
 
     def of_columns(self) -> list[Expr]:

@@ -211,7 +211,6 @@ class FreeBodies:
 
     @cached_property
     def placements(self) -> list[Transform]:
-        """Placements of the bodies in the ground."""
         return placements(self.joints)
 
     @property

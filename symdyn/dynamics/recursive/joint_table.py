@@ -59,7 +59,6 @@ class JointRow:
 
     @property
     def at_zero(self) -> bool:
-        """Whether θ0 is zero."""
         return self.zero[1].is_zero and self.zero[0] is self.zero[0].graph.one
 
     @property

@@ -69,7 +69,6 @@ class Written:
     lengths: Lengths
 
     def __call__(self, node: Expr) -> Form:
-        """Return an entry as it is printed."""
         return self.forms(node)
 
 

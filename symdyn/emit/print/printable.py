@@ -72,7 +72,6 @@ class Lengths:
 
     @property
     def names(self) -> dict[Strut, tuple[str, str]]:
-        """The names of the length and of its rate, by strut."""
         return {strut: (one.name, one.rate) for one in self.named for strut in one.struts}
 
     def used(self, forms: Iterable[Form]) -> list[tuple[str, Form]]:
@@ -158,7 +157,6 @@ class Coefficient:
 
     @property
     def vanishes(self) -> bool:
-        """Whether it is identically zero."""
         return not self.form.terms
 
     @property

@@ -50,7 +50,6 @@ class Targets(dict[str, Target]):
     """Rows by name; one that is not there is refused, with what would work."""
 
     def __missing__(self, name: str) -> Target:
-        """Raise EmitError."""
         instead = ELSEWHERE.get(name) or choice(name, self)
         raise EmitError(f"target {name!r} is not known; {instead}")
 

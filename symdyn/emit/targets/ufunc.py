@@ -146,7 +146,6 @@ class Entry:
 
     @property
     def signature(self) -> str:
-        """As NumPy writes it."""
         spelled = [f"({','.join(map(str, shape))})" for shape in self.shapes]
         return f"{','.join(spelled[:-1])}->{spelled[-1]}"
 

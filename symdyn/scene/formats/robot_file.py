@@ -149,7 +149,6 @@ class RobotFile:
         return name, element
 
     def where(self, name: str, element: XmlElement) -> str:
-        """Return where an element stands, for messages."""
         return f"line {element.line}: {element.tag} {name}".rstrip()
 
     def printable(self, names: Sequence[str], kind: str) -> dict[str, str]:

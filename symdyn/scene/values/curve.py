@@ -114,7 +114,6 @@ class Curve:
         return 2 if self.points and self.points[0][:1] == (None,) else 1
 
     def faults(self) -> Iterator[str]:
-        """Yield what is wrong with the points."""
         grid = self.arguments > 1
         width = len(self.points[0]) if grid else 2
         ragged = next(
@@ -144,7 +143,6 @@ class Curve:
         return [row[0] for row in self.points[1:] if row[0] is not None]
 
     def at(self, args: Sequence[Fraction | float]) -> Fraction:
-        """Return its value, exactly."""
         graph = Graph()
         found = self.body(graph, [graph.constant(Fraction(x)) for x in args]).value
         assert isinstance(found, Fraction), "constants fold"

@@ -171,7 +171,6 @@ class EntryReader:
                 self.fault(f"unknown key {show(str(key))}; {meant or suggestion(str(key), keys)}")
 
     def fault(self, what: str) -> None:
-        """Report a fault of this table."""
         self.faults.add(self.entry.where, what)
 
     def __contains__(self, key: str) -> bool:

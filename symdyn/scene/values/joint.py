@@ -190,7 +190,6 @@ class Coupling:
 
     @property
     def coordinates(self) -> tuple[str, ...]:
-        """Names of the coordinates that it follows."""
         return tuple(name for name, _ in self.ratios)
 
 

@@ -210,7 +210,6 @@ class Key(Part, Generic[T]):
     words: Mapping[str, Shape] = dataclasses.field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        """Say what it is, and its units."""
         units = self.unit if isinstance(self.unit, str) else " or ".join(self.unit)
         told = ", ".join(part for part in (self.text.removesuffix(" of {}").replace(" of {}", ""), units) if part)
         object.__setattr__(self, "words", {self.name: described(self.holds.replace("{}", units) or told, self.taken)})

@@ -73,7 +73,6 @@ class Quantity:
 
     @staticmethod
     def number(value: Fraction | int) -> Quantity:
-        """Return an exact constant."""
         return Quantity(Op.CONSTANT, (), value if type(value) is Fraction else Fraction(value))
 
     @staticmethod

@@ -144,7 +144,6 @@ class Unit:
 
     @property
     def radians(self) -> Fraction:
-        """The power of rad in it."""
         return dict(self.coherent).get("rad", Fraction(0))
 
     def __mul__(self, other: Unit) -> Unit:

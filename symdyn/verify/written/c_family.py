@@ -285,7 +285,6 @@ class CReader(Reader):
     # Expressions
 
     def whole(self, node: Node) -> int:
-        """Return the whole number that an expression is."""
         value = self.value(node)
         if not (isinstance(value, Index) and value.plain):
             raise unread(node, "is no whole number")

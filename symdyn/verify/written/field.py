@@ -27,7 +27,6 @@ class Uninterpreted(FiniteField):
     """A field at one point; the seed draws symbols and functions."""
 
     def function(self, node: Expr, args: Sequence[int]) -> int:
-        """Return a random value."""
         table = (node.value.numbers,) if isinstance(node.value, Piecewise) else ()
         key = repr((self.seed, int(node.op), *args, *table)).encode()
         return int.from_bytes(blake2b(key, digest_size=32).digest(), "big") % self.p

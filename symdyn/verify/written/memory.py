@@ -186,7 +186,6 @@ class Rows:
     rows: tuple[Pointer, ...]
 
     def row(self, index: Index) -> Pointer:
-        """Return where a row begins."""
         place = place_of(index, columns=False)
         if not 0 <= place < len(self.rows):
             raise Fault(f"is row {place} of a local array of {len(self.rows)}")

@@ -67,7 +67,6 @@ class Written:
 
     @property
     def passed(self) -> bool:
-        """Whether the file is what it must be."""
         return self.verdict in (*Verdict.HOLD, NO_CLAIM)
 
 

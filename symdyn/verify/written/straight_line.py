@@ -252,7 +252,6 @@ class Reader:
             raise unread(node, str(fault)) from None
 
     def real(self, node: Node) -> Expr:
-        """Return the real number that an expression is."""
         return self.converted(node, self.value(node))
 
     def converted(self, node: Node, value: Value) -> Expr:
@@ -270,7 +269,6 @@ class Reader:
         return self.names[name]
 
     def number(self, node: Node) -> Value:
-        """Return the number that a literal is read as."""
         return self.file.text.number(text_of(node), line_of(node))
 
     def inner(self, node: Node) -> Value:
