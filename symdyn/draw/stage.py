@@ -248,7 +248,8 @@ def pose(
     if scene.loops or any(FORCES[one.kind].holonomic(one) for one in scene.contacts):
         return _closed(scene, given, values, parameters)
     declared = any(joint.start for joint in scene.joints)
-    q = _start(scene, values)
+    known = {name: Fraction(value) for name, value in values.items()}
+    q = np.array([float(one.at(known) or 0) for one in start_of(scene).position], dtype=np.float64)
     if not declared:
         angle = min(ANGLE, CURL / max(1, SceneUnits(scene).coordinates.count("rad")))
         seen = {"rad": angle, "m": SHARE * places(scene, q[None, :], values).reach}
@@ -272,11 +273,6 @@ def _closed(
     except DerivationError as fault:
         raise DrawError(str(fault)) from fault
     return q, values | numbers.free
-
-
-def _start(scene: Scene, values: Mapping[str, float]) -> Array:
-    known = {name: Fraction(value) for name, value in values.items()}
-    return np.array([float(one.at(known) or 0) for one in start_of(scene).position], dtype=np.float64)
 
 
 def _with(scene: Scene, q: Array, given: Mapping[str, float]) -> Array:

@@ -212,15 +212,10 @@ def _exact(graph: Graph, op: Op, turns: Fraction) -> Expr | None:
     if turns in (Fraction(1, 4), Fraction(1, 3)):
         table[turns] = graph.constant(Fraction(1, 2)) * graph.sqrt(2 if turns == Fraction(1, 4) else 3)
     value = table.get(turns)
-    if value is None:
-        value = _constant_sine(graph, turns)
+    if value is None:  # no exact form: as sine or cosine of under π/4
+        op, reduced = (Op.SIN, turns) if turns < Fraction(1, 4) else (Op.COS, Fraction(1, 2) - turns)
+        value = graph.node(op, graph.mul(graph.constant(reduced), graph.pi))
     return value if sign > 0 else graph.neg(value)
-
-
-def _constant_sine(graph: Graph, turns: Fraction) -> Expr:
-    """Return the node of sin(turns·π) for 0 < turns < 1/2 without an exact form, as sine or cosine of under π/4."""
-    op, reduced = (Op.SIN, turns) if turns < Fraction(1, 4) else (Op.COS, Fraction(1, 2) - turns)
-    return graph.node(op, graph.mul(graph.constant(reduced), graph.pi))
 
 
 def _root(graph: Graph, x: Expr) -> Expr | None:

@@ -67,7 +67,8 @@ def with_symbolic_inertia(scene: Scene, avoid: Collection[str] = ()) -> Scene:
     Parameters that nothing uses any longer go.
     """
     check_arguments(with_symbolic_inertia, locals(), SceneError)
-    used = _used(scene)
+    others = replace(scene, bodies=(), parameters=())
+    used = {name for quantity in Quantity.inside(others) for name in quantity.symbols}
     kept = tuple(parameter for parameter in scene.parameters if parameter.name in used)
     taken = {parameter.name for parameter in kept} | scene.moving_names | set(avoid)
     suffix = ""
@@ -87,12 +88,6 @@ def with_symbolic_inertia(scene: Scene, avoid: Collection[str] = ()) -> Scene:
 def _open(body: Body, names: list[str]) -> Body:
     mass, x, y, z, xx, yy, zz, xy, xz, yz = (Quantity.symbol(name) for name in names)
     return Body(body.name, mass, None, (x, y, z), (xx, yy, zz, xy, xz, yz), "frame", shape=body.shape)
-
-
-def _used(scene: Scene) -> set[str]:
-    """Return the symbols of everything but the bodies."""
-    rest = replace(scene, bodies=(), parameters=())
-    return {name for quantity in Quantity.inside(rest) for name in quantity.symbols}
 
 
 def named_body(body: Body, k: int, names: Names) -> Body:

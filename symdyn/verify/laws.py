@@ -143,10 +143,7 @@ LAWS_OF_LOOPS: tuple[Law, ...] = (
 
 
 def _reactions(w: Workspace) -> list[Wrench]:
-    return _wrenches(entries(w, "reactions"))
-
-
-def _wrenches(R: Sequence[Expr]) -> list[Wrench]:
+    R = entries(w, "reactions")
     return [Wrench((R[k], R[k + 1], R[k + 2]), (R[k + 3], R[k + 4], R[k + 5])) for k in range(0, len(R), 6)]
 
 

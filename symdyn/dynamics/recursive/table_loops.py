@@ -77,8 +77,8 @@ def forward_sweeps(kind: RowKind) -> tuple[Sweep, ...]:
     own = articulated_inertia(body, moved)
     IA = _inertia(symbols(graph, "inertia", INERTIA)) + articulated_inertia(body, base_motion(zeros))
     IA = replace(IA, bias=plus(IA.bias, _pair(symbols(graph, "bias", BESIDES))))
-    along, rest = _apart(X)
-    IA = IA.seen_from(along)
+    IA = IA.seen_from(JointTransform(zeros, (), X.turn, X.offset))  # about and along the axis, then the rest
+    rest = replace(X.fixed_part(False), offset=zero)
     D = IA.along_z(kind.slides)[kind.slides][2] + rotor_of(kind, graph)
     U_D, u_D, Ia = IA.through_joint(kind.slides, D, graph.symbol("tau"))
     share = rest.wrench_back(*U_D)  # U / D in the parent's frame
@@ -111,13 +111,6 @@ def forward_derivative_sweeps(kind: RowKind) -> tuple[Sweep, ...]:
     assert bodies.pairs is not None, "they go through pairs"
     solved = replace(bodies, pairs=replace(bodies.pairs, solved=True))
     return (*before, replace(last, finds="qdd"), *frames, solved)
-
-
-def _apart(X: JointTransform) -> tuple[JointTransform, JointTransform]:
-    """Return what of a transform goes about and along the axis of its joint, and the rest."""
-    graph = X.offset.graph
-    along = JointTransform(zero_vector(graph), (), X.turn, X.offset)
-    return along, replace(X.fixed_part(False), offset=graph.zero)
 
 
 def _pair(entries: Sequence[Expr]) -> Twist:

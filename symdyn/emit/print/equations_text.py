@@ -154,7 +154,10 @@ def printed_text(
         raise EmitError(f"{angles} angles are those of equations in closed form; leave {argument('angles')} out")
     plain = scene.scene if isinstance(scene, ClosedForm) else scene
     if formulation == "lagrange" and what == "base-parameters":
-        return _base_parameters(plain, format, document)
+        if document:
+            others = f"{argument('document')} out, or {argument('what', 'base-parameters')}"
+            raise EmitError(f"a document holds equations; leave {others}")
+        return base_parameters_text(plain, format)
     if formulation != "lagrange" and what != "equations":
         others = f"{argument('what')} out, or {argument('formulation', 'dalembert')}"
         raise EmitError(f"the formulation {formulation} is no {what}; leave {others}")
@@ -166,13 +169,6 @@ def printed_text(
 
     _check("format", format)
     return formulation_text(plain, what if what in IN_PLACE else formulation, format, document)
-
-
-def _base_parameters(scene: Scene, format: str, document: bool) -> str:
-    if document:
-        others = f"{argument('document')} out, or {argument('what', 'base-parameters')}"
-        raise EmitError(f"a document holds equations; leave {others}")
-    return base_parameters_text(scene, format)
 
 
 FORMULATIONS = (

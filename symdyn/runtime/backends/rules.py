@@ -58,7 +58,8 @@ def tangent(k: Arrays, word: Word, given: Named, moved: Named) -> Array:
     along = {name: d for name, d in moved.items() if name in base.names}
     linear = {name: d for name, d in moved.items() if name not in base.names}
     if word.kind == VALUE or (word.kind == BENT and along):
-        return _product(k, word, word.way_for([*moved]), given, moved)
+        every = word.way_for([*moved])
+        return k.word(every.word(ALONG), {**given, **{every.direction(name): d for name, d in moved.items()}})
     assert way is not None, "only values belong to nothing"
     x = {name: given[name] for name in base.names if name in given}
     weights, terms = weights_of(base), []
@@ -91,7 +92,9 @@ def cotangent(k: Arrays, word: Word, given: Named, y: Array, requested: Sequence
     base, way = _base(word)
     along = [name for name in requested if name in base.names]
     if word.kind == VALUE or (word.kind == BENT and along):
-        return _pulled(k, word, word.way_for(requested), given, y, requested)
+        every = word.way_for(requested)
+        parts = _split(every, _weighed(k, every, given, _flat(y, word) if word.shape else y))
+        return {name: part for name, part in parts.items() if name in requested}
     assert way is not None, "only values belong to nothing"
     x = {name: given[name] for name in base.names if name in given}
     weights = weights_of(base)
@@ -165,17 +168,6 @@ def _times(k: Arrays, way: DerivativeRule, rows: Array, steps: Named) -> Array:
 def _base(word: Word) -> tuple[Word, DerivativeRule | None]:
     """Return the function that a word is a derivative of, and the way between them."""
     return (word, None) if word.way is None else (word.way.of, word.way)
-
-
-def _product(k: Arrays, word: Word, way: DerivativeRule, given: Named, moved: Named) -> Array:
-    steps = {way.direction(name): d for name, d in moved.items()}
-    return k.word(way.word(ALONG), {**given, **steps})
-
-
-def _pulled(k: Arrays, word: Word, way: DerivativeRule, given: Named, y: Array, requested: Sequence[str]) -> Named:
-    flat = _flat(y, word) if word.shape else y
-    parts = _split(way, _weighed(k, way, given, flat))
-    return {name: part for name, part in parts.items() if name in requested}
 
 
 def _flat(array: Array, word: Word) -> Array:

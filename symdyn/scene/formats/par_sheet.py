@@ -235,7 +235,8 @@ def link(body: Body, steps: Sequence[Step]) -> Link:
         if kind[0] == "R":
             moment, inertia = _turned(axis, amount, moment, inertia)
         else:
-            place = _along(axis, amount)
+            x, y, z = (amount if k == axis else Quantity.ZERO for k in range(3))
+            place = x, y, z
             inertia = _sum(inertia, _coupled(place, moment), _point(mass, place))
             moment = _plus(moment, _scaled(mass, place))
     return Link(
@@ -309,11 +310,6 @@ def _coupled(place: Vector, moment: Vector) -> Matrix:
         ]
         for i in range(3)
     ]
-
-
-def _along(axis: int, amount: Quantity) -> Vector:
-    x, y, z = (amount if k == axis else Quantity.ZERO for k in range(3))
-    return x, y, z
 
 
 def _scaled(factor: Quantity, vector: Vector) -> Vector:

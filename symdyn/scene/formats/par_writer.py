@@ -349,17 +349,13 @@ def _parameter(key: str, frame: Frame) -> str:
         return "1" if frame.carrier and frame.carrier.drive else "0"
     value = getattr(frame.row, key)
     if key in ANGLES and isinstance(value.value, Fraction):
-        return _turned(frame, key, value.value)
+        angle = value.value  # a decimal, which no reader takes for a multiple of π
+        if key != "theta" or frame.sigma != "0" or frame.carrier is None:
+            return angle_text(angle)
+        name = frame.carrier.coordinate
+        return f"{name} {'-' if angle < 0 else '+'} {angle_text(abs(angle))}" if angle else name
     moving = {"0": "theta", "1": "r"}.get(frame.sigma)
     if key != moving or frame.carrier is None:
         return spell(value)
     q = Quantity.symbol(frame.carrier.coordinate)
     return spell(folding.sub(q, folding.neg(value)) if spell(value).startswith("-") else folding.add(q, value))
-
-
-def _turned(frame: Frame, key: str, value: Fraction) -> str:
-    """Return a decimal angle, which no reader takes for a multiple of π, with the coordinate where theta moves."""
-    if key != "theta" or frame.sigma != "0" or frame.carrier is None:
-        return angle_text(value)
-    name = frame.carrier.coordinate
-    return f"{name} {'-' if value < 0 else '+'} {angle_text(abs(value))}" if value else name

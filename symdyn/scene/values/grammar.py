@@ -212,7 +212,8 @@ class _Reader:
         if token == name and token in ("_", "^", "'"):
             raise LatexError(f"begins with {token}, and a script needs something to stand on; give such as k{token}1")
         if token == "{":
-            return self._group()
+            inside = self._inside("}")
+            return inside if re.fullmatch(r"[A-Za-z0-9]|\\[A-Za-z]+ ", inside) else f"{{{inside}}}"
         if token != name and name in TEXTS:
             return self._words(token)
         if token != name and name in LIMITS:
@@ -232,11 +233,6 @@ class _Reader:
             self.letters |= name not in MARKS
             return f"{token} "
         raise self._unknown(token)
-
-    def _group(self) -> str:
-        """Return what braces hold, with braces where it is not one character."""
-        inside = self._inside("}")
-        return inside if re.fullmatch(r"[A-Za-z0-9]|\\[A-Za-z]+ ", inside) else f"{{{inside}}}"
 
     def _argument(self, of: str) -> str:
         token = self._next()
