@@ -283,13 +283,17 @@ def nearest(name: object, known: Iterable[str]) -> str | None:
 
 
 def beside(path: Path, otherwise: str = "check the path") -> str:
-    """Return "did you mean X?" where a file that is not there has a name like that of one beside it."""
+    """Return "did you mean X?" where a file that is not there has a name like one beside it, else what ends alike."""
     try:
-        near = nearest(path.name, sorted(one.name for one in path.parent.iterdir() if one.is_file()))
+        names = sorted(one.name for one in path.parent.iterdir() if one.is_file())
     except OSError:
-        near = None
-    near = near if near and nearest(path.stem, [near.rpartition(".")[0]]) else None
-    return f"did you mean {path.with_name(near)}?" if near else otherwise
+        return otherwise
+    near, ending = nearest(path.name, names) or "", path.suffix
+    alike = [name for name in names if ending and name.endswith(ending)]
+    numbered = near in alike and re.sub(r"\d", "", near) == re.sub(r"\d", "", path.name)  # m1.toml and m2.toml
+    if near and (numbered or nearest(path.stem, [near.rpartition(".")[0]])):
+        return f"did you mean {path.with_name(near)}?"
+    return f"{otherwise}; there {'is' if len(alike) == 1 else 'are'} {listed(alike, 3)}" if alike else otherwise
 
 
 def _likest(name: str, candidates: Sequence[str], most: int, cutoff: float = 0.0) -> list[str]:

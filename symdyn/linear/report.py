@@ -101,7 +101,7 @@ def text(system: Linearization, formulas: Symbolic | None = None) -> str:
         told = [
             line for letter in "ABCD" for line in _formulas(letter, getattr(formulas, letter), system.names[letter])
         ]
-        told += [f"with {name} = {_spelled(form)}" for name, form in formulas.defined]
+        told += [f"with {name} = {_short(form)}" for name, form in formulas.defined]
         lines += [*told, ""] if told else []
     lines += [*_modes(system), *(f"  {line}" for line in roots(formulas)), ""]
     verdict = system.stability
@@ -124,6 +124,17 @@ def _spelled(form: Form) -> str:
     """Return a formula in print, its numbers rounded where that is asked for."""
     digits = requested_digits()
     return text_of(form, digits)
+
+
+LONGEST = 400
+"""Characters of a definition in print."""
+
+
+def _short(form: Form) -> str:
+    """Return a definition in print, or what has a long one."""
+    spelled = _spelled(form)
+    where = "--format latex, --json and symdyn.linearize(...).formulas in Python have it"
+    return spelled if len(spelled) <= LONGEST else f"... ({len(spelled)} characters; {where})"
 
 
 def _root(root: Root) -> str:

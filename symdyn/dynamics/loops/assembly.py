@@ -219,18 +219,26 @@ MIRRORED, FEW = 1e-2, 6
 
 
 def mirrored_loops(numbers: Numbers) -> list[str]:
-    """Return which loops, unless there are many, the start closes when their `tip` is taken for its inverse alone."""
+    """Return which loops a start leaves open that say no `tip`, or close when it is taken for its inverse."""
     scene, q, found = numbers.scene, numbers.start(), list[str]()
     if len(scene.loops) > FEW or not any(joint.start for joint in scene.moving) or numbers.lying_flat(q):
         return found
-    off, lever = float(np.abs(numbers.residual(q)).max(initial=0.0)), max(1.0, lever_of(numbers, q))
+    gaps, lever = np.abs(numbers.residual(q)), max(1.0, lever_of(numbers, q))
+    off = float(gaps.max(initial=0.0))
     if off < MIRRORED * lever:
         return found
     for k, loop in enumerate(scene.loops):
+        own = [r for r, one in zip(gaps, numbers.constraints.labels, strict=False) if one.owner == loop.name]
+        if not loop.tip.steps:
+            found += [
+                f"the start leaves the loop {loop.name} open by {max(own):.3g}; without tip or child_origin its joint "
+                f"is at the origin of {loop.child}'s frame: if it is not, write child_origin"
+            ] * (max(own, default=0.0) > MIRRORED * lever)
+            continue
         loops = [*scene.loops]
         loops[k] = replace(loop, tip=loop.tip.inverse())
         other = type(numbers)(replace(scene, loops=tuple(loops))).bound_to(numbers.free)
-        if loop.tip.steps and np.abs(other.residual(q)).max() < MIRRORED * off:
+        if np.abs(other.residual(q)).max() < MIRRORED * off:
             found.append(
                 f"the start leaves the loop {loop.name} open by {off:.3g}, and would close it if its tip were its "
                 "child_origin: tip is the child's frame seen from the joint, child_origin the joint seen from that"

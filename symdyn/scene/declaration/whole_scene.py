@@ -21,7 +21,7 @@ from symdyn.scene.values.body import mass_faults
 from symdyn.scene.values.dimensional_analysis import fits, with_unit
 from symdyn.scene.values.entry import Faults, show, shown
 from symdyn.scene.values.grammar import CLOCK, LETTERS, check_latex, check_name, check_scene_name
-from symdyn.scene.values.joint import Joint, acceleration_name
+from symdyn.scene.values.joint import Joint, Strut, acceleration_name
 from symdyn.scene.values.key import Key, Stand
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import FormulaError, Quantity, Value
@@ -176,6 +176,22 @@ def check_elements(draft: Draft, values: Mapping[str, Value], faults: Faults) ->
             part.check(one, stand)
         if kind.check is not None:
             kind.check(one, stand)
+        if isinstance(one, Strut) and len(one.ends) == 2 and not one.is_rope and not faults.lines:
+            _acts(one, stand)
+
+
+def _acts(strut: Strut, stand: Stand) -> None:
+    """Report ends that a joint between their bodies leaves as far apart as they are."""
+    graph = Graph()
+    at = {end.body: tuple(x.express(graph) for x in end.at) for end in strut.ends}
+    for joint in (*stand.scene.joints, *stand.scene.loops):
+        if {joint.parent, joint.child} == {*at} and joint.coupling is None:
+            motion = JOINTS[joint.type].anywhere(joint, graph).placement
+            before, after = joint.origin.inverse().transform(graph), joint.tip.transform(graph)
+            for p in (before.point(at[joint.parent]), after.point(at[joint.child])):
+                if all((a - b).is_zero for a, b in zip(motion.point(p), p, strict=True)):
+                    told = f"an end lies where {joint.name} does not move it, so that its length never changes"
+                    stand.fault(f'{told}; for a torsion write joint = "{joint.name}", else give places off the axis')
 
 
 def check_tree(draft: Draft, faults: Faults) -> None:
