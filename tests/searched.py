@@ -28,7 +28,7 @@ MEANT = {
     "friction": "scenes", "spring": "scenes", "quaternion": "scenes", "LQR": "control", "Kalman": "control",
     "controllability": "control", "root locus": "control", "Lagrange": "equations", "Jacobian": "derivatives",
     "Hamiltonian": "equations", "feedback linearization": "control", "zero dynamics": "control",
-    "transmissibility": "scenes", "base excitation": "scenes", "shaking table": "scenes",
+    "transmissibility": "recipes", "base excitation": "scenes", "shaking table": "scenes",
     "quarter car": "scenes", "gravity compensation": "howto", "inverted pendulum": "howto",
     "torsion spring": "scenes", "lookup table": "words", "inertia tensor": "words", "minimum time": "collocation",
     "optimal control": "collocation", "inverse kinematics": "simulate", "python-control": "from-control",
@@ -43,6 +43,14 @@ MEANT = {
     "workspace": "simulate", "MPC": "control", "trim": "linearize", "operating point": "linearize",
     "Hessian": "derivatives", "LQI": "control", "integral action": "control", "accelerometer": "control",
     "quaternions": "scenes", "singularity": "simulate", "gear ratio": "scenes", "mobility": "scenes",
+    "EKF": "control", "extended Kalman filter": "control", "Tustin": "control", "zero-order hold": "control",
+    "bandwidth": "control", "Nichols": "control", "Nichols chart": "control", "model reduction": "control",
+    "vibration isolation": "recipes", "PSD": "recipes", "ISO 8608": "recipes", "flywheel": "recipes",
+    "balancing": "recipes", "tuned mass damper": "recipes", "Stewart platform": "recipes", "hexapod": "recipes",
+    "quadrotor": "recipes", "impedance control": "recipes", "Euler angles": "recipes", "DC motor": "recipes",
+    "gyroscope": "gallery/gyroscope", "friction coefficient": "scenes", "moment of inertia": "words", "CAD": "words",
+    "centre of mass": "words", "units of plots": "pictures", "plot in degrees": "pictures", "export": "simulate",
+    "Excel": "simulate", "CSV": "simulate", "save a figure": "pictures", "figure for a paper": "pictures",
     "collocation": "collocation", "troubleshooting": "troubleshooting", "quick start": "start",
 }  # fmt: skip
 """Words of the field, and the page that a reader looks for."""

@@ -108,7 +108,7 @@ def test_an_end_is_a_body_a_named_point_or_a_place():
         Place("l", (Quantity.number(0), parse("r"), Quantity.number(0))),
     )
     assert named("elements", "d_line").ends == (
-        Place("ground"),
+        Place("ground", (Quantity.ONE, Quantity.ZERO, Quantity.ZERO)),
         Place("c", tuple(Quantity.number(k) for k in (1, 2, 3))),
     )
 

@@ -185,7 +185,7 @@ def _acts(strut: Strut, stand: Stand) -> None:
     graph = Graph()
     at = {end.body: tuple(x.express(graph) for x in end.at) for end in strut.ends}
     for joint in (*stand.scene.joints, *stand.scene.loops):
-        if {joint.parent, joint.child} == {*at} and joint.coupling is None:
+        if joint.type != "fixed" and {joint.parent, joint.child} == {*at} and joint.coupling is None:
             motion = JOINTS[joint.type].anywhere(joint, graph).placement
             before, after = joint.origin.inverse().transform(graph), joint.tip.transform(graph)
             for p in (before.point(at[joint.parent]), after.point(at[joint.child])):
