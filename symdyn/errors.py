@@ -206,7 +206,7 @@ ELSEWHERE = {
     **dict.fromkeys(("dt", "ts", "max-step", "t-eval"), "every period"),
     **dict.fromkeys(("params", "parameters", "values", "set", "bind"), "bind values parameters"),
     **dict.fromkeys(("at", "initial", "x0", "y0", "q0"), "start"),
-    **dict.fromkeys(("rates", "speed", "v0"), "start_rates"),
+    **dict.fromkeys(("rates", "speed", "v0"), "start_rates motion"),
     **dict.fromkeys(("n", "samples", "n-samples", "runs"), "count intervals"),
     **dict.fromkeys(("solver", "integrator"), "method"),
     **{"ode45": "rk45 dop853", "ode23": "rk23", "ode15s": "bdf", "ode23s": "radau", "ode113": "adams", "rk4": "rk45"},

@@ -101,11 +101,9 @@ def choose(
     if is_stiff(system, x, until):
         anew = "samples" if system.loop is not None and system.loop.period is not None else ""
         anew = anew or ("events of contacts" if system.contacts is not None else "")
-        if anew:
-            why = f"the system is stiff, and multistep methods would begin anew at {anew}"
-            return Choice("radau", METHODS["radau"], why)
-        name = "cvode" if METHODS["cvode"].installed else "radau"
-        return Choice(name, METHODS[name], "the system is stiff")
+        name = "cvode" if METHODS["cvode"].installed and not anew else "radau"
+        why = f", and multistep methods would begin anew at {anew}" if anew else ""
+        return Choice(name, METHODS[name], f"the system is stiff{why}")
     why = refuses(system)
     if not why and overlooks(system):
         why = f"a series may overlook a turn of {overlooks(system)}"
@@ -385,18 +383,15 @@ class Control:
         return found if self.sampled is None else found + hidden(self.sampled, times)
 
     def twice(self, scene: Scene, forces: Forces) -> list[str]:
-        """Return what is said of forces that are, where the controller aims, what it adds itself."""
-        law = self.controller
-        gains = None if law is None else law.feedback.law
-        if law is None or not isinstance(gains, Gains):
+        """Return what is said of forces that are, where gains aim, what these add themselves."""
+        law, values = self.controller, parameter_values(scene)
+        if law is None or not isinstance(gains := law.feedback.law, Gains):
             return []
-        values = parameter_values(scene)
         aim = dict(zip((*scene.coordinates, *scene.velocities), [*gains.q0, *gains.u0], strict=True))
-        about = zip(law.names, law.places, law.initial, law.units, strict=True)
         return [
             f"{name}: forces give {u0:.6g} {unit} at x0, and the gains add u0 = {u0:.6g} {unit}, together {2 * u0:.6g} "
             f"{unit}; leave it out of forces, unless it acts twice"
-            for name, k, u0, unit in about
+            for name, k, u0, unit in zip(law.names, law.places, law.initial, law.units, strict=True)
             if u0 and np.isclose(bound(forces.formula(k), values).known_at(aim) or 0.0, u0, rtol=1e-6)
         ]
 

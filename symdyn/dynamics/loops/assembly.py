@@ -227,7 +227,7 @@ def mirrored_loops(numbers: Numbers) -> list[str]:
     off = float(gaps.max(initial=0.0))
     if off < MIRRORED * lever:
         return found
-    for k, loop in enumerate(scene.loops):
+    for loop in scene.loops:
         own = [r for r, one in zip(gaps, numbers.constraints.labels, strict=False) if one.owner == loop.name]
         if not loop.tip.steps:
             found += [
@@ -235,9 +235,8 @@ def mirrored_loops(numbers: Numbers) -> list[str]:
                 f"is at the origin of {loop.child}'s frame: if it is not, write child_origin"
             ] * (max(own, default=0.0) > MIRRORED * lever)
             continue
-        loops = [*scene.loops]
-        loops[k] = replace(loop, tip=loop.tip.inverse())
-        other = type(numbers)(replace(scene, loops=tuple(loops))).bound_to(numbers.free)
+        loops = tuple(replace(one, tip=one.tip.inverse()) if one is loop else one for one in scene.loops)
+        other = type(numbers)(replace(scene, loops=loops)).bound_to(numbers.free)
         if np.abs(other.residual(q)).max() < MIRRORED * off:
             found.append(
                 f"the start leaves the loop {loop.name} open by {off:.3g}, and would close it if its tip were its "

@@ -181,17 +181,18 @@ def check_elements(draft: Draft, values: Mapping[str, Value], faults: Faults) ->
 
 
 def _acts(strut: Strut, stand: Stand) -> None:
-    """Report ends that a joint between their bodies leaves as far apart as they are."""
+    """Report an end that a joint between both bodies leaves where it is: its length never changes."""
     graph = Graph()
     at = {end.body: tuple(x.express(graph) for x in end.at) for end in strut.ends}
     for joint in (*stand.scene.joints, *stand.scene.loops):
         if joint.type != "fixed" and {joint.parent, joint.child} == {*at} and joint.coupling is None:
             motion = JOINTS[joint.type].anywhere(joint, graph).placement
-            before, after = joint.origin.inverse().transform(graph), joint.tip.transform(graph)
-            for p in (before.point(at[joint.parent]), after.point(at[joint.child])):
+            seen = joint.origin.inverse().transform(graph).point(at[joint.parent])
+            for p in (seen, joint.tip.transform(graph).point(at[joint.child])):
                 if all((a - b).is_zero for a, b in zip(motion.point(p), p, strict=True)):
                     told = f"an end lies where {joint.name} does not move it, so that its length never changes"
-                    stand.fault(f'{told}; for a torsion write joint = "{joint.name}", else give places off the axis')
+                    torsion = f'for a torsion write joint = "{joint.name}", else ' if joint.coordinate else ""
+                    stand.fault(f"{told}; {torsion}give places that it moves")
 
 
 def check_tree(draft: Draft, faults: Faults) -> None:
