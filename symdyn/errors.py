@@ -325,9 +325,7 @@ MOST_LISTED, ALIKE = 12, 0.4
 def listed(names: Iterable[str], most: int = MOST_LISTED) -> str:
     """Return names as text for a message, shortened when there are many."""
     every = list(names)
-    if not every:
-        return "none"
-    return ", ".join(every[:most]) + (f", ... ({len(every)} in all)" if len(every) > most else "")
+    return ", ".join(every[:most] or ["none"]) + (f", ... ({len(every)} in all)" if len(every) > most else "")
 
 
 _NUMBERS = r"\d[\d.e+-]*"

@@ -196,8 +196,7 @@ def shape(mode: Mode, system: StateSpace) -> str:
     """Return how the positions move in a mode, phases in degrees; the velocities, or states, where no position does."""
     count: int = getattr(system, "positions", 0)
     p = count if np.abs(mode.shape[:count]).max(initial=0.0) > NOTHING else 0
-    some = mode.shape[:p] if p else mode.shape
-    names = system.states.names[:p] if p else system.states.names
+    some, names = mode.shape[: p or None], system.states.names[: p or None]
     some = some / some[np.abs(some).argmax()]
     parts = []
     for name, x in zip(names, some, strict=True):

@@ -228,12 +228,13 @@ def mirrored_loops(numbers: Numbers) -> list[str]:
     if off < MIRRORED * lever:
         return found
     for loop in scene.loops:
-        own = [r for r, one in zip(gaps, numbers.constraints.labels, strict=False) if one.owner == loop.name]
+        own = max(
+            [0.0, *(r for r, one in zip(gaps, numbers.constraints.labels, strict=False) if one.owner == loop.name)]
+        )
         if not loop.tip.steps:
-            found += [
-                f"the start leaves the loop {loop.name} open by {max(own):.3g}; without tip or child_origin its joint "
-                f"is at the origin of {loop.child}'s frame: if it is not, write child_origin"
-            ] * (max(own, default=0.0) > MIRRORED * lever)
+            told = f"the start leaves the loop {loop.name} open by {own:.3g}; without tip or child_origin its"
+            told += f" joint is at the origin of {loop.child}'s frame: if it is not, write child_origin"
+            found += [told] if own > MIRRORED * lever else []
             continue
         loops = tuple(replace(one, tip=one.tip.inverse()) if one is loop else one for one in scene.loops)
         other = type(numbers)(replace(scene, loops=loops)).bound_to(numbers.free)

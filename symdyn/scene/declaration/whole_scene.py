@@ -182,17 +182,17 @@ def check_elements(draft: Draft, values: Mapping[str, Value], faults: Faults) ->
 
 def _acts(strut: Strut, stand: Stand) -> None:
     """Report an end that a joint between both bodies leaves where it is: its length never changes."""
-    graph = Graph()
-    at = {end.body: tuple(x.express(graph) for x in end.at) for end in strut.ends}
+    g = Graph()
+    at = {one.body: (x.express(g), y.express(g), z.express(g)) for one in strut.ends for x, y, z in (one.at,)}
     for joint in (*stand.scene.joints, *stand.scene.loops):
         if joint.type != "fixed" and {joint.parent, joint.child} == {*at} and joint.coupling is None:
-            motion = JOINTS[joint.type].anywhere(joint, graph).placement
-            seen = joint.origin.inverse().transform(graph).point(at[joint.parent])
-            for p in (seen, joint.tip.transform(graph).point(at[joint.child])):
+            motion = JOINTS[joint.type].anywhere(joint, g).placement
+            seen = joint.origin.inverse().transform(g).point(at[joint.parent])
+            for p in (seen, joint.tip.transform(g).point(at[joint.child])):
                 if all((a - b).is_zero for a, b in zip(motion.point(p), p, strict=True)):
                     told = f"an end lies where {joint.name} does not move it, so that its length never changes"
-                    torsion = f'for a torsion write joint = "{joint.name}", else ' if joint.coordinate else ""
-                    stand.fault(f"{told}; {torsion}give places that it moves")
+                    torsion = f'for a torsion write joint = "{joint.name}", else '
+                    stand.fault(f"{told}; {torsion * bool(joint.coordinate)}give places that it moves")
 
 
 def check_tree(draft: Draft, faults: Faults) -> None:
