@@ -55,8 +55,7 @@ ELSEWHERE = {"--margins": "give --show margins", "--step": "give --show step", "
              **dict.fromkeys(("--from", "--input", "--inputs"), "inputs are all drives and inputs of the scene, "
                              "each of them in --bode FILE; another one is declared there, [inputs.u]"),
              **dict.fromkeys(("--poles", "--modes", "--eig", "--damp"), "they are told without it, as eigenvalues"),
-             **dict.fromkeys(("--nyquist", "--nichols", "--bandwidth", "--tustin", "--reduce"),
-                             "symdyn.linearize(...) in Python has it; control.md shows how"),
+             **dict.fromkeys(("--nyquist", "--nichols", "--tustin"), "symdyn.linearize(...) has it: docs, control.md"),
              "--latex": "give --format latex, which is usual", **dict.fromkeys(("plot", "--plot"), PLOT),
              **dict.fromkeys(("animate", "film", "movie", "video"), "simulate writes one, --animate FILE"),
              "--tf": "give --show transfer", "--transmissibility": "give --bode FILE, of --outputs",

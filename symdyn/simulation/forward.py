@@ -392,7 +392,7 @@ class Control:
             f"{name}: forces give {u0:.6g} {unit} at x0, and the gains add u0 = {u0:.6g} {unit}, together {2 * u0:.6g} "
             f"{unit}; leave it out of forces, unless it acts twice"
             for name, k, u0, unit in zip(law.names, law.places, law.initial, law.units, strict=True)
-            if u0 and np.isclose(bound(forces.formula(k), values).known_at(aim) or 0.0, u0, rtol=1e-6)
+            if u0 and np.isclose(float(bound(forces.formula(k), values).known_at(aim) or 0), u0, rtol=1e-6)
         ]
 
     def begun(self, scene: Scene, initial: Start, until: float, hidden: int = 0) -> Loop | None:

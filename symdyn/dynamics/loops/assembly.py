@@ -227,10 +227,9 @@ def mirrored_loops(numbers: Numbers) -> list[str]:
     off = float(gaps.max(initial=0.0))
     if off < MIRRORED * lever:
         return found
+    owners = [one.owner for one in numbers.constraints.labels]
     for loop in scene.loops:
-        own = max(
-            [0.0, *(r for r, one in zip(gaps, numbers.constraints.labels, strict=False) if one.owner == loop.name)]
-        )
+        own = max([0.0, *(gap for gap, owner in zip(gaps, owners, strict=False) if owner == loop.name)])
         if not loop.tip.steps:
             told = f"the start leaves the loop {loop.name} open by {own:.3g}; without tip or child_origin its"
             told += f" joint is at the origin of {loop.child}'s frame: if it is not, write child_origin"
