@@ -51,7 +51,7 @@ MEANT = {
     "gyroscope": "gallery/gyroscope", "friction coefficient": "scenes", "moment of inertia": "words", "CAD": "words",
     "centre of mass": "words", "units of plots": "pictures", "plot in degrees": "pictures", "export": "simulate",
     "Excel": "simulate", "CSV": "simulate", "figure for a paper": "pictures",
-    "save a figure for a paper": "pictures", "how do I plot in degrees": "pictures", "center of mass": "words",
+    "save a figure for a paper": "pictures", "center of mass": "words",
     "moment of inertia from CAD": "words", "export to Excel": "simulate", "export to MATLAB": "simulate",
     "collocation": "collocation", "troubleshooting": "troubleshooting", "quick start": "start",
 }  # fmt: skip
