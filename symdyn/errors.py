@@ -206,7 +206,7 @@ ELSEWHERE = {
     **dict.fromkeys(("dt", "ts", "max-step", "t-eval"), "every period"),
     **dict.fromkeys(("params", "parameters", "values", "set", "bind"), "bind values parameters"),
     **dict.fromkeys(("at", "initial", "x0", "y0", "q0"), "start"),
-    **dict.fromkeys(("rates", "speed", "v0"), "start_rates"),
+    **dict.fromkeys(("rates", "speed", "v0"), "start_rates motion"),
     **dict.fromkeys(("n", "samples", "n-samples", "runs"), "count intervals"),
     **dict.fromkeys(("solver", "integrator"), "method"),
     **{"ode45": "rk45 dop853", "ode23": "rk23", "ode15s": "bdf", "ode23s": "radau", "ode113": "adams", "rk4": "rk45"},
@@ -283,13 +283,17 @@ def nearest(name: object, known: Iterable[str]) -> str | None:
 
 
 def beside(path: Path, otherwise: str = "check the path") -> str:
-    """Return "did you mean X?" where a file that is not there has a name like that of one beside it."""
+    """Return "did you mean X?" where a file that is not there has a name like one beside it, else what ends alike."""
     try:
-        near = nearest(path.name, sorted(one.name for one in path.parent.iterdir() if one.is_file()))
+        names = sorted(one.name for one in path.parent.iterdir() if one.is_file())
     except OSError:
-        near = None
-    near = near if near and nearest(path.stem, [near.rpartition(".")[0]]) else None
-    return f"did you mean {path.with_name(near)}?" if near else otherwise
+        return otherwise
+    near, ending = nearest(path.name, names) or "", path.suffix
+    alike = [name for name in names if ending and name.endswith(ending)]
+    numbered = near in alike and re.sub(r"\d", "", near) == re.sub(r"\d", "", path.name)  # m1.toml and m2.toml
+    if near and (numbered or nearest(path.stem, [near.rpartition(".")[0]])):
+        return f"did you mean {path.with_name(near)}?"
+    return f"{otherwise}; there {'is' if len(alike) == 1 else 'are'} {listed(alike, 3)}" if alike else otherwise
 
 
 def _likest(name: str, candidates: Sequence[str], most: int, cutoff: float = 0.0) -> list[str]:
@@ -321,9 +325,7 @@ MOST_LISTED, ALIKE = 12, 0.4
 def listed(names: Iterable[str], most: int = MOST_LISTED) -> str:
     """Return names as text for a message, shortened when there are many."""
     every = list(names)
-    if not every:
-        return "none"
-    return ", ".join(every[:most]) + (f", ... ({len(every)} in all)" if len(every) > most else "")
+    return ", ".join(every[:most] or ["none"]) + (f", ... ({len(every)} in all)" if len(every) > most else "")
 
 
 _NUMBERS = r"\d[\d.e+-]*"
