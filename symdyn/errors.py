@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Iterable, Sequence
+from functools import cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
@@ -346,31 +347,22 @@ def alike(notes: Iterable[str]) -> tuple[str, ...]:
     return tuple(f"{note} (and {counts[kind]} alike)" * (counts[kind] > 0) or note for kind, note in firsts.items())
 
 
-CALLED_OTHERWISE = {
-    **{
-        name: ("feedback", f"give it with the controller: feedback=symdyn.Feedback(law, {name}=...)")
-        for name in ("period", "delay", "limits", "noise", "quantisation", "reference", "measures")
-    },
-    **{old: (new, f"it is {new}") for old, new in {"of": "measures", "to": "inputs", "drives": "inputs"}.items()},
-    "by": ("hold_back", "symdyn.identification.output_error(scene, data, parameters) fits by output errors"),
-    "bind": ("snap", 'symdyn.scene.bind(scene, {"m": 1}) gives values'),
-    **dict.fromkeys(("title", "figsize", "units"), ("names", "it returns a figure of matplotlib, to be changed there")),
-    "parameters": ("hold_back", "symdyn.identification.output_error(scene, data, parameters) takes it"),
-    "ax": ("ax", "it makes a figure of its own, whose axes are plot().axes"),
-    "along": ("anywhere", "systems along a run are symdyn.linear.linearize_along(scene, run)"),
-    "start": ("system", "system takes it: lambda m: symdyn.linearize(scene, values={'m': m}, start=...)"),
-    **dict.fromkeys(("t_eval", "saveat"), ("until", "every=0.01 spaces the rows; run(t) has all columns at any times")),
-    "t_span": ("until", "a run begins at t = 0, and until= is its end"),
-    "dense_output": ("until", "it is always there: run(t) has all columns between the rows"),
-    **dict.fromkeys(("max_step", "first_step", "min_step"), ("rtol", "steps are chosen for rtol= and atol=")),
-    **{"Ti": ("ki", "an integral time is ki = kp/Ti"), "Td": ("kd", "a derivative time is kd = kp*Td")},
-    "args": ("values", "values={...} gives parameters, forces={...} what drives"),
-    **dict.fromkeys(
-        ("u", "tau", "input", "torque"), ("forces", "forces={'NAME': 'formula in t'} drives, feedback= too")
-    ),
-    **dict.fromkeys(("y0", "x0"), ("start_rates", "start={'q1': 0.1, 'q1_dot': 0} gives positions and velocities")),
-}
-"""What to give in place of a keyword, told where there is another one, none but for its number; for errors alone."""
+@cache
+def hints() -> Any:
+    """Return what to write in place of what is not there, by its names, `$` for the one that was written; for errors.
+
+    Attributes are of nouns with another attribute, keywords of functions of a name or with another keyword.
+    """
+    import json
+    from pathlib import Path
+
+    return json.loads(Path(__file__).with_name("hints.json").read_text(encoding="utf-8"))
+
+
+def hint(rows: Iterable[tuple[str, Any]], name: str) -> Any:
+    """Return the hint of a name, among pairs of names and hints, "" where there is none."""
+    return next((told for names, told in rows if name in names.split()), "")
+
 
 LIKE = {"limits": "bounds"}
 """Words for what a function may have by another name, for errors alone."""
