@@ -196,67 +196,6 @@ LONGEST_NAME = 60
 MOST_KNOWN, MOST_COMPARED = 5000, 50
 """Known names that are looked at for one that a wrong one may have meant, and those that are compared with it."""
 
-ELSEWHERE = {
-    **dict.fromkeys(("hinge", "pin", "continuous"), "revolute"),
-    **dict.fromkeys(("curve", "surface", "wire", "rail"), "custom"),
-    **dict.fromkeys(("slide", "slider", "translational"), "prismatic"),
-    **{"ball": "spherical", "floating": "free", "weld": "fixed", "screw": "helical", "hooke": "universal"},
-    **dict.fromkeys(("actuated", "passive", "active", "actuator"), "drive"),
-    **{"python": "numpy", "py": "numpy", "javascript": "js", "c++": "cpp", "cuda": "gpu", "simulink": "fmu"},
-    **dict.fromkeys(("t", "tend", "t-end", "t-final", "tfinal", "t-span", "tspan", "duration", "stop-time"), "until"),
-    **dict.fromkeys(("dt", "ts", "max-step", "t-eval"), "every period"),
-    **dict.fromkeys(("params", "parameters", "values", "set", "bind"), "bind values parameters"),
-    **dict.fromkeys(("at", "initial", "x0", "y0", "q0"), "start"),
-    **dict.fromkeys(("rates", "speed", "v0"), "start_rates"),
-    **dict.fromkeys(("n", "samples", "n-samples", "runs"), "count intervals"),
-    **dict.fromkeys(("solver", "integrator"), "method"),
-    **{"ode45": "rk45 dop853", "ode23": "rk23", "ode15s": "bdf", "ode23s": "radau", "ode113": "adams", "rk4": "rk45"},
-    **dict.fromkeys(("controller", "control", "law"), "feedback to_control"),
-    **dict.fromkeys(("from", "from-", "bodies", "between", "body1", "connects"), "ends"),
-    **dict.fromkeys(("inertia-about", "about"), "about inertia_about"),
-    **{
-        "k": "stiffness",
-        "c": "damping velocity_forces",
-        "length": "free",
-        "free-length": "free",
-        "rest-length": "free",
-    },
-    **{"m": "mass_matrix", "mass": "mass_matrix", "g": "gravity_forces", "coriolis": "velocity_forces"},
-    **{"gravity": "gravity_forces", "rnea": "inverse_dynamics", "crba": "mass_matrix", "aba": "forward_dynamics"},
-    **{"fk": "pose", "forward-kinematics": "pose", "save": "to_csv", "language": "target", "eom": "equations"},
-    **{"mass-matrix": "M", "mass-matrix-full": "M", "rhs": "state_space", "response": "values", "trajectory": "run"},
-    **{"to-pandas": "table", "events": "stops reports stop", "to-ss": "to_control", "sobol": "design indices"},
-    **{"over": "values", "hz": "hertz", "start": "q", "e": "restitution", "mu": "friction", "energy": "kinetic_energy"},
-    **dict.fromkeys(("head", "tail", "iloc", "loc"), "to_pandas"),
-    **dict.fromkeys(("wn", "zeta", "natural-frequencies", "eigenfrequencies", "damping-ratios"), "damp"),
-    **dict.fromkeys(("validate", "validation", "test", "holdout"), "hold_back"),
-    **dict.fromkeys(("to-df", "df", "dataframe", "to-dataframe"), "to_pandas table"),
-    **dict.fromkeys(("to-mat", "savez", "to-numpy"), "to_npz"),
-    **dict.fromkeys(("time", "times"), "t"),
-    **{"to-excel": "to_csv", "y": "columns keys q", "x": "columns keys", "savefig": "save_plot plot", "show": "plot"},
-    **dict.fromkeys(("w", "frequency", "frequencies", "freq"), "omega"),
-    **dict.fromkeys(("saturation", "u-max", "umax", "max-force"), "limits feedback"),
-    **{"setpoint": "reference", "set-point": "reference", "inputs": "forces", "ax": "axes"},
-    **{"tf": "until transfer", "ss2tf": "transfer", "to-tf": "transfer", "transfer-function": "transfer"},
-    **{"c2d": "discretize", "sample": "discretize", "cont2discrete": "discretize", "rlocus": "root_locus"},
-    **dict.fromkeys(("eig", "eigenvalues", "eigvals", "pole"), "poles"),
-    **{"2r": "rr", "3r": "rrr", "lhs": "latin", "latin-hypercube": "latin", "monte-carlo": "random", "mc": "random"},
-    **{"num": "numerator", "den": "denominator", "zero": "zeros", "margin": "margins", "ss": "closed_loop to_control"},
-    **{"mag": "decibels", "magnitude": "decibels", "phase": "degrees", "lqe": "kalman", "dlqr": "lqr"},
-    **{"acker": "place", "pole-placement": "place", "gain": "k decibels"},
-    **{"ctrb": "controllability", "obsv": "observability", "tvlqr": "track", "tracking": "track", "cost": "objective"},
-    **{"step-response": "step", "impulse-response": "impulse", "bode-plot": "bode", "pzmap": "plot"},
-    **dict.fromkeys(("std", "stddev", "sigma", "errors"), "sd standard_errors errors"),
-    **dict.fromkeys(("bode", "lqr", "lqg", "nyquist", "root-locus", "poles", "modes", "step"), "every linearize"),
-    **dict.fromkeys(("equilibrium", "equilibria", "trim", "rest", "op"), "linearize_at_rest linearize start"),
-    **{"run": "simulate", "plot": "draw", "export": "convert", "linearise": "linearize", "codegen": "generate"},
-}
-"""What other tools call joints, targets, options, verbs, methods and attributes, and what is known here by which name.
-
-Words of MATLAB, python-control, SciPy, pandas and of textbooks; of several names the first that something has is meant.
-"""
-
-
 _RATE = r"(d{1,2})?_?(?P<of>.*?)_?(d{1,2}|p{1,2}|d?dot)?"
 SECOND = ("dd", "pp", "ddot")
 """How others write rates, dtheta, theta_d or thetap, and which of these are of second order."""
@@ -272,7 +211,10 @@ def nearest(name: object, known: Iterable[str]) -> str | None:
     lowered = {candidate.lower(): candidate for candidate in known}
     meant, candidates = name.lower(), list(lowered)[:MOST_KNOWN]
     bare = meant.lstrip("-")
-    words = [f"{meant.removesuffix(bare)}{one.lower()}" for one in ELSEWHERE.get(bare.replace("_", "-"), "").split()]
+    words = [
+        f"{meant.removesuffix(bare)}{one.lower()}"
+        for one in hint(hints()["names"].items(), bare.replace("_", "-")).split()
+    ]
     for here in (*words, *(one for word in words for one in candidates if one.startswith(f"{word}_"))):
         if here in lowered:
             return lowered[here]
@@ -351,7 +293,9 @@ def alike(notes: Iterable[str]) -> tuple[str, ...]:
 def hints() -> Any:
     """Return what to write in place of what is not there, by its names, `$` for the one that was written; for errors.
 
-    Attributes are of nouns with another attribute, keywords of functions of a name or with another keyword.
+    Attributes are of nouns with another attribute, keywords of functions of a name or with another keyword. Names are
+    words of MATLAB, python-control, SciPy, pandas and of textbooks for joints, targets, options, verbs, methods and
+    attributes; of several that they stand for the first that something has is meant.
     """
     import json
     from pathlib import Path

@@ -279,9 +279,9 @@ def scene(
 def _entries(
     kind: str, maker: str, entries: Sequence[Entry] | Mapping[str, Declared], faults: Faults
 ) -> tuple[Entry, ...]:
-    right, make = list[Entry](), globals()[maker]
+    right = []
     if isinstance(entries, Mapping):  # of values, or of tables as those of a file
-        pairs = entries.items()
+        make, pairs = globals()[maker], entries.items()
         entries = [make(name, **one) if isinstance(one, Mapping) else make(name, one) for name, one in pairs]
     for one in entries:
         if isinstance(one, Entry) and one.where.startswith(f"{kind}."):

@@ -42,7 +42,9 @@ DRAWS = 20
 """Random values of coordinates that are not given, from which the loops may close with those that are."""
 
 
-def closed_start(numbers: Numbers, q: Array, given: Sequence[int], moved: Sequence[int]) -> tuple[Assembly, list[str]]:
+def closed_start(
+    numbers: Numbers, q: Array, given: Sequence[int], moved: Sequence[int], drawn: bool = False
+) -> tuple[Assembly, list[str]]:
     """Return a closed position next to q and what a user should know of it.
 
     The user gives some coordinates; velocities that are `moved` have a prescribed motion.
@@ -70,8 +72,8 @@ def closed_start(numbers: Numbers, q: Array, given: Sequence[int], moved: Sequen
     lost = [k for k in order if k not in kept and abs(closed[places[k]] - q[places[k]]) > CONSISTENT]
     N = free_motions(numbers.dimensionless(closed, 1.0))
     for k in (one for one in lost if _rank(N, (*moved, *kept, one)) > _rank(N, (*moved, *kept))):
-        if (elsewhere := _elsewhere(numbers, q, [*given], (*moved, *kept, k))) is not None:
-            return closed_start(numbers, elsewhere, given, moved)
+        if not drawn and (elsewhere := _elsewhere(numbers, q, [*given], (*moved, *kept, k))) is not None:
+            return closed_start(numbers, elsewhere, given, moved, drawn=True)
         name = numbers.scene.coordinates[places[k]]
         raise SimulateError(
             f"start: the loops do not close with {name} = {q[places[k]]:.6g}; from there they close at {name} = "
@@ -252,6 +254,11 @@ def read_start(
         f"start: the quaternion ({group}) has length {np.linalg.norm(q[part]):.6g}; it was divided by that"
         for group, part in parts.items()
         if abs(np.linalg.norm(q[part]) - 1.0) > CONSISTENT
+    ]
+    notes += [
+        f'start: {scene.coordinates[k]} = {q[k]:g} is in rad; write "{q[k]:g} deg" for degrees'
+        for k in given_q
+        if units.get(scene.coordinates[k]) == "rad" and abs(q[k]) > 2 * np.pi and q[k] == np.rint(q[k])
     ]
     q = numbers.normalised(q)
     if scene.is_constrained:
