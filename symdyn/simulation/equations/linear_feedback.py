@@ -121,8 +121,8 @@ class Gains:
         better = "" if self.q0.any() else "; lin.lqr(Q, R), in place of its K, knows its point"
         places = {names.index(rate): name for name in self.states if (rate := velocity_name(name)) in names}
         return [
-            f"feedback: the gains act about {name} = {q[self.scene.coordinates.index(name)] - away[k]:.4g} rad, and the "
-            f"start is {abs(away[k]):.3g} rad from there{better}"
+            f"feedback: the gains act about {name} = {q[self.scene.coordinates.index(name)] - away[k]:.4g} rad, and "
+            f"the start is {abs(away[k]):.3g} rad from there{better}"
             for k, name in places.items()
             if SceneUnits(self.scene).letters.get(name) == "rad" and abs(away[k]) > np.pi / 2
         ][:1]
