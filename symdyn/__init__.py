@@ -104,9 +104,9 @@ def __getattr__(name: str) -> object:
         return version()
     if os.path.exists(os.path.join(__path__[0], f"{name}.py")):  # `from symdyn import shell` asks here first
         raise AttributeError(name)
-    from symdyn.errors import choice, hint, hints  # an error's own
+    from symdyn.errors import choice, hint  # an error's own
 
-    moved = hint(hints()["functions"].items(), name).replace("$", name)
+    moved = hint("functions", name).replace("$", name)
     told = moved or choice(name, __all__)
     if not moved and not name.startswith("_") and (package := _offering(name)):
         told = f"it is {package}.{name}"

@@ -19,7 +19,7 @@ from operator import index
 from types import UnionType
 from typing import Any, Protocol, TypeVar, cast, get_origin
 
-from symdyn.errors import LIKE, ArgumentError, SymdynError, choice, hint, hints, quoted
+from symdyn.errors import LIKE, ArgumentError, SymdynError, choice, hint, quoted
 from symdyn.frozen import dataclass
 
 
@@ -296,13 +296,11 @@ def suggesting(function: F) -> F:
             told = str(error).replace(".__init__", "").rpartition(".")[2]
         _refuse_unknown(function, keywords)
         takes = [one for one in inspect.signature(function).parameters.values() if one.name not in ("self", "cls")]
-        given = ", ".join(one.name + "=" * (one.kind is one.KEYWORD_ONLY) for one in takes)
-        placed = [one for one in takes if one.kind is not one.KEYWORD_ONLY]
-        for value in values[len(inspect.signature(function).parameters) - len(takes) + len(placed) :][:1]:
-            by_name = {one.name: _read(function).get(one.name) for one in takes if one not in placed}
-            fits = next((name for name, kind in by_name.items() if kind is not None and kind.takes(value)), "")
-            told += f"; it goes by name, {fits}={quoted(value)}" if fits else ""
-        raise ArgumentError(f"{told}; call it as {_called(function)}({given})")
+        loose = {one.name: _read(function).get(one.name) for one in takes if one.kind is one.KEYWORD_ONLY}
+        given = ", ".join(one.name + "=" * (one.name in loose) for one in takes)
+        beyond = values[len(inspect.signature(function).parameters) - len(loose) :][:1]
+        fits = [f"; it goes by name, {k}={quoted(x)}" for x in beyond for k, a in loose.items() if a and a.takes(x)]
+        raise ArgumentError(f"{told}{''.join(fits[:1])}; call it as {_called(function)}({given})")
 
     return cast(F, called)
 
@@ -316,12 +314,11 @@ def _refuse_unknown(function: Callable[..., object], keywords: Iterable[str]) ->
     """Raise ArgumentError for a keyword that a function does not have."""
     known = [name for name in inspect.signature(function).parameters if name != "self"] if keywords else []
     for name in (one for one in keywords if one not in known):
-        needed, told = hint(hints()["keywords"].items(), name) or ("", "")
+        needed, told = hint("keywords", name) or ("", "")
         fits = needed in (*known, name, _called(function)) and not {name[:-1], f"{name}es"} & {*known}
         told = told.replace("$", name) if fits else choice(LIKE.get(name, name), known)
-        if {"values", "start"} <= {*known} and not fits and not told.startswith("did"):
-            own = f"over={{'{name}': [1, 2]}}" if "over" in known else f"values={{'{name}': 1}}"
-            told = f"of the scene's names, {own} gives a parameter, start= a coordinate, forces= a drive; {told}"
+        if {"values", "start"} <= {*known} and told.startswith("there"):
+            told = f"{('values', 'over')['over' in known]}={{'{name}': ...}} gives a parameter, start= a place; {told}"
         raise ArgumentError(f"{_called(function)}() got an unexpected keyword argument {name!r}; {told}")
 
 

@@ -211,10 +211,7 @@ def nearest(name: object, known: Iterable[str]) -> str | None:
     lowered = {candidate.lower(): candidate for candidate in known}
     meant, candidates = name.lower(), list(lowered)[:MOST_KNOWN]
     bare = meant.lstrip("-")
-    words = [
-        f"{meant.removesuffix(bare)}{one.lower()}"
-        for one in hint(hints()["names"].items(), bare.replace("_", "-")).split()
-    ]
+    words = [f"{meant.removesuffix(bare)}{one.lower()}" for one in hint("names", bare.replace("_", "-")).split()]
     for here in (*words, *(one for word in words for one in candidates if one.startswith(f"{word}_"))):
         if here in lowered:
             return lowered[here]
@@ -303,9 +300,11 @@ def hints() -> Any:
     return json.loads(Path(__file__).with_name("hints.json").read_text(encoding="utf-8"))
 
 
-def hint(rows: Iterable[tuple[str, Any]], name: str) -> Any:
-    """Return the hint of a name, among pairs of names and hints, "" where there is none."""
-    return next((told for names, told in rows if name in names.split()), "")
+def hint(kind: str, name: str, known: Iterable[str] = ()) -> Any:
+    """Return the hint of a name, of an attribute that of a noun with one of the known, "" where there is none."""
+    rows = hints()[kind]
+    groups = [rows[has] for has in rows if has in known] if kind == "attributes" else [rows]
+    return next((told for group in groups for names, told in group.items() if name in names.split()), "")
 
 
 LIKE = {"limits": "bounds"}

@@ -35,12 +35,11 @@ class Suggesting:
             kind = type(self)
             if name.startswith("_") or hasattr(kind, name) or name in getattr(kind, "__dataclass_fields__", ()):
                 return object.__getattribute__(self, name)  # raises what it has raised before
-            from symdyn.errors import hint, hints, suggestion  # an error's own
+            from symdyn.errors import hint, suggestion  # an error's own
 
             keys = self.keys() if hasattr(kind, "keys") and not isinstance(self, str) else ()
             known = [one for one in dir(self) if not one.startswith("_")]
-            rows = (row for has, one in hints()["attributes"].items() if has in known for row in one.items())
-            told = hint(rows, name).replace("$", name)
+            told = hint("attributes", name, known).replace("$", name)
             told = f'write ["{name}"]' if name in keys else told or suggestion(name, [*known, *keys])
             raise AttributeError(f"{kind.__name__} has no attribute {name!r}; {told}")
 

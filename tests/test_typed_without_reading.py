@@ -67,8 +67,8 @@ def test_an_attribute_that_others_have_is_told_where_it_is(typed: str) -> None:
 TOLD: dict[str, Callable[[], object]] = {
     "it goes by name, until=10": lambda: symdyn.simulate(CART, 10),  # type: ignore[call-arg]
     "it goes by name, start={'theta': 0}": lambda: symdyn.linearize(CART, {"theta": 0}),  # type: ignore[call-arg]
-    "values={'mp': 1} gives a parameter": lambda: symdyn.simulate(CART, mp=2),  # type: ignore[call-arg]
-    "over={'m': [1, 2]} gives a parameter": lambda: symdyn.sweep(CART, m=[1, 2]),  # type: ignore[call-arg]
+    "values={'mp': ...} gives a parameter": lambda: symdyn.simulate(CART, mp=2),  # type: ignore[call-arg]
+    "over={'m': ...} gives a parameter": lambda: symdyn.sweep(CART, m=[1, 2]),  # type: ignore[call-arg]
     "discretize(0.01) is the sampled system": lambda: symdyn.linearize(CART, dt=0.01),  # type: ignore[call-arg]
     'all of the scene are there, lin["OUTPUT", "INPUT"] chooses': lambda: symdyn.linearize(CART, inputs=["F"]),  # type: ignore[call-arg]
     "'end'; it is until": lambda: symdyn.simulate(CART, end=10),  # type: ignore[call-arg]
