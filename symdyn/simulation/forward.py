@@ -228,7 +228,8 @@ def simulate(
     kinds = enumerate(system.kinds)
     looked_for = tuple(flags[k] if k < len(flags) else limits.get(k, bool(kind.end)) for k, kind in kinds)
     notes = (*initial.notes, *held(scene, given, run.until), *system.notes, *at_start(system, x, limits))
-    notes += (*nothing_ignored(system, run.ignore_limits), *outside.notes(times), *outside.twice(scene, given))
+    notes += (*nothing_ignored(system, run.ignore_limits), *outside.notes(times, initial.q))
+    notes += tuple(outside.twice(scene, given))
     for note in notes:
         tell(note)
 
@@ -368,8 +369,8 @@ class Control:
         """Return the times of a run's samples: the usual ones, or the controller's where nobody asks for others."""
         return usual if self.sampled is None or every is not None else sampled_rows(self.sampled, until)
 
-    def notes(self, times: Array) -> list[str]:
-        """Return what is said of what has no effect, and of controller's samples that lie between those."""
+    def notes(self, times: Array, q: Array) -> list[str]:
+        """Return what is said of what has no effect, of a start far from gains, and of samples between those times."""
         if self.controller is None:
             return []
         feedback, found = self.controller.feedback, []
@@ -380,6 +381,8 @@ class Control:
                 f"feedback: the motion that is followed ends at t = {feedback.law.end:g} s, not at rest where forces "
                 "hold it: its last forces, place and velocities stay from then on"
             )
+        if isinstance(feedback.law, Gains) and "reference" not in feedback.given:
+            found += feedback.law.far(q)
         return found if self.sampled is None else found + hidden(self.sampled, times)
 
     def twice(self, scene: Scene, forces: Forces) -> list[str]:

@@ -9,11 +9,27 @@ A state has a formula for its rate, such as the current of a motor:
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import ClassVar, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
+from symdyn.errors import UnknownNameError, suggestion
 from symdyn.frozen import dataclass, field
 from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.tolerance import Tolerance
+
+
+class Named(tuple[Any, ...]):
+    """What a scene has several of, by its number or by its name: `scene.parameters["m"]`."""
+
+    __slots__ = ()
+
+    def __getitem__(self, which: Any) -> Any:
+        """Return one, or some of a slice; UnknownNameError for a name that is none."""
+        if not isinstance(which, str):
+            return super().__getitem__(which)
+        known = {getattr(one, "name", ""): one for one in self}
+        if which not in known:
+            raise UnknownNameError(f"there is no {which}; {suggestion(which, known)}")
+        return known[which]
 
 
 @dataclass(frozen=True)
