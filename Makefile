@@ -49,7 +49,7 @@ types: $(READY)  ## mypy on all of it, pyright on the code of README and docs
 doctest: $(READY)
 	$(BIN)/python -m pytest --doctest-modules --doctest-ignore-import-errors symdyn  # of what is not installed: JAX, PyTorch
 	$(BIN)/python -m pytest --doctest-glob='*.md' README.md CONTRIBUTING.md docs/index.md docs/python.md docs/equations.md docs/regressors.md \
-		docs/identify.md docs/sweeps.md docs/simulate.md docs/control.md docs/excitation.md docs/units.md docs/verify.md docs/questions.md docs/robots.md \
+		docs/identify.md docs/sweeps.md docs/simulate.md docs/control.md docs/excitation.md docs/units.md docs/verify.md docs/questions.md docs/robots.md docs/recipes.md \
 		docs/teaching/README.md
 
 wheel: $(READY)  ## the sdist, the wheel that it builds, and that wheel alone in an empty environment

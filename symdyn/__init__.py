@@ -55,36 +55,6 @@ def _bundle(noun: object) -> dict[str, str]:
 shown_by(_bundle)
 
 
-MOVED = {
-    **{name: f"it is symdyn.{one}.{name}" for name, one in {"derive": "dynamics", "lower": "program"}.items()},
-    **{
-        name: f"it is symdyn.linearize(...).{name}"
-        for name in ("lqr", "lqg", "kalman", "place", "bode", "margins", "nyquist", "step", "impulse", "transfer")
-    },
-    **{name: f"it is symdyn {name} in a shell" for name in ["new", "walkthrough", "convert", "draw", "info", "bench"]},
-    "generate": "it is symdyn generate in a shell; symdyn.load has functions to call, symdyn.emit.emit their source",
-    **dict.fromkeys(("codegen", "code"), "symdyn generate in a shell writes code; symdyn.load has functions to call"),
-    **{
-        name: f"it is a function of symdyn.load(scene), .{name}(q, ...)"
-        for name in ("forward_dynamics", "inverse_dynamics", "mass_matrix", "gravity_forces")
-    },
-    "plot": "it is symdyn.simulate(...).plot",
-    "sobol": 'symdyn.sweep(..., design="saltelli") has them: .indices(measure)',
-    **dict.fromkeys(
-        ("equilibrium", "equilibria", "trim", "find_equilibrium", "operating_point", "find_operating_point", "statics"),
-        "symdyn.linear.linearize_at_rest(scene) finds all; symdyn.linearize(scene, start={...}) takes one, and tells "
-        "the nearest, and the forces that hold it, where there is none",
-    ),
-    **dict.fromkeys(("solve_ivp", "integrate", "ode", "odeint", "run"), "it is symdyn.simulate(scene, until=...)"),
-    **dict.fromkeys(("eig", "eigenvalues", "modes", "poles"), "it is symdyn.linearize(...).poles, .modes or .damp()"),
-    **dict.fromkeys(("mpc", "MPC", "nmpc", "ocp", "optimal_control"), "symdyn.collocation(...) finds optimal motions"),
-    **dict.fromkeys(
-        ("inverse_kinematics", "ik"), 'it is symdyn.inverse(scene, path={"POINT": "1, 0.1*t, _"}, until=...)'
-    ),
-    **dict.fromkeys(("latex", "lagrangian", "sympy"), "it is symdyn.equations(scene).latex(), .text() or .sympy()"),
-}
-"""Names that are somewhere else, for errors alone."""
-
 CALLED = {
     "bench": "symdyn.bench.bench(scene)",
     "draw": "symdyn.picture(scene)",
@@ -133,9 +103,10 @@ def __getattr__(name: str) -> object:
         return version()
     if os.path.exists(os.path.join(__path__[0], f"{name}.py")):  # `from symdyn import shell` asks here first
         raise AttributeError(name)
-    from symdyn.errors import choice  # an error's own
+    from symdyn.errors import choice, hint  # an error's own
 
-    told = MOVED.get(name) or choice(name, __all__)
-    if name not in MOVED and not name.startswith("_") and (package := _offering(name)):
+    moved = hint("functions", name).replace("$", name)
+    told = moved or choice(name, __all__)
+    if not moved and not name.startswith("_") and (package := _offering(name)):
         told = f"it is {package}.{name}"
     raise AttributeError(f"symdyn has no {name!r}; {told}", name=name, obj=sys.modules[__name__])

@@ -19,7 +19,7 @@ from operator import index
 from types import UnionType
 from typing import Any, Protocol, TypeVar, cast, get_origin
 
-from symdyn.errors import CALLED_OTHERWISE, LIKE, ArgumentError, SymdynError, choice, quoted
+from symdyn.errors import LIKE, ArgumentError, SymdynError, choice, hint, quoted
 from symdyn.frozen import dataclass
 
 
@@ -291,8 +291,11 @@ def suggesting(function: F) -> F:
             told = str(error).replace(".__init__", "").rpartition(".")[2]
         _refuse_unknown(function, keywords)
         takes = [one for one in inspect.signature(function).parameters.values() if one.name not in ("self", "cls")]
-        given = ", ".join(one.name + "=" * (one.kind is one.KEYWORD_ONLY) for one in takes)
-        raise ArgumentError(f"{told}; call it as {_called(function)}({given})")
+        loose = {one.name: _read(function).get(one.name) for one in takes if one.kind is one.KEYWORD_ONLY}
+        given = ", ".join(one.name + "=" * (one.name in loose) for one in takes)
+        beyond = values[len(inspect.signature(function).parameters) - len(loose) :][:1]
+        fits = [f"; it goes by name, {k}={quoted(x)}" for x in beyond for k, a in loose.items() if a and a.takes(x)]
+        raise ArgumentError(f"{told}{''.join(fits[:1])}; call it as {_called(function)}({given})")
 
     return cast(F, called)
 
@@ -306,9 +309,11 @@ def _refuse_unknown(function: Callable[..., object], keywords: Iterable[str]) ->
     """Raise ArgumentError for a keyword that a function does not have."""
     known = [name for name in inspect.signature(function).parameters if name != "self"] if keywords else []
     for name in (one for one in keywords if one not in known):
-        needed, told = CALLED_OTHERWISE.get(name, ("", ""))
-        fits = needed in (*known, name) and not {name[:-1], f"{name}es"} & {*known}
-        told = told if fits else choice(LIKE.get(name, name), known)
+        needed, told = hint("keywords", name) or ("", "")
+        fits = needed in (*known, name, _called(function)) and not {name[:-1], f"{name}es"} & {*known}
+        told = told.replace("$", name) if fits else choice(LIKE.get(name, name), known)
+        if {"values", "start"} <= {*known} and told.startswith("there"):
+            told = f"{('values', 'over')['over' in known]}={{'{name}': ...}} gives a parameter, start= a place; {told}"
         raise ArgumentError(f"{_called(function)}() got an unexpected keyword argument {name!r}; {told}")
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Iterable, Sequence
+from functools import cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
@@ -194,67 +195,6 @@ LONGEST_NAME = 60
 MOST_KNOWN, MOST_COMPARED = 5000, 50
 """Known names that are looked at for one that a wrong one may have meant, and those that are compared with it."""
 
-ELSEWHERE = {
-    **dict.fromkeys(("hinge", "pin", "continuous"), "revolute"),
-    **dict.fromkeys(("curve", "surface", "wire", "rail"), "custom"),
-    **dict.fromkeys(("slide", "slider", "translational"), "prismatic"),
-    **{"ball": "spherical", "floating": "free", "weld": "fixed", "screw": "helical", "hooke": "universal"},
-    **dict.fromkeys(("actuated", "passive", "active", "actuator"), "drive"),
-    **{"python": "numpy", "py": "numpy", "javascript": "js", "c++": "cpp", "cuda": "gpu", "simulink": "fmu"},
-    **dict.fromkeys(("t", "tend", "t-end", "t-final", "tfinal", "t-span", "tspan", "duration", "stop-time"), "until"),
-    **dict.fromkeys(("dt", "ts", "max-step", "t-eval"), "every period"),
-    **dict.fromkeys(("params", "parameters", "values", "set", "bind"), "bind values parameters"),
-    **dict.fromkeys(("at", "initial", "x0", "y0", "q0"), "start"),
-    **dict.fromkeys(("rates", "speed", "v0"), "start_rates"),
-    **dict.fromkeys(("n", "samples", "n-samples", "runs"), "count intervals"),
-    **dict.fromkeys(("solver", "integrator"), "method"),
-    **{"ode45": "rk45 dop853", "ode23": "rk23", "ode15s": "bdf", "ode23s": "radau", "ode113": "adams", "rk4": "rk45"},
-    **dict.fromkeys(("controller", "control", "law"), "feedback to_control"),
-    **dict.fromkeys(("from", "from-", "bodies", "between", "body1", "connects"), "ends"),
-    **dict.fromkeys(("inertia-about", "about"), "about inertia_about"),
-    **{
-        "k": "stiffness",
-        "c": "damping velocity_forces",
-        "length": "free",
-        "free-length": "free",
-        "rest-length": "free",
-    },
-    **{"m": "mass_matrix", "mass": "mass_matrix", "g": "gravity_forces", "coriolis": "velocity_forces"},
-    **{"gravity": "gravity_forces", "rnea": "inverse_dynamics", "crba": "mass_matrix", "aba": "forward_dynamics"},
-    **{"fk": "pose", "forward-kinematics": "pose", "save": "to_csv", "language": "target", "eom": "equations"},
-    **{"mass-matrix": "M", "mass-matrix-full": "M", "rhs": "state_space", "response": "values", "trajectory": "run"},
-    **{"to-pandas": "table", "events": "stops reports stop", "to-ss": "to_control", "sobol": "design indices"},
-    **{"over": "values", "hz": "hertz", "start": "q", "e": "restitution", "mu": "friction", "energy": "kinetic_energy"},
-    **dict.fromkeys(("head", "tail", "iloc", "loc"), "to_pandas"),
-    **dict.fromkeys(("wn", "zeta", "natural-frequencies", "eigenfrequencies", "damping-ratios"), "damp"),
-    **dict.fromkeys(("validate", "validation", "test", "holdout"), "hold_back"),
-    **dict.fromkeys(("to-df", "df", "dataframe", "to-dataframe"), "to_pandas table"),
-    **dict.fromkeys(("to-mat", "savez", "to-numpy"), "to_npz"),
-    **dict.fromkeys(("time", "times"), "t"),
-    **{"to-excel": "to_csv", "y": "columns keys q", "x": "columns keys", "savefig": "save_plot plot", "show": "plot"},
-    **dict.fromkeys(("w", "frequency", "frequencies", "freq"), "omega"),
-    **dict.fromkeys(("saturation", "u-max", "umax", "max-force"), "limits feedback"),
-    **{"setpoint": "reference", "set-point": "reference", "inputs": "forces", "ax": "axes"},
-    **{"tf": "until transfer", "ss2tf": "transfer", "to-tf": "transfer", "transfer-function": "transfer"},
-    **{"c2d": "discretize", "sample": "discretize", "cont2discrete": "discretize", "rlocus": "root_locus"},
-    **dict.fromkeys(("eig", "eigenvalues", "eigvals", "pole"), "poles"),
-    **{"2r": "rr", "3r": "rrr", "lhs": "latin", "latin-hypercube": "latin", "monte-carlo": "random", "mc": "random"},
-    **{"num": "numerator", "den": "denominator", "zero": "zeros", "margin": "margins", "ss": "closed_loop to_control"},
-    **{"mag": "decibels", "magnitude": "decibels", "phase": "degrees", "lqe": "kalman", "dlqr": "lqr"},
-    **{"acker": "place", "pole-placement": "place", "gain": "k decibels"},
-    **{"ctrb": "controllability", "obsv": "observability", "tvlqr": "track", "tracking": "track", "cost": "objective"},
-    **{"step-response": "step", "impulse-response": "impulse", "bode-plot": "bode", "pzmap": "plot"},
-    **dict.fromkeys(("std", "stddev", "sigma", "errors"), "sd standard_errors errors"),
-    **dict.fromkeys(("bode", "lqr", "lqg", "nyquist", "root-locus", "poles", "modes", "step"), "every linearize"),
-    **dict.fromkeys(("equilibrium", "equilibria", "trim", "rest", "op"), "linearize_at_rest linearize start"),
-    **{"run": "simulate", "plot": "draw", "export": "convert", "linearise": "linearize", "codegen": "generate"},
-}
-"""What other tools call joints, targets, options, verbs, methods and attributes, and what is known here by which name.
-
-Words of MATLAB, python-control, SciPy, pandas and of textbooks; of several names the first that something has is meant.
-"""
-
-
 _RATE = r"(d{1,2})?_?(?P<of>.*?)_?(d{1,2}|p{1,2}|d?dot)?"
 SECOND = ("dd", "pp", "ddot")
 """How others write rates, dtheta, theta_d or thetap, and which of these are of second order."""
@@ -270,7 +210,7 @@ def nearest(name: object, known: Iterable[str]) -> str | None:
     lowered = {candidate.lower(): candidate for candidate in known}
     meant, candidates = name.lower(), list(lowered)[:MOST_KNOWN]
     bare = meant.lstrip("-")
-    words = [f"{meant.removesuffix(bare)}{one.lower()}" for one in ELSEWHERE.get(bare.replace("_", "-"), "").split()]
+    words = [f"{meant.removesuffix(bare)}{one.lower()}" for one in hint("names", bare.replace("_", "-")).split()]
     for here in (*words, *(one for word in words for one in candidates if one.startswith(f"{word}_"))):
         if here in lowered:
             return lowered[here]
@@ -282,13 +222,17 @@ def nearest(name: object, known: Iterable[str]) -> str | None:
 
 
 def beside(path: Path, otherwise: str = "check the path") -> str:
-    """Return "did you mean X?" where a file that is not there has a name like that of one beside it."""
+    """Return "did you mean X?" where a file that is not there has a name like one beside it, else what ends alike."""
     try:
-        near = nearest(path.name, sorted(one.name for one in path.parent.iterdir() if one.is_file()))
+        names = sorted(one.name for one in path.parent.iterdir() if one.is_file())
     except OSError:
-        near = None
-    near = near if near and nearest(path.stem, [near.rpartition(".")[0]]) else None
-    return f"did you mean {path.with_name(near)}?" if near else otherwise
+        return otherwise
+    near, ending = nearest(path.name, names) or "", path.suffix
+    alike = [name for name in names if ending and name.endswith(ending)]
+    numbered = near in alike and re.sub(r"\d", "", near) == re.sub(r"\d", "", path.name)  # m1.toml and m2.toml
+    if near and (numbered or nearest(path.stem, [near.rpartition(".")[0]])):
+        return f"did you mean {path.with_name(near)}?"
+    return f"{otherwise}; there {'is' if len(alike) == 1 else 'are'} {listed(alike, 3)}" if alike else otherwise
 
 
 def _likest(name: str, candidates: Sequence[str], most: int, cutoff: float = 0.0) -> list[str]:
@@ -320,9 +264,7 @@ MOST_LISTED, ALIKE = 12, 0.4
 def listed(names: Iterable[str], most: int = MOST_LISTED) -> str:
     """Return names as text for a message, shortened when there are many."""
     every = list(names)
-    if not every:
-        return "none"
-    return ", ".join(every[:most]) + (f", ... ({len(every)} in all)" if len(every) > most else "")
+    return ", ".join(every[:most] or ["none"]) + (f", ... ({len(every)} in all)" if len(every) > most else "")
 
 
 _NUMBERS = r"\d[\d.e+-]*"
@@ -345,31 +287,26 @@ def alike(notes: Iterable[str]) -> tuple[str, ...]:
     return tuple(f"{note} (and {counts[kind]} alike)" * (counts[kind] > 0) or note for kind, note in firsts.items())
 
 
-CALLED_OTHERWISE = {
-    **{
-        name: ("feedback", f"give it with the controller: feedback=symdyn.Feedback(law, {name}=...)")
-        for name in ("period", "delay", "limits", "noise", "quantisation", "reference", "measures")
-    },
-    **{old: (new, f"it is {new}") for old, new in {"of": "measures", "to": "inputs", "drives": "inputs"}.items()},
-    "by": ("hold_back", "symdyn.identification.output_error(scene, data, parameters) fits by output errors"),
-    "bind": ("snap", 'symdyn.scene.bind(scene, {"m": 1}) gives values'),
-    **dict.fromkeys(("title", "figsize", "units"), ("names", "it returns a figure of matplotlib, to be changed there")),
-    "parameters": ("hold_back", "symdyn.identification.output_error(scene, data, parameters) takes it"),
-    "ax": ("ax", "it makes a figure of its own, whose axes are plot().axes"),
-    "along": ("anywhere", "systems along a run are symdyn.linear.linearize_along(scene, run)"),
-    "start": ("system", "system takes it: lambda m: symdyn.linearize(scene, values={'m': m}, start=...)"),
-    **dict.fromkeys(("t_eval", "saveat"), ("until", "every=0.01 spaces the rows; run(t) has all columns at any times")),
-    "t_span": ("until", "a run begins at t = 0, and until= is its end"),
-    "dense_output": ("until", "it is always there: run(t) has all columns between the rows"),
-    **dict.fromkeys(("max_step", "first_step", "min_step"), ("rtol", "steps are chosen for rtol= and atol=")),
-    **{"Ti": ("ki", "an integral time is ki = kp/Ti"), "Td": ("kd", "a derivative time is kd = kp*Td")},
-    "args": ("values", "values={...} gives parameters, forces={...} what drives"),
-    **dict.fromkeys(
-        ("u", "tau", "input", "torque"), ("forces", "forces={'NAME': 'formula in t'} drives, feedback= too")
-    ),
-    **dict.fromkeys(("y0", "x0"), ("start_rates", "start={'q1': 0.1, 'q1_dot': 0} gives positions and velocities")),
-}
-"""What to give in place of a keyword, told where there is another one, none but for its number; for errors alone."""
+@cache
+def hints() -> Any:
+    """Return what to write in place of what is not there, by its names, `$` for the one that was written; for errors.
+
+    Attributes are of nouns with another attribute, keywords of functions of a name or with another keyword. Names are
+    words of MATLAB, python-control, SciPy, pandas and of textbooks for joints, targets, options, verbs, methods and
+    attributes; of several that they stand for the first that something has is meant.
+    """
+    import json
+    from pathlib import Path
+
+    return json.loads(Path(__file__).with_name("hints.json").read_text(encoding="utf-8"))
+
+
+def hint(kind: str, name: str, known: Iterable[str] = ()) -> Any:
+    """Return the hint of a name, of an attribute that of a noun with one of the known, "" where there is none."""
+    rows = hints()[kind]
+    groups = [rows[has] for has in rows if has in known] if kind == "attributes" else [rows]
+    return next((told for group in groups for names, told in group.items() if name in names.split()), "")
+
 
 LIKE = {"limits": "bounds"}
 """Words for what a function may have by another name, for errors alone."""

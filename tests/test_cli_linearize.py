@@ -12,7 +12,9 @@ import numpy as np
 import pytest
 
 import symdyn
+from symdyn.algebra import Symbol
 from symdyn.cli import main
+from symdyn.linear import report
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
@@ -123,6 +125,11 @@ def test_corners_of_friction_are_told(tmp_path: Path, capsys: pytest.CaptureFixt
     path.write_text(text.replace('force = "-b*q1_dot"', 'force = "-2*b*abs(q1_dot)*q1_dot"'), encoding="utf-8")
     assert main(["linearize", str(path)]) == 0
     assert "one-sided: a sign or an absolute value of q1_dot turns over here" in capsys.readouterr().out
+
+
+def test_a_definition_of_more_than_400_characters_is_told_by_what_has_it() -> None:
+    assert report._short(Symbol("q" * 400)) == "q" * 400
+    assert report._short(Symbol("q" * 401)).startswith("... (401 characters; --format latex, --json and ")
 
 
 def test_formulas_are_printed_where_eigenvalues_are_long_and_else_it_is_said_what_has_them(

@@ -90,6 +90,14 @@ def test_forces_beside_a_controller_are_added() -> None:
     assert run.q[-1, 0] == pytest.approx(0.5 - 1 + 0.75 / 4, abs=1e-12)
 
 
+@pytest.mark.parametrize(("force", "twice"), [("1", True), ("cos(theta) + x", True), ("1.1", False), ("cos(t)", False)])
+def test_a_force_that_gains_hold_themselves_is_told(force: str, twice: bool) -> None:
+    law = gains([[0, -40, 0, -8]], u0={"F": 1})
+    run = simulate(CART, forces={"F": force}, until=0.01, feedback=law, start={"theta": 0.1})
+
+    assert any("the gains add u0 = 1 N, together 2 N; leave it out of forces" in note for note in run.notes) == twice
+
+
 def test_a_regulator_holds_the_pole_upright_all_the_time_and_sampled() -> None:
     system = symdyn.linearize(CART, start={"theta": "0"})
 
@@ -403,17 +411,6 @@ def test_gains_of_a_file_on_the_command_line(tmp_path: Path, capsys: pytest.Capt
     assert "dopp is not known" in told
     assert "--period: of --feedback, which is not given" in alone
     assert "gains.json: is no JSON: Expecting property name" in broken
-
-
-def test_what_the_page_says_in_python_runs() -> None:
-    page = (Path(__file__).parent.parent / "docs" / "simulate.md").read_text(encoding="utf-8")
-    text = page[page.index("    from symdyn.simulation import Feedback, simulate") :]
-    lines = text[: text.index("\nA sampled function is called")].splitlines()
-    known: dict[str, object] = {"scene": CART}
-
-    exec("\n".join(line.removeprefix("    ") for line in lines), known)
-
-    assert np.abs(known["run"]["F"]).max() <= 10  # type: ignore[index]
 
 
 SAIL = """

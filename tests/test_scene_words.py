@@ -108,7 +108,7 @@ def test_an_end_is_a_body_a_named_point_or_a_place():
         Place("l", (Quantity.number(0), parse("r"), Quantity.number(0))),
     )
     assert named("elements", "d_line").ends == (
-        Place("ground"),
+        Place("ground", (Quantity.ONE, Quantity.ZERO, Quantity.ZERO)),
         Place("c", tuple(Quantity.number(k) for k in (1, 2, 3))),
     )
 
@@ -322,6 +322,7 @@ LOAD_FAULTS = [
     ("springs.s", 'joint = "l"\nstiffness = 1', 'joint = "l" is not a joint of the tree; known are j, k'),
     ("springs.s", 'from = "a"\nto = "c"\nstiffness = 1', 'to = "c" is neither a body nor a point; '),
     ("springs.s", 'from = "a"\nto = { body = "a", at = [1, 0, 0] }\nstiffness = 1', "from and to are on one body"),
+    ("springs.s", 'from = "ground"\nto = "a"\nstiffness = 1', "an end lies where j does not move it, so"),
     ("springs.s", 'from = "a"\nto = 3\nstiffness = 1', "to = 3 is no end"),
     ("springs.s", 'joint = "j"\nstiffness = []', "stiffness = [] holds no number"),
     ("springs.s", 'joint = "j"\nstiffness = "t"', "stiffness[0] = t uses t, the time"),

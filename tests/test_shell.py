@@ -107,6 +107,18 @@ def test_json_has_no_number_that_is_none(capsys: Capture) -> None:
     assert finite({"a": [float("nan"), 1.5, (float("inf"), "x")]}) == {"a": [None, 1.5, [None, "x"]]}
 
 
+def test_a_file_that_is_not_there_is_told_with_those_beside_it(tmp_path: Path, capsys: Capture) -> None:
+    (tmp_path / "m1.toml").write_text(LOOP)
+    (tmp_path / "notes.md").write_text("")
+    assert main(["info", str(tmp_path / "m2.toml")]) == 1
+    assert f"did you mean {tmp_path / 'm1.toml'}?" in capsys.readouterr().err
+    assert main(["info", str(tmp_path / "crane.toml")]) == 1
+    assert capsys.readouterr().err.endswith("; there is m1.toml\n")
+    (tmp_path / "m1.toml").unlink()
+    assert main(["info", str(tmp_path / "m2.toml")]) == 1
+    assert "there is no such file; check the path, or begin a scene with symdyn new\n" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("quiet", ["-q", "--quiet"])
 def test_quiet_leaves_results_and_errors(quiet: str, tmp_path: Path, capsys: Capture) -> None:
     scene = tmp_path / "loop.toml"

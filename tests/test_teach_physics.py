@@ -81,9 +81,20 @@ joint = "slide"
 stiffness = "k"
 """
 
+HUNG = (
+    WEIGHT.replace('"weight"', '"hung"')
+    .replace(
+        "[joints]",
+        """cage = { mass = "m" }
+[joints]
+shaft = { type = "prismatic", parent = "ground", child = "cage", axis = [0, 0, 1], coordinate = "s", drive = "F" }""",
+    )
+    .replace('parent = "ground", child = "block"', 'parent = "cage", child = "block"')
+)
+
 
 def scene(name: str) -> Scene:
-    texts = {"pendulum": PENDULUM, "hoop": HOOP, "weight": WEIGHT}
+    texts = {"pendulum": PENDULUM, "hoop": HOOP, "weight": WEIGHT, "hung": HUNG}
     return read_text(texts[name], "toml") if name in texts else read(EXAMPLES / f"{name}.toml")
 
 
@@ -175,6 +186,9 @@ def test_a_bead_on_a_turning_hoop_stays_aside_and_keeps_jacobis_integral() -> No
 def test_a_spring_holds_a_weight_and_a_loop_says_where_it_grows() -> None:
     assert sp.simplify(symbolic(question("weight", "place")) + m * g / k) == 0
     assert sp.simplify(symbolic(question("weight", "frequency")) ** 2 - k / m) == 0
+    keys = [block.key for _, block in asked("hung").blocks() if isinstance(block, Questions)]
+    assert "physics:sense" in keys
+    assert "physics:place" not in keys  # a cage that nothing holds rests nowhere
     right = [text for text, right in chosen("four_bar", "stable").items() if right]
     assert [float(text.split()[2].replace("\u2212", "-")) < 0 for text in right] == [True, True]  # the crank hangs
     assert [text for text, right in chosen("cart_with_wheel", "unit").items() if right] == ["N"]

@@ -74,7 +74,7 @@ def everything() -> Scene:
         ],
         dampers=[
             damper("d_joint", joint="gear", damping=["1/10", "1/100"]),
-            damper("d_line", ends=("ground", "end"), damping="k"),
+            damper("d_line", ends=({"body": "ground", "at": [1, 0, 0]}, "end"), damping="k"),
         ],
         loads=[
             load("wind", body="l", at=[0, 0, "r"], force=["3*k*t", 0, "-2*f1_vx"], couple=[0, "2*sin(3*t)*alpha", 0]),

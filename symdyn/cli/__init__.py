@@ -49,15 +49,17 @@ RENAMED = {"--road": "--formulation", "--transfer": "--show transfer", "--reach"
            "--at": "--start", "--rates": "--start-rates"}  # fmt: skip
 """Options by the names that they had, for errors alone."""
 
-PLOT = "simulate, inverse and sweep write one, --plot FILE, linearize others; draw makes a picture of the mechanism"
+PLOT = "simulate, inverse and sweep write one, --plot FILE, linearize --bode FILE; draw makes a picture of a mechanism"
 
 ELSEWHERE = {"--margins": "give --show margins", "--step": "give --show step", "--to": "give --outputs",
              **dict.fromkeys(("--from", "--input", "--inputs"), "inputs are all drives and inputs of the scene, "
                              "each of them in --bode FILE; another one is declared there, [inputs.u]"),
-             "--poles": "they are told without it, as eigenvalues", "plot": PLOT,
-             "--latex": "give --format latex, which is usual",
+             **dict.fromkeys(("--poles", "--modes", "--eig", "--damp"), "they are told without it, as eigenvalues"),
+             **dict.fromkeys(("--nyquist", "--nichols", "--tustin"), "symdyn.linearize(...) has it: docs, control.md"),
+             "--latex": "give --format latex, which is usual", **dict.fromkeys(("plot", "--plot"), PLOT),
              **dict.fromkeys(("animate", "film", "movie", "video"), "simulate writes one, --animate FILE"),
-             "--transmissibility": "give --bode FILE, of --outputs", "--output-error": "give --by output-error",
+             "--tf": "give --show transfer", "--transmissibility": "give --bode FILE, of --outputs",
+             "--output-error": "give --by output-error",
              "--noise": "in Python a controller has it: symdyn.Feedback(law, noise=...), and --kalman variances",
              "--quantisation": "in Python a controller has it: symdyn.Feedback(law, quantisation=...)",
              "--list": "--template takes {template}", "--method": "give --by output-error", "--period": "give --dt",

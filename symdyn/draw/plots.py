@@ -40,11 +40,12 @@ def import_matplotlib() -> Any:
     """Return matplotlib, imported where no stranger's file lies.
 
     As it is imported it reads a file matplotlibrc in the current folder, which may have come with a scene: one that is
-    no text ends the import, and one that is text may ask for a program to typeset with.
+    no text ends the import, and one that is text may ask for a program to typeset with. DrawError where it is missing.
     """
     if "matplotlib" not in sys.modules:
+        require("plots", "matplotlib")
         spec = importlib.util.find_spec("matplotlib")
-        assert spec is not None, "who draws has seen that it is importable"
+        assert spec is not None
         assert spec.origin is not None, "a package that is imported has a file"
         with contextlib.chdir(Path(spec.origin).parent / "mpl-data"):  # where its own defaults are
             found = importlib.import_module("matplotlib")

@@ -263,6 +263,11 @@ class Identification(Shown):
         return self.regression.estimate
 
     @property
+    def values(self) -> dict[str, float]:
+        """Their estimates by name."""
+        return dict(zip(self.names, self.after.tolist(), strict=True))
+
+    @property
     def errors(self) -> Array:
         """Standard errors, shape (p,); NaN for a parameter that is not identifiable by itself."""
         return self.regression.errors

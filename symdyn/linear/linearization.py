@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from symdyn.linear.prepared import Prepared
 
 
-@dataclass(frozen=True, eq=False, init=False)
+@dataclass(frozen=True, eq=False, init=False, repr=False)
 class Ahead(StateSpace):
     """A linear system some outputs of which follow rates of inputs at once: y = C x + D w + D₁ ẇ + D₂ ẅ.
 

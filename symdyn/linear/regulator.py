@@ -28,7 +28,7 @@ from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError, suggestion
 from symdyn.frozen import dataclass, replace
 from symdyn.linear.locus import array_of
-from symdyn.linear.modes import SIDEWAYS, Complexes, balance, pairs_of, spectrum
+from symdyn.linear.modes import SIDEWAYS, Complexes, array, balance, pairs_of, spectrum
 from symdyn.linear.plots import Plotted, pole_map
 from symdyn.linear.state_space import StateSpace
 from symdyn.linear.transfer import Margins, poles_in_words, shown, staircase
@@ -307,7 +307,7 @@ def place(one: Linearization, poles: Sequence[complex] | Array, period: float | 
     apart = max(float(np.abs(found - value).min()) for value in wanted)
     if not apart <= PLACED * max(1.0, float(np.abs(wanted).max())):
         raise LinearizeError("poles: cannot be placed to six digits: a mode is close to one that no input moves")
-    found = found[np.argsort(-found.real, kind="stable")]
+    found = found[np.argsort(-found.real, kind="stable")].view(array)
     return _noted(Regulator(one, one.inputs.of(used).names, K / scale[None, :], found, period))
 
 
@@ -398,7 +398,7 @@ def riccati(
             "not all poles of what was found decay; weights differ by too much, or a mode is close to one out of reach"
         )
     S = basis @ P @ basis.T / np.outer(scale, scale)
-    return K @ basis.T / scale[None, :], S, poles[np.argsort(-poles.real, kind="stable")], notes
+    return K @ basis.T / scale[None, :], S, poles[np.argsort(-poles.real, kind="stable")].view(array), notes
 
 
 def _lasting(A: Array, size: float) -> list[complex]:

@@ -101,12 +101,10 @@ def text(system: Linearization, formulas: Symbolic | None = None) -> str:
         told = [
             line for letter in "ABCD" for line in _formulas(letter, getattr(formulas, letter), system.names[letter])
         ]
-        told += [f"with {name} = {_spelled(form)}" for name, form in formulas.defined]
+        told += [f"with {name} = {_short(form)}" for name, form in formulas.defined]
         lines += [*told, ""] if told else []
-    lines += [*_modes(system), *(f"  {line}" for line in roots(formulas)), ""]
-    verdict = system.stability
-    lines.append(f"stability: {verdict.words}")
-    lines += [f"  {line}" for line in verdict.lines]
+    lines += [*_modes(system), *(f"  {line}" for line in roots(formulas)), "", f"stability: {system.stability.words}"]
+    lines += [f"  {line}" for line in system.stability.lines]
     return "\n".join(lines)
 
 
@@ -122,8 +120,13 @@ def roots(formulas: Symbolic | None) -> list[str]:
 
 def _spelled(form: Form) -> str:
     """Return a formula in print, its numbers rounded where that is asked for."""
-    digits = requested_digits()
-    return text_of(form, digits)
+    return text_of(form, requested_digits())
+
+
+def _short(form: Form) -> str:
+    """Return a definition in print, or what has one that is longer than 400 characters."""
+    spelled, where = _spelled(form), "--format latex, --json and symdyn.linearize(...).formulas in Python have it"
+    return spelled if len(spelled) <= 400 else f"... ({len(spelled)} characters; {where})"
 
 
 def _root(root: Root) -> str:
@@ -174,15 +177,8 @@ def _modes(system: Linearization) -> list[str]:
     """Return a line a mode: eigenvalue, frequency, damping, what moves."""
     if not system.modes:
         return ["all eigenvalues are zero"]
-    rows = [
-        (
-            eigenvalue(one, 1e3 * system.spectrum.size),
-            number(one.frequency),
-            number(one.damping, 1.0),
-            shape(one, system),
-        )
-        for one in system.modes
-    ]
+    size = 1e3 * system.spectrum.size
+    rows = [(eigenvalue(x, size), number(x.frequency), number(x.damping, 1.0), shape(x, system)) for x in system.modes]
     return Table(HEAD, rows).lines()
 
 
@@ -200,8 +196,7 @@ def shape(mode: Mode, system: StateSpace) -> str:
     """Return how the positions move in a mode, phases in degrees; the velocities, or states, where no position does."""
     count: int = getattr(system, "positions", 0)
     p = count if np.abs(mode.shape[:count]).max(initial=0.0) > NOTHING else 0
-    some = mode.shape[:p] if p else mode.shape
-    names = system.states.names[:p] if p else system.states.names
+    some, names = mode.shape[: p or None], system.states.names[: p or None]
     some = some / some[np.abs(some).argmax()]
     parts = []
     for name, x in zip(names, some, strict=True):
@@ -252,16 +247,11 @@ def _escaped(name: str) -> str:
     return name.replace("_", r"\_").replace("*", r"\cdot ").replace("^", r"\hat{}")
 
 
-def _given(system: Linearization) -> dict[str, dict[str, float]]:
-    """Return inputs at the point, where a scene has such."""
-    names = [one.name for one in system.scene.inputs]
-    return {"inputs": dict(zip(names, system.point.inputs.tolist(), strict=True))} if names else {}
-
-
 def as_json(system: Linearization, formulas: Symbolic | None = None) -> dict[str, Any]:
     """Return a system for JSON, all digits."""
     scene, point, verdict = system.scene, system.point, system.stability
     axes = {name: getattr(system, name) for name in ("states", "inputs", "outputs")}
+    inputs = dict(zip((one.name for one in scene.inputs), point.inputs.tolist(), strict=True))
     with showing(None):
         eigenvalues = roots(formulas)
     return {
@@ -272,7 +262,7 @@ def as_json(system: Linearization, formulas: Symbolic | None = None) -> dict[str
             "q": dict(zip(scene.coordinates, point.q.tolist(), strict=True)),
             "u": dict(zip(scene.first_order, point.u.tolist(), strict=True)),
             "tau": dict(zip(drive_names(scene), point.tau.tolist(), strict=True)),
-            **_given(system),
+            **({"inputs": inputs} if inputs else {}),
         },
         **{name: [{"name": n, "unit": u} for n, u in zip(a.names, a.units, strict=True)] for name, a in axes.items()},
         "positions": system.positions,

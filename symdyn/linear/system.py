@@ -386,7 +386,8 @@ def _swept(t: Array, A: Array, B: Array, Q: Array, R: Array, end: Array) -> Arra
         return -np.asarray(half + half.T - S @ b @ np.linalg.solve(R, b.T @ S) + Q).ravel()
 
     size = max(float(np.abs(end).max()), float(np.abs(Q).max()))
-    found = solve_ivp(rates, (t[-1], t[0]), end.ravel(), "DOP853", t[::-1], rtol=RTOL, atol=ATOL * size)
+    with np.errstate(over="ignore", invalid="ignore"):  # steps that are too long are tried again, and shorter
+        found = solve_ivp(rates, (t[-1], t[0]), end.ravel(), "DOP853", t[::-1], rtol=RTOL, atol=ATOL * size)
     if not found.success or not np.isfinite(found.y).all():
         raise LinearizeError(f"Riccati's equation has no solution along the motion: {found.message}")
     S = found.y.T[::-1].reshape(-1, n, n)

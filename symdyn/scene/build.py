@@ -39,6 +39,7 @@ class Elements(TypedDict, total=False):
 
 
 Inertia = Three | Sequence[Three] | Mapping[str, Number]
+Declared = Number | Mapping[str, object] | None
 
 
 @suggesting
@@ -203,17 +204,17 @@ def dh_table(
 def scene(
     name: str,
     *,
-    parameters: Sequence[Entry] | Mapping[str, Number | None] = (),
+    parameters: Sequence[Entry] | Mapping[str, Declared] = (),
     gravity: Three | bool | str | None = None,
     bodies: Sequence[Entry] = (),
     joints: Sequence[Entry] = (),
     points: Sequence[Entry] = (),
     loops: Sequence[Entry] = (),
     dh: Entry | None = None,
-    inputs: Sequence[Entry] | Mapping[str, Number | None] = (),
-    outputs: Sequence[Entry] | Mapping[str, Number] = (),
+    inputs: Sequence[Entry] | Mapping[str, Declared] = (),
+    outputs: Sequence[Entry] | Mapping[str, Declared] = (),
     states: Sequence[Entry] = (),
-    signals: Sequence[Entry] | Mapping[str, Number] = (),
+    signals: Sequence[Entry] | Mapping[str, Declared] = (),
     tables: Sequence[Entry] = (),
     source: str = "",
     allow_invalid_inertia: bool = False,
@@ -226,17 +227,17 @@ def scene(
 
     Args:
         name: of the scene, used for file and function names.
-        parameters: declared by `parameter`, or a mapping of names to values (None: without a value).
+        parameters: declared by `parameter`, or values by name, None without one, or {"value": 1, "unit": "kg"}.
         gravity: acceleration of free fall in the ground frame, m/s^2; [0, 0, -9.81] when left out, False for none.
         bodies: declared by `body`.
         joints: declared by `joint`, `revolute` and its like, in any order.
         points: declared by `point`.
         loops: declared by `loop`.
         dh: declared by `dh_table`.
-        inputs: declared by `input_signal`, or a mapping of names to values where none are given over time (None: zero).
-        outputs: declared by `output`, or a mapping of names to formulas.
+        inputs: declared by `input_signal`, or by name values where none are given over time, or {"rates": 1}.
+        outputs: declared by `output`, or formulas by name.
         states: declared by `state`.
-        signals: declared by `signal`, or a mapping of names to formulas.
+        signals: declared by `signal`, or formulas by name.
         tables: declared by `table`.
         source: stands in front of every fault; the name of the scene when left out.
         allow_invalid_inertia: accept inertias that are not physically consistent, of every body.
@@ -253,14 +254,6 @@ def scene(
     strange = [section for section in acting if section not in sections()]
     if strange:
         raise TypeError(f"scene() takes no {strange[0]}; {suggestion(strange[0], sections())}")
-    if isinstance(parameters, Mapping):
-        parameters = [parameter(key, value) for key, value in parameters.items()]
-    if isinstance(inputs, Mapping):
-        inputs = [input_signal(key, value) for key, value in inputs.items()]
-    if isinstance(outputs, Mapping):
-        outputs = [output(key, formula) for key, formula in outputs.items()]
-    if isinstance(signals, Mapping):
-        signals = [signal(key, formula) for key, formula in signals.items()]
     faults = Faults(source or str(name))
     declaration = Declaration(
         name=name,
@@ -283,8 +276,13 @@ def scene(
     return assemble(declaration, source, faults, allow_invalid_inertia, spanning_tree)
 
 
-def _entries(kind: str, maker: str, entries: Sequence[Entry], faults: Faults) -> tuple[Entry, ...]:
+def _entries(
+    kind: str, maker: str, entries: Sequence[Entry] | Mapping[str, Declared], faults: Faults
+) -> tuple[Entry, ...]:
     right = []
+    if isinstance(entries, Mapping):  # of values, or of tables as those of a file
+        make, pairs = globals()[maker], entries.items()
+        entries = [make(name, **one) if isinstance(one, Mapping) else make(name, one) for name, one in pairs]
     for one in entries:
         if isinstance(one, Entry) and one.where.startswith(f"{kind}."):
             right.append(one)

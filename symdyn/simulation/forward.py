@@ -27,7 +27,7 @@ from symdyn.simulation.equations.contact_modes import check_names
 from symdyn.simulation.equations.control_loop import Loop, held_columns, hidden, sampled_rows
 from symdyn.simulation.equations.controller import Placed, placed, placed_function, read_feedback
 from symdyn.simulation.equations.implicit import differences
-from symdyn.simulation.equations.linear_feedback import Schedule
+from symdyn.simulation.equations.linear_feedback import Gains, Schedule
 from symdyn.simulation.equations.saturation import saturation_report
 from symdyn.simulation.equations.settling import begun
 from symdyn.simulation.equations.system import Projection, StateEquations
@@ -38,6 +38,7 @@ from symdyn.simulation.integrate.heyoka_expressions import overlooks, refuses, s
 from symdyn.simulation.integrate.integration import DOUBLES, END, INTERRUPTED, STOPPED, Integration, Method, integrated
 from symdyn.simulation.integrate.valueless import valueless
 from symdyn.simulation.prescribed.forces import Forces, held
+from symdyn.simulation.prescribed.formulas_in_time import bound, parameter_values
 from symdyn.simulation.problem import Problem, Run
 from symdyn.simulation.trajectory import Trajectory
 from symdyn.simulation.trajectory_builder import (
@@ -100,11 +101,9 @@ def choose(
     if is_stiff(system, x, until):
         anew = "samples" if system.loop is not None and system.loop.period is not None else ""
         anew = anew or ("events of contacts" if system.contacts is not None else "")
-        if anew:
-            why = f"the system is stiff, and multistep methods would begin anew at {anew}"
-            return Choice("radau", METHODS["radau"], why)
-        name = "cvode" if METHODS["cvode"].installed else "radau"
-        return Choice(name, METHODS[name], "the system is stiff")
+        name = "cvode" if METHODS["cvode"].installed and not anew else "radau"
+        why = f", and multistep methods would begin anew at {anew}" if anew else ""
+        return Choice(name, METHODS[name], f"the system is stiff{why}")
     why = refuses(system)
     if not why and overlooks(system):
         why = f"a series may overlook a turn of {overlooks(system)}"
@@ -229,7 +228,8 @@ def simulate(
     kinds = enumerate(system.kinds)
     looked_for = tuple(flags[k] if k < len(flags) else limits.get(k, bool(kind.end)) for k, kind in kinds)
     notes = (*initial.notes, *held(scene, given, run.until), *system.notes, *at_start(system, x, limits))
-    notes += (*nothing_ignored(system, run.ignore_limits), *outside.notes(times))
+    notes += (*nothing_ignored(system, run.ignore_limits), *outside.notes(times, initial.q))
+    notes += tuple(outside.twice(scene, given))
     for note in notes:
         tell(note)
 
@@ -369,8 +369,8 @@ class Control:
         """Return the times of a run's samples: the usual ones, or the controller's where nobody asks for others."""
         return usual if self.sampled is None or every is not None else sampled_rows(self.sampled, until)
 
-    def notes(self, times: Array) -> list[str]:
-        """Return what is said of what has no effect, and of controller's samples that lie between those."""
+    def notes(self, times: Array, q: Array) -> list[str]:
+        """Return what is said of what has no effect, of a start far from gains, and of samples between those times."""
         if self.controller is None:
             return []
         feedback, found = self.controller.feedback, []
@@ -381,7 +381,22 @@ class Control:
                 f"feedback: the motion that is followed ends at t = {feedback.law.end:g} s, not at rest where forces "
                 "hold it: its last forces, place and velocities stay from then on"
             )
+        if isinstance(feedback.law, Gains) and "reference" not in feedback.given:
+            found += feedback.law.far(q)
         return found if self.sampled is None else found + hidden(self.sampled, times)
+
+    def twice(self, scene: Scene, forces: Forces) -> list[str]:
+        """Return what is said of forces that are, where gains aim, what these add themselves."""
+        law, values = self.controller, parameter_values(scene)
+        if law is None or not isinstance(gains := law.feedback.law, Gains):
+            return []
+        aim = dict(zip((*scene.coordinates, *scene.velocities), [*gains.q0, *gains.u0], strict=True))
+        return [
+            f"{name}: forces give {u0:.6g} {unit} at x0, and the gains add u0 = {u0:.6g} {unit}, together {2 * u0:.6g} "
+            f"{unit}; leave it out of forces, unless it acts twice"
+            for name, k, u0, unit in zip(law.names, law.places, law.initial, law.units, strict=True)
+            if u0 and np.isclose(float(bound(forces.formula(k), values).known_at(aim) or 0), u0, rtol=1e-6)
+        ]
 
     def begun(self, scene: Scene, initial: Start, until: float, hidden: int = 0) -> Loop | None:
         """Return them at work at the start of a run, None where there are none; see `Loop` for `hidden`."""

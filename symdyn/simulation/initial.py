@@ -38,8 +38,13 @@ CONSISTENT, FAR = 1e-9, 1.0
 NOTHING = 1e-9
 """Singular values of columns of N that are zero."""
 
+DRAWS = 20
+"""Random values of coordinates that are not given, from which the loops may close with those that are."""
 
-def closed_start(numbers: Numbers, q: Array, given: Sequence[int], moved: Sequence[int]) -> tuple[Assembly, list[str]]:
+
+def closed_start(
+    numbers: Numbers, q: Array, given: Sequence[int], moved: Sequence[int], drawn: bool = False
+) -> tuple[Assembly, list[str]]:
     """Return a closed position next to q and what a user should know of it.
 
     The user gives some coordinates; velocities that are `moved` have a prescribed motion.
@@ -55,14 +60,26 @@ def closed_start(numbers: Numbers, q: Array, given: Sequence[int], moved: Sequen
     rates = {k: velocity_name(numbers.scene.coordinates[k]) for k in given}
     places = {names.index(rate): k for k, rate in rates.items() if rate in names}
     order = sorted(places, key=lambda k: (not drives[k], k))
-    kept = order
+    kept, begin = order, q
     if not _closes(numbers, q, (*moved, *order)):
         kept = []
         for k in order:
             kept = [*kept, k] if _closes(numbers, q, (*moved, *kept, k)) else kept
+        begin = numbers.newton(numbers.normalised(q), tuple({*moved, *order}))  # to what is given, not to the scene's
     held = sorted({*moved, *kept})
-    assembly = numbers.closed_position(q if held or any(q) else None, held or None)
-    return assembly, [*assembly.notes, *_guessed(numbers, np.array(assembly.q), q, places, kept, moved)]
+    assembly = numbers.closed_position(begin if held or any(q) else None, held or None)
+    closed = np.array(assembly.q)
+    lost = [k for k in order if k not in kept and abs(closed[places[k]] - q[places[k]]) > CONSISTENT]
+    N = free_motions(numbers.dimensionless(closed, 1.0))
+    for k in (one for one in lost if _rank(N, (*moved, *kept, one)) > _rank(N, (*moved, *kept))):
+        if not drawn and (elsewhere := _elsewhere(numbers, q, [*given], (*moved, *kept, k))) is not None:
+            return closed_start(numbers, elsewhere, given, moved, drawn=True)
+        name = numbers.scene.coordinates[places[k]]
+        raise SimulateError(
+            f"start: the loops do not close with {name} = {q[places[k]]:.6g}; from there they close at {name} = "
+            f"{closed[places[k]]:.6g}; give another value, or guesses of the other coordinates too"
+        )
+    return assembly, [*assembly.notes, *_guessed(numbers, closed, places, kept, lost)]
 
 
 def _closes(numbers: Numbers, q: Array, held: Sequence[int]) -> bool:
@@ -71,22 +88,25 @@ def _closes(numbers: Numbers, q: Array, held: Sequence[int]) -> bool:
     return numbers.is_closed(found) and not (numbers.singular_angles(found) or numbers.lying_flat(found))
 
 
+def _elsewhere(numbers: Numbers, q: Array, given: Sequence[int], held: Sequence[int]) -> Array | None:
+    """Return the nearest closed position to which random values of what is not given lead, None where there is none."""
+    found = list[Array]()
+    for seed in range(DRAWS):
+        drawn = numbers.drawn(seed)
+        drawn[given] = q[given]
+        if _closes(numbers, drawn, held):
+            found.append(numbers.newton(numbers.normalised(drawn), tuple(sorted({*held}))))
+            found[-1][given] = q[given]
+    return min(found, key=lambda one: float(np.abs(one - q).max()), default=None)
+
+
 def _guessed(
-    numbers: Numbers, closed: Array, q: Array, places: dict[int, int], kept: Sequence[int], moved: Sequence[int]
+    numbers: Numbers, closed: Array, places: dict[int, int], kept: Sequence[int], lost: Sequence[int]
 ) -> list[str]:
     """Return what is said of coordinates that were given and not kept."""
-    coordinates = numbers.scene.coordinates
-    N = free_motions(numbers.dimensionless(closed, 1.0))
-    lost = [k for k in places if k not in kept and abs(closed[places[k]] - q[places[k]]) > CONSISTENT]
-    for k in lost:
-        if _rank(N, (*moved, *kept, k)) > _rank(N, (*moved, *kept)):
-            name = coordinates[places[k]]
-            raise SimulateError(
-                f"start: the loops do not close with {name} = {q[places[k]]:.6g}; from there they close at {name} = "
-                f"{closed[places[k]]:.6g}; give another value, or guesses of the other coordinates too"
-            )
     if not lost:
         return []
+    coordinates = numbers.scene.coordinates
     follow = ", ".join(f"{coordinates[places[k]]} = {closed[places[k]]:.9g}" for k in lost)
     from_kept = ", ".join(coordinates[places[k]] for k in kept)
     return [
@@ -234,6 +254,11 @@ def read_start(
         f"start: the quaternion ({group}) has length {np.linalg.norm(q[part]):.6g}; it was divided by that"
         for group, part in parts.items()
         if abs(np.linalg.norm(q[part]) - 1.0) > CONSISTENT
+    ]
+    notes += [
+        f'start: {scene.coordinates[k]} = {q[k]:g} is in rad; write "{q[k]:g} deg" for degrees'
+        for k in given_q
+        if units.get(scene.coordinates[k]) == "rad" and abs(q[k]) > 2 * np.pi and q[k] == np.rint(q[k])
     ]
     q = numbers.normalised(q)
     if scene.is_constrained:

@@ -141,14 +141,17 @@ class Panel:
         return len({one.column.unit for one in self.curves}) > 1
 
 
-def panels(trajectory: Trajectory, names: Names = ()) -> list[Panel]:
-    """Return the panels of a plot: of the columns that names choose, or of the usual kinds.
+def panels(trajectory: Trajectory, names: Names = (), degrees: bool = False) -> list[Panel]:
+    """Return the panels of a plot: of the columns that names choose, or of the usual kinds; angles in rad or degrees.
 
     Raises:
         UnknownNameError: a name or pattern that chooses nothing.
     """
     every, (_, table) = trajectory.columns, trajectory.table()
     numbers = {one.name: x for one, x in reversed(list(zip(every, table.T, strict=True)))}
+    if degrees:
+        numbers |= {one.name: np.degrees(numbers[one.name]) for one in every if one.unit in ANGLES}
+        every = tuple(replace(one, unit=ANGLES.get(one.unit, one.unit)) for one in every)
     groups: dict[Hashable, list[Column]] = {}
     for k, one in enumerate(names := list(names)):
         loose = isinstance(one, str) or not isinstance(one, Iterable)
@@ -172,6 +175,9 @@ def panels(trajectory: Trajectory, names: Names = ()) -> list[Panel]:
         )
         for some, title in zip(found, titles, strict=True)
     ]
+
+
+ANGLES = {f"rad{per}": f"deg{per}" for per in ("", "/s", "/s^2")}
 
 
 def _title(group: Sequence[Column], words: Sequence[str]) -> str:
@@ -280,6 +286,7 @@ def figure(
     axes: Axes | Sequence[Axes] | None = None,
     width: float | str | None = None,
     x: str | None = None,
+    degrees: bool = False,
 ) -> Figure:
     """Return a plot as a figure of matplotlib, which a notebook shows; arguments as of `Trajectory.plot`.
 
@@ -287,7 +294,8 @@ def figure(
         SimulateError: matplotlib is not installed, no such width, or another number of axes than of panels.
         UnknownNameError: a name that chooses nothing.
     """
-    parts, over = panels(trajectory, names), None if x is None else panels(trajectory, [x])[0].curves[0]
+    parts = panels(trajectory, names, degrees)
+    over = None if x is None else panels(trajectory, [x], degrees)[0].curves[0]
     check_plot()
     if axes is None:
         count = len(trajectory.t) * sum(len(part.curves) for part in parts)

@@ -241,6 +241,14 @@ class Trajectory(Shown):
         """Return the names of the columns, so that a run is taken for a table."""
         return self.names
 
+    def __len__(self) -> int:
+        """Return how many rows it has."""
+        return len(self.t)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
+        """Return the numbers of the table, shape (N, columns), as a data frame does."""
+        return np.asarray(self.table()[1], dtype)
+
     def __iter__(self) -> Iterator[str]:
         """Yield the names of the columns: `"q1" in run`, `dict(run)`."""
         return iter(self.names)
@@ -330,6 +338,7 @@ class Trajectory(Shown):
         axes: Axes | Sequence[Axes] | None = None,
         width: float | str | None = None,
         x: str | None = None,
+        degrees: bool = False,
     ) -> Figure:
         """Return a figure of matplotlib, which a notebook shows and whose axes are yours to change.
 
@@ -341,6 +350,7 @@ class Trajectory(Shown):
             width: "column" of a paper, 3.3 in, with small letters and without a heading; "slide", 11 in, with large
                 ones; or inches. Usually 8.
             x: the column that all are drawn over, such as the angle of a crank; None is t.
+            degrees: whether angles, their rates and accelerations are in degrees.
 
         Raises:
             UnknownNameError: there is no such column.
@@ -350,7 +360,7 @@ class Trajectory(Shown):
         from symdyn.simulation.panels import figure
 
         each = [one for some in names for one in ([some] if isinstance(some, str) else some)]
-        return figure(self, each, axes, width, x)
+        return figure(self, each, axes, width, x, degrees)
 
     def save_plot(
         self, file: str | Path, names: Sequence[str | Sequence[str]] = (), width: float | str | None = None

@@ -222,7 +222,8 @@ def _solved(problem: Collocation, z: Array, exact: bool | None, options: Mapping
     except RuntimeError as fault:
         words = str(fault).strip().splitlines()[-1]
         told = words.rpartition(".cpp:")[2].partition(": ")[2] or words
-        raise SimulateError(f"IPOPT: {told}; options are its own, such as max_iter=500, print_level=5") from None
+        own = "options are its own, such as max_iter=500, print_level=5; collocation(..., intervals=50) makes it finer"
+        raise SimulateError(f"IPOPT: {told}; {own}") from None
     wall = time.perf_counter() - began
     stats, z = solver.stats(), np.array(found["x"], dtype=np.float64).ravel()
     objective, miss = float(problem.objective(z)), violation(problem, z)

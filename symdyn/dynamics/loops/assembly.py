@@ -216,18 +216,25 @@ MIRRORED, FEW = 1e-2, 6
 
 
 def mirrored_loops(numbers: Numbers) -> list[str]:
-    """Return which loops, unless there are many, the start closes when their `tip` is taken for its inverse alone."""
+    """Return which loops a start leaves open that say no `tip`, or close when it is taken for its inverse."""
     scene, q, found = numbers.scene, numbers.start(), list[str]()
     if len(scene.loops) > FEW or not any(joint.start for joint in scene.moving) or numbers.lying_flat(q):
         return found
-    off, lever = float(np.abs(numbers.residual(q)).max(initial=0.0)), max(1.0, lever_of(numbers, q))
+    gaps, lever = np.abs(numbers.residual(q)), max(1.0, lever_of(numbers, q))
+    off = float(gaps.max(initial=0.0))
     if off < MIRRORED * lever:
         return found
-    for k, loop in enumerate(scene.loops):
-        loops = [*scene.loops]
-        loops[k] = replace(loop, tip=loop.tip.inverse())
-        other = type(numbers)(replace(scene, loops=tuple(loops))).bound_to(numbers.free)
-        if loop.tip.steps and np.abs(other.residual(q)).max() < MIRRORED * off:
+    owners = [one.owner for one in numbers.constraints.labels]
+    for loop in scene.loops:
+        own = max([0.0, *(gap for gap, owner in zip(gaps, owners, strict=False) if owner == loop.name)])
+        if not loop.tip.steps:
+            told = f"the start leaves the loop {loop.name} open by {own:.3g}; without tip or child_origin its"
+            told += f" joint is at the origin of {loop.child}'s frame: if it is not, write child_origin"
+            found += [told] if own > MIRRORED * lever else []
+            continue
+        loops = tuple(replace(one, tip=one.tip.inverse()) if one is loop else one for one in scene.loops)
+        other = type(numbers)(replace(scene, loops=loops)).bound_to(numbers.free)
+        if np.abs(other.residual(q)).max() < MIRRORED * off:
             found.append(
                 f"the start leaves the loop {loop.name} open by {off:.3g}, and would close it if its tip were its "
                 "child_origin: tip is the child's frame seen from the joint, child_origin the joint seen from that"

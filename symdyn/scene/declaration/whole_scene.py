@@ -21,7 +21,7 @@ from symdyn.scene.values.body import mass_faults
 from symdyn.scene.values.dimensional_analysis import fits, with_unit
 from symdyn.scene.values.entry import Faults, show, shown
 from symdyn.scene.values.grammar import CLOCK, LETTERS, check_latex, check_name, check_scene_name
-from symdyn.scene.values.joint import Joint, acceleration_name
+from symdyn.scene.values.joint import Joint, Strut, acceleration_name
 from symdyn.scene.values.key import Key, Stand
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import FormulaError, Quantity, Value
@@ -168,6 +168,33 @@ def _start(joint: Joint, stand: Stand) -> None:
         stand.fault(f"start: the quaternion (w, x, y, z){shift} has zero length; give one such as 1, 0, 0, 0")
 
 
+def check_elements(draft: Draft, values: Mapping[str, Value], faults: Faults) -> None:
+    """Report what is wrong with the elements, one by one: places before numbers, and then what their kind knows."""
+    for where, one in zip(draft.where["elements"], draft.scene.elements, strict=True):
+        kind, stand = FORCES[one.kind], Stand(where, draft.scene, values, faults)
+        for part in sorted(kind.parts, key=lambda part: isinstance(part, Key)):
+            part.check(one, stand)
+        if kind.check is not None:
+            kind.check(one, stand)
+        if isinstance(one, Strut) and len(one.ends) == 2 and not one.is_rope and not faults.lines:
+            _acts(one, stand)
+
+
+def _acts(strut: Strut, stand: Stand) -> None:
+    """Report an end that a joint between both bodies leaves where it is: its length never changes."""
+    g = Graph()
+    at = {one.body: (x.express(g), y.express(g), z.express(g)) for one in strut.ends for x, y, z in (one.at,)}
+    for joint in (*stand.scene.joints, *stand.scene.loops):
+        if joint.type != "fixed" and {joint.parent, joint.child} == {*at} and joint.coupling is None:
+            motion = JOINTS[joint.type].anywhere(joint, g).placement
+            seen = joint.origin.inverse().transform(g).point(at[joint.parent])
+            for p in (seen, joint.tip.transform(g).point(at[joint.child])):
+                if all((a - b).is_zero for a, b in zip(motion.point(p), p, strict=True)):
+                    told = f"an end lies where {joint.name} does not move it, so that its length never changes"
+                    torsion = f'for a torsion write joint = "{joint.name}", else '
+                    stand.fault(f"{told}; {torsion * bool(joint.coordinate)}give places that it moves")
+
+
 def check_tree(draft: Draft, faults: Faults) -> None:
     """Report ends that are no bodies, bodies that joints do not connect to the ground, and a scene that is fixed."""
     scene = draft.scene
@@ -287,13 +314,7 @@ def check(
     check_tree(draft, faults)
     check_loops(draft, faults)
     check_joints(draft, values, faults)
-    # one by one: places before numbers, and then what their kind knows
-    for where, one in zip(draft.where["elements"], draft.scene.elements, strict=True):
-        kind, stand = FORCES[one.kind], Stand(where, draft.scene, values, faults)
-        for part in sorted(kind.parts, key=lambda part: isinstance(part, Key)):
-            part.check(one, stand)
-        if kind.check is not None:
-            kind.check(one, stand)
+    check_elements(draft, values, faults)
     _formulas(draft, values, faults)
     _units(draft, faults, dimensions and not draft.scene.dimensionless)
     return tuple(_masses(draft, values, faults, allow_invalid_inertia))

@@ -17,8 +17,9 @@ import math
 import re
 from collections.abc import Iterable, Mapping
 from decimal import Decimal
-from typing import ClassVar, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
+from symdyn.errors import UnknownNameError, suggestion
 from symdyn.frozen import dataclass, field
 from symdyn.scene.values.quantity import FormulaError, Quantity
 from symdyn.scene.values.unit import Unit
@@ -91,6 +92,21 @@ def read_tolerance(raw: object, unit: str) -> Tolerance:
         raise FormulaError(f"is in {own}, and {said}; {FORM}")
     chosen = "" if not unit or Unit.read(unit).is_coherent else unit
     return Tolerance(number, own or chosen)
+
+
+class Named(tuple[Any, ...]):
+    """What a scene has several of, by its number or by its name: `scene.parameters["m"]`."""
+
+    __slots__ = ()
+
+    def __getitem__(self, which: Any) -> Any:
+        """Return one, or some of a slice; UnknownNameError for a name that is none."""
+        if not isinstance(which, str):
+            return super().__getitem__(which)
+        known = {getattr(one, "name", ""): one for one in self}
+        if which not in known:
+            raise UnknownNameError(f"there is no {which}; {suggestion(which, known)}")
+        return known[which]
 
 
 @dataclass(frozen=True)

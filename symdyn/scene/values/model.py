@@ -23,7 +23,7 @@ from symdyn.scene.values.body import UNMOVED, Body, Pose
 from symdyn.scene.values.folding import map_quantities, substituted
 from symdyn.scene.values.grammar import CLOCK, LETTERS
 from symdyn.scene.values.joint import Contact, Element, Joint, JointOrder, Load, Row, Strut, acceleration_name, order_of
-from symdyn.scene.values.letters import Input, Letter, Parameter, Signal, StateVariable
+from symdyn.scene.values.letters import Input, Letter, Named, Parameter, Signal, StateVariable
 from symdyn.scene.values.quantity import Quantity, Vector, spell
 from symdyn.scene.values.unilateral import Unilateral
 from symdyn.shown import Shown
@@ -105,7 +105,7 @@ class Scene(Shown):
         if isinstance(self.name, str) and self.name.endswith((".toml", ".urdf", ".xml", ".par")):
             raise SceneError(f'{self.name} is a file, and a Scene is what is in it: symdyn.read("{self.name}")')
         lists = [one.name for one in fields(self) if one.type not in ("str", "bool") and one.name != "texts"]
-        vars(self).update(zip(lists, walked(Scene, vars(self), *lists, error=SceneError), strict=True))
+        vars(self).update(zip(lists, map(Named, walked(Scene, vars(self), *lists, error=SceneError)), strict=True))
 
     def __repr__(self) -> str:
         free = [one.name for one in self.parameters if one.value is None]
@@ -116,6 +116,10 @@ class Scene(Shown):
         bodies = f"{len(self.bodies)} {'body' if len(self.bodies) == 1 else 'bodies'}"
         loops = f", {len(self.loops)} {'loop' if len(self.loops) == 1 else 'loops'}" if self.loops else ""
         return f"<Scene {self.name}: {bodies}{loops}; {'; '.join(told)}>"
+
+    def __str__(self) -> str:
+        values = (f"{one.name} = {spell(one.value)} {one.unit}".rstrip() for one in self.parameters if one.value)
+        return f"{self!r}\n    {', '.join(values)}".rstrip()
 
     def __hash__(self) -> int:
         return self._hash
@@ -411,7 +415,8 @@ class Scene(Shown):
         """
         if Path(self.source).suffix.lower() in NAMING:
             return ""
-        named = [f"{_run(joint.coordinates)} {joint.name}" for joint in self.moving[:most]]
+        runs = [(one.coordinates[0], *one.coordinates[1:][-1:]) for one in self.moving[:most]]
+        named = [f"{' ... '.join(run)} {one.name}" for run, one in zip(runs, self.moving, strict=False)]
         more = len(named) < len(self.moving)
         return ", ".join([*named, *([f"... ({len(self.moving)} joints in all)"] if more else [])])
 
@@ -439,7 +444,3 @@ class Scene(Shown):
         """Return a number and such a unit as text, the number alone where none is shown."""
         check_arguments(Scene.in_shown_unit, locals(), SceneError)
         return f"{number} {self.shown_unit(unit)}".rstrip()
-
-
-def _run(names: tuple[str, ...]) -> str:
-    return names[0] if len(names) == 1 else f"{names[0]} ... {names[-1]}"

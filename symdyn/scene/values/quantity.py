@@ -80,6 +80,11 @@ class Quantity:
         """Return a named parameter, coordinate or velocity."""
         return Quantity(Op.SYMBOL, (), name)
 
+    def __float__(self) -> float:
+        if (value := self.at({})) is None:
+            raise FormulaError(f"{spell(self)} is a formula, and no number")
+        return float(value)
+
     def __neg__(self) -> Quantity:
         return self if self == Quantity.ZERO else Quantity(Op.NEG, (self,))
 

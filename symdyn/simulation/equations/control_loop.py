@@ -253,7 +253,9 @@ class Loop:
         try:
             found = np.asarray("None" if said is None else said, dtype=np.float64)  # NumPy takes None as nan
         except (TypeError, ValueError):
-            raise ControllerError(f"{title} returned {said!r:.80}, which is no force, {when}") from None
+            order = f"{', '.join(names)}" if hasattr(said, "keys") else ""
+            order = order and f"; give numbers in this order: {order}"
+            raise ControllerError(f"{title} returned {said!r:.80}, which is no force, {when}{order}") from None
         if found.shape != (len(names),) and not (found.shape == () and len(names) == 1):
             raise ControllerError(
                 f"{title} returned {quoted(said)}, numbers of shape {found.shape}, {when}; give one number a force, in "

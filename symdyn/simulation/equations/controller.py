@@ -291,9 +291,10 @@ def placed(scene: Scene, feedback: Feedback, until: float, beside: bool = False)
     for k in {k for k in found if k is not None and found.count(k) > 1}:
         faults.add("feedback: inputs", f"{force_names(scene)[k]} is named twice")
     _check_times(feedback, until, faults)
-    initial = tuple(map(float, feedback.initial)) or getattr(feedback.law, "initial", ()) or (0.0,) * len(names)
+    said = feedback.initial if len(feedback.initial) else getattr(feedback.law, "initial", ()) or (0.0,) * len(names)
+    initial = () if isinstance(said, Mapping | str) else tuple(map(float, said))
     if len(initial) != len(names) or not all(map(math.isfinite, initial)):
-        faults.add("feedback: initial", f"{list(initial)} are not {len(names)} finite numbers, one an input")
+        faults.add("feedback: initial", f"{quoted(said)} are not {len(names)} finite numbers, one an input")
     ranges = _ranges(feedback, names, faults)
     signals = _signals(scene, feedback, names, faults)
     state = (*scene.coordinates, *scene.first_order)

@@ -133,6 +133,8 @@ def pid(
     T = float(filter) if filter is not None else abs(kd / kp) / 10 if kp else 0.0
     usual = math.sqrt(abs(kd / ki)) if ki and kd else abs(kp / ki) if ki else 0.0
     T_t = max(usual if antiwindup is True else float(antiwindup), h)
+    if filter is not None and not kd:
+        faults.add("filter", "is of the derivative; give kd too, or leave it out")
     if kd and not T > 0:
         faults.add("filter", f"kd = {kd:g} beside kp = {kp:g} tells no time of a filter; give one, s")
     if ki and limits is not None and antiwindup is True and not T_t > 0:

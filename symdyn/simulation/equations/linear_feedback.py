@@ -25,9 +25,9 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.errors import SimulateError, suggestion
 from symdyn.frozen import dataclass, field, replace
-from symdyn.scene import Scene
+from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values import Faults
+from symdyn.scene.values import Faults, velocity_name
 from symdyn.simulation.prescribed.formulas_in_time import read_file
 from symdyn.unlocked import cached_property
 
@@ -114,6 +114,18 @@ class Gains:
                 away = np.concatenate([shift, (back * turn).as_rotvec()])
             found[along] = away
         return found
+
+    def far(self, q: Array) -> list[str]:
+        """Return what is said of a start that is more than a quarter of a turn from where the gains act."""
+        names, away = self.scene.velocities, self.away(q)
+        better = "" if self.q0.any() else "; lin.lqr(Q, R), in place of its K, knows its point"
+        places = {names.index(rate): name for name in self.states if (rate := velocity_name(name)) in names}
+        return [
+            f"feedback: the gains act about {name} = {q[self.scene.coordinates.index(name)] - away[k]:.4g} rad, and "
+            f"the start is {abs(away[k]):.3g} rad from there{better}"
+            for k, name in places.items()
+            if SceneUnits(self.scene).letters.get(name) == "rad" and abs(away[k]) > np.pi / 2
+        ][:1]
 
 
 @dataclass(frozen=True)

@@ -233,8 +233,11 @@ class OpenQuestions(PhysicsQuestions):
         yield from self.choice("stable", self.say("stable", several=several), stable)
 
     def _extended(self, q: Expr) -> Asked:
-        """Where a force that is linear in one way is zero."""
-        (force,) = [x for x in self.rests.forces if not zero(self.lesson, x)]
+        """Where a force that is linear in one way is zero; nothing is asked where a second one has to be zero too."""
+        forces = [x for x in self.rests.forces if not zero(self.lesson, x)]
+        if len(forces) != 1:
+            return
+        (force,) = forces
         (slope,) = gradient(force, [q])
         if q not in reachable([slope]) and not slope.is_zero:
             (least,) = substitute([force], {q: self.lesson.graph.zero})

@@ -1,0 +1,168 @@
+"""What an engineer types who knows python-control, SciPy, pandas and SymPy, and no page: it works, or is told."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+import symdyn
+from symdyn.errors import ArgumentError, SimulateError, UnknownNameError, hints
+from symdyn.identification import Identification
+from symdyn.identification.output_error import OutputFit
+from symdyn.linear.linearization import Linearization
+from symdyn.linear.responses import FrequencyResponse, TimeResponse
+from symdyn.linear.system import track
+from symdyn.shown import Suggesting
+from symdyn.simulation.panels import panels
+from symdyn.transcription import Collocation, Solution
+
+pytestmark = pytest.mark.runs
+
+CART = symdyn.example("cart_pole")
+
+
+@cache
+def held() -> dict[str, Any]:
+    """Return what is held, by the name that it has when it is asked."""
+    system = symdyn.linearize(CART)
+    return {
+        "run": symdyn.simulate(CART, until=0.1, start={"theta": 0.2}, method="dop853"),
+        "lin": system,
+        "step": system.step(points=3),
+        "bode": system.bode(omega=[1.0]),
+        "lqr": system.lqr(),
+        "lqg": system.lqg(),
+        "eq": symdyn.equations(CART),
+        "scene": CART,
+    }
+
+
+KINDS = (Identification, OutputFit, Linearization, FrequencyResponse, TimeResponse, Collocation, Solution)
+
+ATTRIBUTES = """
+run.at run.final run.resample run.interp run.u run.y run.energy run.velocities run.success run.nfev run.gif run.max
+lin.x0 lin.K lin.lqi lin.observer lin.eigenvalues lin.eigs lin.bandwidth lin.sensitivity lin.nichols lin.dcgain lin.rank
+lin.symbolic lin.minreal lin.text step.y step.overshoot step.to_csv bode.to_csv bode.to_pandas lqr.P lqr.E lqr.Q
+lqr.step lqr.simulate lqg.K eq.M eq.T eq.V eq.forcing eq.lagrangian eq.qdd eq.solve eq.linearize eq.pdf eq.coordinates
+scene.dof scene.mass scene.start scene.forces scene.fk scene.latex scene.with_values scene.replace scene.save scene.plot
+"""
+
+
+@pytest.mark.parametrize("typed", ATTRIBUTES.split())
+def test_an_attribute_that_others_have_is_told_where_it_is(typed: str) -> None:
+    noun, name = typed.split(".")
+    with pytest.raises(AttributeError, match=f"no attribute '{name}'; ") as caught:
+        getattr(held()[noun], name)
+    told = str(caught.value)
+    assert "known are" not in told
+    assert "did you mean" not in told  # of what sounds like it
+
+
+TOLD: dict[str, Callable[[], object]] = {
+    "it goes by name, until=10": lambda: symdyn.simulate(CART, 10),  # type: ignore[call-arg]
+    "it goes by name, start={'theta': 0}": lambda: symdyn.linearize(CART, {"theta": 0}),  # type: ignore[call-arg]
+    "values={'mp': ...} gives a parameter": lambda: symdyn.simulate(CART, mp=2),  # type: ignore[call-arg]
+    "over={'m': ...} gives a parameter": lambda: symdyn.sweep(CART, m=[1, 2]),  # type: ignore[call-arg]
+    "discretize(0.01) is the sampled system": lambda: symdyn.linearize(CART, dt=0.01),  # type: ignore[call-arg]
+    'all of the scene are there, lin["OUTPUT", "INPUT"] chooses': lambda: symdyn.linearize(CART, inputs=["F"]),  # type: ignore[call-arg]
+    "'end'; it is until": lambda: symdyn.simulate(CART, end=10),  # type: ignore[call-arg]
+    "feedback=symdyn.Feedback(law, seed=...)": lambda: symdyn.simulate(CART, seed=1),  # type: ignore[call-arg]
+    "'nodes'; it is intervals": lambda: symdyn.collocation(CART, until=1, nodes=50),  # type: ignore[call-arg]
+    "a figure of matplotlib, to be changed there": lambda: held()["lin"].plot(title="A"),  # type: ignore[call-arg]
+    "degrees=True is in degrees": lambda: held()["run"].plot(units="deg"),  # type: ignore[call-arg]
+    "lin.bode(hertz=True).plot() is over Hz": lambda: held()["bode"].plot(Hz=True),
+    "filter: is of the derivative": lambda: symdyn.pid("theta", "F", 10, filter=0.1),
+    "there is no m; did you mean mp?": lambda: CART.parameters["m"],  # type: ignore[call-overload]
+    "give numbers in this order: F": lambda: symdyn.simulate(CART, until=0.1, feedback=lambda t, q, u: {"F": 0.0}),
+    "{'F': 1} are not 1 finite numbers": lambda: symdyn.simulate(
+        CART, until=0.1, feedback=symdyn.Feedback(lambda t, q, u: 0.0, period=0.1, initial={"F": 1})  # type: ignore[arg-type]
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("told", TOLD)
+def test_what_is_called_as_elsewhere_is_told_how_it_is_called(told: str) -> None:
+    with pytest.raises((ArgumentError, SimulateError, UnknownNameError)) as caught:
+        TOLD[told]()
+    assert told in str(caught.value)
+
+
+def test_what_pandas_and_python_control_do_works() -> None:
+    run, regulator = held()["run"], held()["lqr"]
+    assert len(run) == len(run.t)
+    assert np.array_equal(np.asarray(run), run.table()[1])
+    assert np.array_equal(regulator.poles(), regulator.poles)
+    assert float(CART.parameters["mp"].value) == 0.1  # type: ignore[call-overload]
+    assert CART.bodies["cart"] is CART.bodies[0]  # type: ignore[call-overload]
+    assert "mp = 2 kg" in str(symdyn.scene.bind(CART, {"mp": 2}))
+    made = symdyn.scene.scene(
+        "one",
+        inputs={"road": {"rates": 1}},
+        parameters={"m": {"value": 2, "unit": "kg"}},
+        bodies=[symdyn.scene.body("b", mass="m")],
+        joints=[symdyn.scene.prismatic("s", "ground", "b", axis=[1, 0, 0])],
+    )
+    assert [one.name for one in made.inputs] == ["road", "road_dot"]
+    assert made.parameters[0].unit == "kg"
+
+
+def test_plots_in_degrees_have_their_units() -> None:
+    run = held()["run"]
+    (shown,) = panels(run, ["theta"], degrees=True)
+    assert shown.title.endswith("deg")
+    assert np.array_equal(shown.curves[0].values, np.degrees(run["theta"]))
+    assert np.array_equal(panels(run, ["x"], degrees=True)[0].curves[0].values, run["x"])
+
+
+def test_gains_that_act_far_from_the_start_are_told() -> None:
+    scene = symdyn.example("furuta")
+    up = symdyn.linearize(scene, start={"theta2": np.pi}).lqr()
+
+    def notes(feedback: object) -> str:
+        run = symdyn.simulate(scene, until=1e-3, every=1e-3, start={"theta2": 3}, feedback=feedback, method="dop853")  # type: ignore[arg-type]
+        return " ".join(run.notes)
+
+    assert "the gains act about theta2 = 0 rad, and the start is 3 rad from there" in notes(up.K)
+    assert "gains act" not in notes(up)
+
+
+def test_stiff_gains_along_a_motion_raise_no_warning(recwarn: pytest.WarningsRecorder) -> None:
+    track(held()["run"], {"theta": 1e8}, {"F": 1e-3})
+    assert not [one for one in recwarn if issubclass(one.category, RuntimeWarning)]
+
+
+def _nouns(kind: type) -> list[type]:
+    return [kind, *(one for sub in kind.__subclasses__() for one in _nouns(sub))]
+
+
+def test_hints_stand_once_and_none_is_of_what_is_there() -> None:
+    rows = hints()
+    fields = {one: {*dir(one), *getattr(one, "__dataclass_fields__", ())} for one in _nouns(Suggesting)}
+    for one in held().values():
+        fields[type(one)] |= {*vars(one)}
+    for has, group in rows["attributes"].items():
+        nouns = [one for one, known in fields.items() if has in known]
+        assert nouns, f"no noun has {has}"
+        names = [name for some in group for name in some.split()]
+        assert len(names) == len({*names}), has
+        idle = {name for name in names if all(name in fields[one] for one in nouns)}
+        assert not idle, f"{has}: {idle} are there"
+    assert {*KINDS} <= {*fields}
+    for kind in ("functions", "keywords", "names"):
+        names = [name for some in rows[kind] for name in some.split()]
+        assert len(names) == len({*names}), kind
+    assert not {*dir(symdyn)} & {name for some in rows["functions"] for name in some.split()}
+
+
+def test_functions_that_hints_name_are_there() -> None:
+    for path in re.findall(r"symdyn\.([a-z_.]+[a-z_])\(", json.dumps(hints())):
+        found: Any = symdyn
+        for name in path.split("."):
+            found = getattr(found, name)
+        assert callable(found)
