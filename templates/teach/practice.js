@@ -55,10 +55,7 @@
     const said = key => words["answer.kind." + key];
     const kinds = [...new Set((told.kinds || []).map(kind => said(kind) || said(LIKE[kind] ?? "inertia")))].filter(Boolean);
     if (kinds.length && tries > 1) verdict.append(" " + said("look").replace("{text}", kinds.join(", ")));
-    if (told.terms && tries > 2) {
-      verdict.append(" " + said("term"));
-      for (const term of told.terms) verdict.append(" ", shown(term));
-    }
+    if (tries > 2) for (const [change, term] of told.changes || []) verdict.append(` ${words.changes[change]}`, ...(term ? [": ", shown(term)] : []), ".");
   }
   for (const form of forms) {
     const solution = form.querySelector(".solution"), verdict = form.querySelector(".verdict");

@@ -21,16 +21,18 @@ from symdyn.teach.languages import fill, language_of
 from symdyn.teach.lesson import called
 from symdyn.teach.mathematics import inner
 from symdyn.teach.practice.exercises import ENOUGH, ROUNDED, is_given, quantities
+from symdyn.teach.student.differences import KINDS
 from symdyn.teach.student.diagnosis import BOUND, DRAWN, SCALED, SCALES, TWINS, Diagnosis, Points, points_of
 from symdyn.teach.student.evidence import ALL_OF_IT, PLAIN, STATES, SUITS, Column
 from symdyn.teach.student.grammar import CALLED, PAGE, Names
-from symdyn.teach.student.mistakes import FREE, VAGUE, Mistake
+from symdyn.teach.student.mistakes import FREE, MOST as MOST_WRONG, VAGUE, Mistake
 from symdyn.teach.student.motions import rows_of
 from symdyn.teach.student.parts import BOTH, SCALED as SCALED_PRICE, UNTIED, WHOLE
 from symdyn.teach.student.statements import SPEEDS
 
-FEW, BUDGET, SMALL = 300, 1000, 2
-"""Mistakes of one blank that a page knows, and of all its blanks where a scene has more than `SMALL` velocities."""
+
+SMALL, BUDGET = 4, 1000
+"""Velocities of a scene of which a page knows all mistakes; of a larger one so many in all its blanks."""
 
 
 def questions(document: Document) -> dict[str, Any]:
@@ -67,11 +69,11 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
     multipliers = {name: unit for name, (unit, _) in rows_of(scene).items()}
     names, points = Names(scene, tuple(multipliers)), points_of(scene, multipliers)
     diagnosis = Diagnosis(scene, multipliers)
-    few = FEW if len(scene.velocities) <= SMALL else min(FEW, max(20, BUDGET // max(1, len(requested))))
+    few = MOST_WRONG if len(scene.velocities) <= SMALL else max(20, BUDGET // max(1, len(requested)))
     balanced = not scene.is_constrained and diagnosis.course is not None
     balances = {key: left for key, (left, _) in requested.items() if balanced and left.startswith(BALANCED)}
     values = {key: _shortened(points, form) for key, (_, form) in requested.items()}
-    lesson, mistakes = language_of(language).lesson, language_of(language).mistakes
+    spoken = language_of(language)
     return {
         "symbols": dict(names.symbols),
         "dotted": names.derivatives,
@@ -120,8 +122,9 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         "apart": _apart(diagnosis),
         "grammar": PAGE,
         "speeds": SPEEDS.pattern,
-        "words": {key: text for key, text in lesson.items() if key.startswith(("answer.", "fault."))}
-        | {"mistakes": dict(mistakes), "decimal": language_of(language).decimal},
+        "words": {key: text for key, text in spoken.lesson.items() if key.startswith(("answer.", "fault."))}
+        | {"mistakes": dict(spoken.mistakes), "decimal": spoken.decimal}
+        | {"changes": {key: spoken.answers[key].partition(":")[0].capitalize() for key in KINDS}},
     }
 
 

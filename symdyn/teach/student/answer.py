@@ -178,7 +178,6 @@ def _difference(difference: Difference, say: Mapping[str, str]) -> str:
     return say[difference.kind].format(
         found=found,
         right=right,
-        symbol=symbols[0],
         found_symbol=symbols[0],
         right_symbol=symbols[1],
         factor=text_of(Number(difference.factor)),

@@ -239,6 +239,8 @@ def _evidence(
     beside = () if i is None or tied or how else tuple(_beside(course, motions, i))
     if tied and i is not None and not how:
         columns += _biased(motions, i, ways, columns)
+    if how == "rows" and not any(one.kind == "row" for one in columns):  # no row acts in this equation
+        how = ""
     return Evidence(points, tuple(columns), right, handles, key in ("P:", "L:"), tied, beside, how)
 
 

@@ -245,6 +245,7 @@ def atoms_of(course: Course, motions: Motions) -> Atoms:
     moving = [
         *zip(scene.velocities, units.velocities, strict=True),
         *zip(scene.coordinates, units.coordinates, strict=True),
+        *((drive, unit) for _, drive, unit in units.each_drive()),
     ]
     angles = [name for name, unit in (*named, *zip(scene.coordinates, units.coordinates, strict=True)) if unit == "rad"]
     sums = [{x: 1} for x in angles] + [{x: 2} for x in angles]
