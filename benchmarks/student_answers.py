@@ -227,7 +227,9 @@ def told_by_page(
     teach = folder("templates") / "teach"
     scripts = [(teach / f"{name}.js").read_text("utf-8") for name in ("formulas", "terms", "answers", "practice")]
     questions = {**questions_of(scene, asked, "en"), "choices": {}}
-    program = "\n".join([f"const QUESTIONS={json.dumps(questions)}, typed={json.dumps(texts)};", READER, *scripts, TRIES])
+    program = "\n".join(
+        [f"const QUESTIONS={json.dumps(questions)}, typed={json.dumps(texts)};", READER, *scripts, TRIES]
+    )
     done = subprocess.run(["node", "-"], input=program, text=True, capture_output=True, check=True)
     found: list[dict[str, Any]] = json.loads(done.stdout)
     return found

@@ -93,7 +93,7 @@ const Terms = (() => {
     const [lost, turned, scaled] = apart.states[kind].map((rule, k) => rule || (form ? apart.plain[k] : ""));
     if (!turned && c < -1 - CLOSE) return [];
     const vague = ["spring", "friction", "force"].includes(turned) ? [turned, "termsign"] : [turned];  // they say no sign
-    return (Math.abs(c + 1) < CLOSE ? [lost] : Math.abs(c + 2) < CLOSE ? vague : c < -1 ? [turned, scaled] : [scaled]).filter(Boolean);
+    return (Math.abs(c + 1) < CLOSE ? [lost] : Math.abs(c + 2) < CLOSE ? vague : c < -1 ? [turned, scaled] : [scaled]).join(" ").split(" ").filter(Boolean);
   }
   // How a term is changed, by the words of a shell's differences
   const changed = c => Math.abs(c + 1) < CLOSE ? "missing" : c < -1 ? "sign" : "factor";

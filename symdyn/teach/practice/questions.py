@@ -21,15 +21,14 @@ from symdyn.teach.languages import fill, language_of
 from symdyn.teach.lesson import called
 from symdyn.teach.mathematics import inner
 from symdyn.teach.practice.exercises import ENOUGH, ROUNDED, is_given, quantities
-from symdyn.teach.student.differences import KINDS
 from symdyn.teach.student.diagnosis import BOUND, DRAWN, SCALED, SCALES, TWINS, Diagnosis, Points, points_of
+from symdyn.teach.student.differences import KINDS
 from symdyn.teach.student.evidence import ALL_OF_IT, PLAIN, STATES, SUITS, Column
 from symdyn.teach.student.grammar import CALLED, PAGE, Names
 from symdyn.teach.student.mistakes import FREE, MOST as MOST_WRONG, VAGUE, Mistake
 from symdyn.teach.student.motions import rows_of
 from symdyn.teach.student.parts import BOTH, SCALED as SCALED_PRICE, UNTIED, WHOLE
 from symdyn.teach.student.statements import SPEEDS
-
 
 SMALL, BUDGET = 4, 1000
 """Velocities of a scene of which a page knows all mistakes; of a larger one so many in all its blanks."""

@@ -134,9 +134,10 @@ def in_words(answer: Answer, language: str = "en") -> list[str]:
             else say["numerical"]
         )
         return [say["right"].format(name=name) + how]
-    if answer.forgotten:
-        return [say["forgotten"].format(name=name, q=answer.forgotten)]
     rule = _rule(answer, spoken.mistakes)
+    if answer.forgotten:
+        more = [f"  {rule}"] if answer.mistake and answer.mistake.more else []
+        return [say["forgotten"].format(name=name, q=answer.forgotten), *more]
     if answer.turned:
         hint = say["book"] if answer.name.startswith(("k_C", "k_D")) else ""
         return [say["turned"].format(name=name) + hint, *([f"  {rule}"] if rule else [])]

@@ -42,6 +42,7 @@ STATES: Mapping[str, tuple[str, str, str]] = {
     "flow": ("term", "termsign", "termfactor"),
     "rates": ("velocities", "termsign", "termfactor"),
     "slope": ("slope", "slope", ""),
+    "cancelling": ("slope extra", "slope", ""),
     "product": ("product", "", ""),
     "static": ("", "energies", ""),
     "spin": ("inertia", "", "inertia"),
@@ -58,7 +59,10 @@ STATES: Mapping[str, tuple[str, str, str]] = {
     "relative": ("relative", "", ""),
     "absolute": ("absolute", "", ""),
 }
-"""Rules that a column of a kind tells where it is lost, turned, or has another factor; "" for none."""
+"""Rules that a column of a kind tells where it is lost, turned, or has another factor; "" for none.
+
+Without a slope that is cancelling a term is left that the result does not have.
+"""
 PLAIN = ("term", "termsign", "termfactor")
 """What a term tells whose kind has no rule for it."""
 OF_BODIES = ("prescribed", "body", "spin", "steiner", "weight", "carried", "hung", "cross")
@@ -225,7 +229,11 @@ def _evidence(
     right = tuple(sum(values[k][p] for k in fine) for p in range(len(points)))
     columns: list[Column] = []
     alone = tied and i is not None and any(way[i][j] for way in ways for j in range(state.n) if j != i)
+    terms = np.array([values[k] for k in fine]).T
     for (kind, form, _), row in zip(pieces, values, strict=True):
+        if kind == "slope" and form is None and len(fine) < len(points) and not alone:
+            left = terms @ np.linalg.lstsq(terms, np.array(row), rcond=None)[0] - np.array(row)
+            kind = "cancelling" if float(np.abs(left).max()) > CLOSE * max(map(abs, row)) else kind
         size = max(map(abs, row))
         if size == 0 or (form is not None and alone):  # terms of several equations, which rows tie together
             continue
@@ -352,7 +360,8 @@ def _equations(course: Course, weights: Sequence[Expr], joints: Sequence[int]) -
 def _bodies(course: Course, of: Callable[[Expr], Shares], turning: bool = False) -> Iterator[Piece]:
     """Yield what masses and moments of inertia of single bodies have in a result."""
     for part in course.parts:
-        yield ("body", None, of(course.kinetic(part, spin=0)))
+        alone = part.rigid and all(node.is_zero for node, _ in of(course.kinetic(part, own=0, spin=0)))
+        yield ("steiner" if alone else "body", None, of(course.kinetic(part, spin=0)))
         yield ("spin", None, of(part.spin))
         yield ("body", None, of(course.right.K[part.tag]))
         yield ("carried", None, of(course.kinetic(part, cross=0, own=0, spin=0)))

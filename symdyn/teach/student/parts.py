@@ -163,7 +163,7 @@ def _states(column: Column, c: float) -> tuple[str, ...]:
     )
     if abs(c + 2) < CLOSE and turned in ("spring", "friction", "force"):  # they say no sign
         told = (turned, "termsign")
-    return tuple(filter(None, told)) if turned or c > -1 - CLOSE else ()
+    return tuple(" ".join(told).split()) if turned or c > -1 - CLOSE else ()
 
 
 def _price(c: float) -> float:
