@@ -201,7 +201,8 @@ const part = () => ({parts: [], of: {}, dataset: {}, classList: {toggle() {}},
 const asks = key => Object.prototype.hasOwnProperty.call(QUESTIONS.values, key);
 const forms = typed.map(([key, text], number) => {
   const own = {".verdict": part(), ".solution": part(), ".echo": null}, form = part();
-  return Object.assign(form, {dataset: {key, number}, elements: {answer: {...part(), value: text}}, querySelector: name => own[name]});
+  const elements = {answer: {...part(), value: text}};
+  return Object.assign(form, {dataset: {key, number}, elements, querySelector: name => own[name]});
 });
 const document = {querySelector: part, createElementNS: part,
   querySelectorAll: name => name === "form.blank" ? forms.filter(form => asks(form.dataset.key)) : []};
@@ -223,13 +224,12 @@ console.log(JSON.stringify(forms.map(form => {
 def told_by_page(
     scene: Scene, asked: Mapping[str, tuple[str, Form]], texts: Sequence[tuple[str, str]]
 ) -> list[dict[str, Any]]:
-    """Return what the program of a page says to answers, each with its key: at the first try, and to three as `tries`."""
+    """Return what the program of a page says to answers, each with its key, and to three `tries` of each."""
     teach = folder("templates") / "teach"
     scripts = [(teach / f"{name}.js").read_text("utf-8") for name in ("formulas", "terms", "answers", "practice")]
     questions = {**questions_of(scene, asked, "en"), "choices": {}}
-    program = "\n".join(
-        [f"const QUESTIONS={json.dumps(questions)}, typed={json.dumps(texts)};", READER, *scripts, TRIES]
-    )
+    given = f"const QUESTIONS={json.dumps(questions)}, typed={json.dumps(texts)};"
+    program = "\n".join([given, READER, *scripts, TRIES])
     done = subprocess.run(["node", "-"], input=program, text=True, capture_output=True, check=True)
     found: list[dict[str, Any]] = json.loads(done.stdout)
     return found
@@ -434,7 +434,7 @@ def sealed_in_shell(answer: Mapping[str, Any], key: str, scene: Scene) -> Judged
 
 
 def sealed_on_page(answers: Sequence[tuple[str, str]], scene: Scene) -> list[tuple[Judged, Judged]]:
-    """Return what a page's program says to sealed answers to a scene, with their keys: at the first try, and at three."""
+    """Return what a page's program says to sealed answers to a scene, with keys: at the first try, and over three."""
     texts, says = language_of("en").lesson, language_of("en").answers
     unread = [texts[key].split("{text}") for key in texts if key.startswith("fault.")]
     course, found = Course(scene), []
@@ -464,7 +464,7 @@ def opened(path: Path) -> dict[str, Any]:
 
 
 def sealed(data: Mapping[str, Any]) -> Iterator[tuple[Mapping[str, Any], Judged, Judged, Judged]]:
-    """Yield the answers of a sealed list with what shell and page say, that at one try and at three; boxed ones alone."""
+    """Yield the boxed answers of a sealed list with what shell and page say, the page at one try and over three."""
     for name, text in data["scenes"].items():
         scene = read_text(text, f"{name}.toml")
         own = [(a, key_of_sealed(a["asked"], scene)) for a in data["answers"] if a["scene"] == name]

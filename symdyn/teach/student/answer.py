@@ -101,14 +101,10 @@ class Answer:
             for one in self.differences
         ]
         told = {name: getattr(self, name) for name in ("line", "name", "verdict", "right", "error_log10", "turned")}
-        told |= {
-            "shifted": formula(self.shifted),
-            "scaled": self.scaled,
-            "valued": list(self.valued),
-            "multiplied": list(self.multiplied),
-        }
         return told | {
-            "forgotten": self.forgotten, "differences": differences, "read": self.read, "stars": list(self.stars),
+            "shifted": formula(self.shifted), "scaled": self.scaled, "valued": list(self.valued),
+            "multiplied": list(self.multiplied), "forgotten": self.forgotten, "differences": differences,
+            "read": self.read, "stars": list(self.stars),
         }  # fmt: skip
 
 

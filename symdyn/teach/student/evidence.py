@@ -233,7 +233,8 @@ def _evidence(
     for (kind, form, _), row in zip(pieces, values, strict=True):
         if kind == "slope" and form is None and len(fine) < len(points) and not alone:
             left = terms @ np.linalg.lstsq(terms, np.array(row), rcond=None)[0] - np.array(row)
-            kind = "cancelling" if float(np.abs(left).max()) > CLOSE * max(map(abs, row)) else kind
+            if float(np.abs(left).max()) > CLOSE * max(map(abs, row)):
+                kind = "cancelling"  # noqa: PLW2901
         size = max(map(abs, row))
         if size == 0 or (form is not None and alone):  # terms of several equations, which rows tie together
             continue
