@@ -285,7 +285,7 @@ def report(rows: Sequence[Row]) -> Iterator[str]:
 
 NAMES: Mapping[str, str] = {
     "half": "factor",
-    "steiner": "wrong-inertia inertia-of-body-missing",
+    "steiner": "wrong-inertia inertia-of-body-missing missing-term",
     "inertia": "wrong-inertia inertia-of-body-missing",
     "arm": "wrong-parameter wrong-inertia",
     "cross": "cross-term-missing missing-term sign factor wrong-function",

@@ -16,7 +16,7 @@ from symdyn.algebra import Array, Form, Function, Power
 from symdyn.dynamics.mechanism import prescribed
 from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass, replace
-from symdyn.graph import Expr, gradient, substitute
+from symdyn.graph import Expr, gradient, reachable, substitute
 from symdyn.scene import SceneUnits
 from symdyn.spatial import dot
 from symdyn.teach.lesson import masses
@@ -360,8 +360,11 @@ def _equations(course: Course, weights: Sequence[Expr], joints: Sequence[int]) -
 
 def _bodies(course: Course, of: Callable[[Expr], Shares], turning: bool = False) -> Iterator[Piece]:
     """Yield what masses and moments of inertia of single bodies have in a result."""
+    units = SceneUnits(course.scene).coordinates
+    slides = {u for u, unit in zip(course.state.qd, units, strict=True) if unit != "rad"}
     for part in course.parts:
-        alone = part.rigid and all(node.is_zero for node, _ in of(course.kinetic(part, own=0, spin=0)))
+        turned = part.rigid and slides.isdisjoint(reachable([course.kinetic(part, base=0, cross=0, spin=0)]))
+        alone = turned and all(node.is_zero for node, _ in of(course.kinetic(part, own=0, spin=0)))
         yield ("steiner" if alone else "body", None, of(course.kinetic(part, spin=0)))
         yield ("spin", None, of(part.spin))
         yield ("body", None, of(course.right.K[part.tag]))

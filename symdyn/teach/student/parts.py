@@ -152,17 +152,10 @@ def _states(column: Column, c: float) -> tuple[str, ...]:
     """Return the rules that a column tells with a coefficient 1 + c."""
     plain = PLAIN if column.form is not None else ("", "", "")
     lost, turned, scaled = (own or other for own, other in zip(STATES[column.kind], plain, strict=True))
-    told = (
-        (lost,)
-        if abs(c + 1) < CLOSE
-        else (turned,)
-        if abs(c + 2) < CLOSE
-        else (turned, scaled)
-        if c < -1
-        else (scaled,)
-    )
-    if abs(c + 2) < CLOSE and turned in ("spring", "friction", "force"):  # they say no sign
-        told = (turned, "termsign")
+    if abs(c + 2) < CLOSE:  # some say no sign
+        told: tuple[str, ...] = (turned, "termsign" if turned in ("spring", "friction", "force") else "")
+    else:
+        told = (lost,) if abs(c + 1) < CLOSE else (turned, scaled) if c < -1 else (scaled,)
     return tuple(" ".join(told).split()) if turned or c > -1 - CLOSE else ()
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 from itertools import permutations
@@ -259,12 +260,15 @@ def wrong_terms(course: Course, right: Expr) -> Iterator[Wrong]:
     for q, u, a in zip(state.q, state.qd, state.qdd, strict=True):
         yield ("clockwise", substitute([right], {x: turned[x] for x in (q, u, a)})[0])
     try:
-        form = Form.sum(split_terms(Form.of(right), course.scene))
+        form = Form.of(right)
     except DerivationError:
         return
-    held = {x for x in _leaves(form) if isinstance(x, Function) and x.op in (Op.SIN, Op.COS)}
+    with suppress(DerivationError):
+        form = Form.sum(split_terms(form, course.scene))
+    held = {x for x in form.walk() if isinstance(x, Function) and x.op in (Op.SIN, Op.COS)}
     angles = sorted({x.args for x in held}, key=str)
     both = {Op.SIN: Op.COS, Op.COS: Op.SIN}
+    swaps: dict[Form, Form]
     for ops in ({Op.SIN: Op.COS}, {Op.COS: Op.SIN}, both):
         for of in (angles, *([one] for one in angles if len(angles) > 1)):  # of all angles, and of one
             swaps = {x: Function(ops[x.op], x.args) for x in held if x.op in ops and x.args in of}
@@ -275,8 +279,8 @@ def wrong_terms(course: Course, right: Expr) -> Iterator[Wrong]:
         yield ("absolute", _exchanged(form, swaps).express(graph))
     for one in course.scene.parameters:
         name = Symbol(one.name)
-        for swaps in ({name: Number.ONE}, {name.power(2): name}):
-            yield ("power", _exchanged(form, swaps).express(graph))
+        for here, there in ((name, Number.ONE), (name.power(2), name)):
+            yield ("power", _exchanged(form, {here: there}).express(graph))
 
 
 def _swaps(course: Course, node: Expr) -> Iterator[dict[Expr, Expr]]:
@@ -298,13 +302,6 @@ def _swaps(course: Course, node: Expr) -> Iterator[dict[Expr, Expr]]:
                 if own & set(theirs):
                     yield there | dict(zip(theirs, mine, strict=True))
                 yield there
-
-
-def _leaves(form: Form) -> Iterator[Form]:
-    """Yield what sums, products and powers are made of."""
-    below = form.terms if isinstance(form, Sum) else form.factors if isinstance(form, Product) else ()
-    below = (form.base,) if isinstance(form, Power) else below
-    yield from (x for one in below for x in _leaves(one)) if below else (form,)
 
 
 def _exchanged(form: Form, swaps: Mapping[Form, Form]) -> Form:
