@@ -147,7 +147,6 @@ SEEN = (
     ("eighth", "atwood", "mass phi phi", "(m1 + m2) R^2 + M R/2", False, "power"),
     ("seventh", "geartrain", "drive phi M", "(J1 + (J2 + m R^2)(r2/r1)^2) φ'' + b φ' + m g R r2/r1", False, "ratio"),
     ("ninth", "walker", "mass a a", "m l", False, "power"),  # where l is 1 m
-    ("ninth", "walker", "mass a a", "m l", False, ""),  # l is 1 m
     ("seventh", "backlash", "drive phi T", "T = (J1 + J2) φ'' + J2 ψ''", False, "force"),
 )  # fmt: skip
 """List, scene, what is asked, an answer, whether it is right, and the rule that both doors tell of it."""
