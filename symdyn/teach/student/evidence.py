@@ -42,7 +42,7 @@ STATES: Mapping[str, tuple[str, str, str]] = {
     "flow": ("term", "termsign", "termfactor"),
     "rates": ("velocities", "termsign", "termfactor"),
     "slope": ("slope", "slope", ""),
-    "cancelling": ("slope extra", "slope", ""),
+    "cancelling": ("slope extra", "slope", ""),  # a term is left that the slope would take away
     "product": ("product", "", ""),
     "static": ("", "energies", ""),
     "spin": ("inertia", "", "inertia"),
@@ -59,10 +59,7 @@ STATES: Mapping[str, tuple[str, str, str]] = {
     "relative": ("relative", "", ""),
     "absolute": ("absolute", "", ""),
 }
-"""Rules that a column of a kind tells where it is lost, turned, or has another factor; "" for none.
-
-Without a slope that is cancelling a term is left that the result does not have.
-"""
+"""Rules that a column of a kind tells where it is lost, turned, or has another factor; "" for none."""
 PLAIN = ("term", "termsign", "termfactor")
 """What a term tells whose kind has no rule for it."""
 OF_BODIES = ("prescribed", "body", "spin", "steiner", "weight", "carried", "hung", "cross")
