@@ -192,16 +192,44 @@ def _asked(course: Course, key: str, scene: Scene) -> Expr | None:
     return ((course.graph.symbol(drive) if drive else course.graph.zero) - (node - M * a)) / M
 
 
+READER = """
+const part = () => ({parts: [], of: {}, dataset: {}, classList: {toggle() {}},
+  get textContent() { return this.parts.map(one => one.textContent ?? one).join(""); },
+  set textContent(text) { this.parts = [text]; }, append(...more) { this.parts.push(...more); },
+  addEventListener(name, told) { this.of[name] = told; }, querySelector() { return part(); },
+  set innerHTML(text) { this.parts = [text]; }});
+const asks = key => Object.prototype.hasOwnProperty.call(QUESTIONS.values, key);
+const forms = typed.map(([key, text], number) => {
+  const own = {".verdict": part(), ".solution": part(), ".echo": null}, form = part();
+  const elements = {answer: {...part(), value: text}};
+  return Object.assign(form, {dataset: {key, number}, elements, querySelector: name => own[name]});
+});
+const document = {querySelector: part, createElementNS: part,
+  querySelectorAll: name => name === "form.blank" ? forms.filter(form => asks(form.dataset.key)) : []};
+let logged;
+const Log = {add: one => { logged = one; }};
+"""
+"""A page with a box for every answer, for the program of a page without a browser."""
+
+TRIES = """
+console.log(JSON.stringify(forms.map(form => {
+  if (!asks(form.dataset.key)) return {right: false, text: "", tries: []};
+  const tries = [1, 2, 3].map(() => (form.of.submit({preventDefault() {}}), logged.told));
+  return {right: logged.right, text: tries[0], tries};
+})));
+"""
+"""Every answer is typed three times."""
+
+
 def told_by_page(
     scene: Scene, asked: Mapping[str, tuple[str, Form]], texts: Sequence[tuple[str, str]]
 ) -> list[dict[str, Any]]:
-    """Return what the program of a page says to answers, each with its key."""
-    scripts = (folder("templates") / "teach" / name for name in ("formulas.js", "terms.js", "answers.js"))
-    checker = "\n".join(one.read_text(encoding="utf-8") for one in scripts)
-    program = f"const QUESTIONS={json.dumps(questions_of(scene, asked, 'en'))};\n{checker}"
-    said = "has(key) ? Answers.judge(key, text) : {right: false, text: ''}"
-    program += f"\nconst has = key => key in QUESTIONS.values;\nconsole.log(JSON.stringify({json.dumps(texts)}"
-    program += f".map(([key, text]) => {said})));"
+    """Return what the program of a page says to answers, each with its key, and to three `tries` of each."""
+    teach = folder("templates") / "teach"
+    scripts = [(teach / f"{name}.js").read_text("utf-8") for name in ("formulas", "terms", "answers", "practice")]
+    questions = {**questions_of(scene, asked, "en"), "choices": {}}
+    given = f"const QUESTIONS={json.dumps(questions)}, typed={json.dumps(texts)};"
+    program = "\n".join([given, READER, *scripts, TRIES])
     done = subprocess.run(["node", "-"], input=program, text=True, capture_output=True, check=True)
     found: list[dict[str, Any]] = json.loads(done.stdout)
     return found
@@ -211,7 +239,7 @@ def _rules(text: str) -> tuple[str, ...]:
     """Return the rules that a page's words tell."""
     spoken = language_of("en")
     said = {"answer.always": "empty", "answer.turned": "turned"}
-    found = [rule for key, rule in said.items() if text == spoken.lesson[key]]
+    found = [rule for key, rule in said.items() if text.startswith(spoken.lesson[key])]
     begins = [spoken.lesson[key].partition("{text}") for key in ("fault.quantity", "fault.name")]
     if (
         any(text.startswith(head) and text.endswith(tail) for head, _, tail in begins)
@@ -257,7 +285,7 @@ def report(rows: Sequence[Row]) -> Iterator[str]:
 
 NAMES: Mapping[str, str] = {
     "half": "factor",
-    "steiner": "wrong-inertia inertia-of-body-missing",
+    "steiner": "wrong-inertia inertia-of-body-missing missing-term",
     "inertia": "wrong-inertia inertia-of-body-missing",
     "arm": "wrong-parameter wrong-inertia",
     "cross": "cross-term-missing missing-term sign factor wrong-function",
@@ -405,9 +433,9 @@ def sealed_in_shell(answer: Mapping[str, Any], key: str, scene: Scene) -> Judged
     return Judged(all(one.right for one in answers), tuple(rules), tuple(terms))
 
 
-def sealed_on_page(answers: Sequence[tuple[str, str]], scene: Scene) -> list[Judged]:
-    """Return what a page's program says to sealed answers to a scene, with their keys."""
-    texts = language_of("en").lesson
+def sealed_on_page(answers: Sequence[tuple[str, str]], scene: Scene) -> list[tuple[Judged, Judged]]:
+    """Return what a page's program says to sealed answers to a scene, with keys: at the first try, and over three."""
+    texts, says = language_of("en").lesson, language_of("en").answers
     unread = [texts[key].split("{text}") for key in texts if key.startswith("fault.")]
     course, found = Course(scene), []
     asked = {}
@@ -420,8 +448,13 @@ def sealed_on_page(answers: Sequence[tuple[str, str]], scene: Scene) -> list[Jud
         right = None if faulty or key not in asked else bool(told["right"])
         rules = [rule for rule in _rules(text) if rule in NAMES]
         rules += [rule for key, rule in WHOLE.items() if text.startswith(texts[key].partition("{factor}")[0])]
-        found.append(Judged(right, tuple(rules)))
+        shown = (told["tries"] or [""])[-1].removeprefix(text)
+        terms = [kind for kind in TERMS if says[kind].partition(":")[0].capitalize() in shown]
+        found.append((Judged(right, tuple(rules)), Judged(right, tuple(rules), tuple(terms))))
     return found
+
+
+DOORS = ("shell", "page, first try", "page, three tries")
 
 
 def opened(path: Path) -> dict[str, Any]:
@@ -430,23 +463,23 @@ def opened(path: Path) -> dict[str, Any]:
     return found
 
 
-def sealed(data: Mapping[str, Any]) -> Iterator[tuple[Mapping[str, Any], Judged, Judged]]:
-    """Yield the answers of a sealed list with what shell and page say; those that no box asks for are left out."""
+def sealed(data: Mapping[str, Any]) -> Iterator[tuple[Mapping[str, Any], Judged, Judged, Judged]]:
+    """Yield the boxed answers of a sealed list with what shell and page say, the page at one try and over three."""
     for name, text in data["scenes"].items():
         scene = read_text(text, f"{name}.toml")
         own = [(a, key_of_sealed(a["asked"], scene)) for a in data["answers"] if a["scene"] == name]
         boxed = [(a, key) for a, key in own if key is not None]
         page = sealed_on_page([(key, a["answer"]) for a, key in boxed], scene) if boxed else []
-        yield from ((a, sealed_in_shell(a, key, scene), told) for (a, key), told in zip(boxed, page, strict=True))
+        yield from ((a, sealed_in_shell(a, key, scene), *told) for (a, key), told in zip(boxed, page, strict=True))
 
 
 def counted(data: Mapping[str, Any]) -> Iterator[str]:
     """Yield what became of a sealed list, in counts."""
     rows = list(sealed(data))
     yield f"{len(rows)} answers judged; {len(data['answers']) - len(rows)} to what no box asks for are not asked"
-    yield from _counts("shell", [(answer, shell) for answer, shell, _ in rows], data["causes"])
-    yield from _counts("page", [(answer, page) for answer, _, page in rows], data["causes"])
-    same = sum(shell.verdict == page.verdict for _, shell, page in rows)
+    for k, door in enumerate(DOORS, 1):
+        yield from _counts(door, [(row[0], row[k]) for row in rows], data["causes"])
+    same = sum(shell.verdict == page.verdict for _, shell, page, _ in rows)
     yield f"page and shell agree on {same} of {len(rows)}"
 
 

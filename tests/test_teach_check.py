@@ -175,7 +175,7 @@ def test_equivalent_forms_are_right(text: str, two_link: Scene) -> None:
     [
         ("k_z22 = m_1 h_2^2", "wrong symbol: m1*h2**2 should be m2*h2**2: m2 in place of m1"),
         ("k_z11 = (m1+m1) h1^2 + m2 h2^2 + 2 m2 h1 h2 c2", "m1*h1**2 should be m2*h1**2: m2 in place of m1"),
-        ("k_z11 = (m1+m2) h1^2 + m2 h2 + 2 m2 h1 h2 c2", "wrong power of h2: m2*h2 should be m2*h2**2"),
+        ("k_z11 = (m1+m2) h1^2 + m2 h2 + 2 m2 h1 h2 c2", "wrong power: m2*h2 should be m2*h2**2"),
         ("k_z12 = m2 h2^2 - m2 h1 h2 c2", "wrong sign: -m2*h1*h2*cos(q2) should be m2*h1*h2*cos(q2)"),
         ("k_z11 = (m1+m2) h1^2 + m2 h2^2 + m2 h1 h2 c2", "yours is 0.5 times that"),
         ("k_z12 = m2 h2^2 + m2 h1 h2 s2", "wrong function: m2*h1*h2*sin(q2) should be m2*h1*h2*cos(q2)"),

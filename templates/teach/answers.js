@@ -179,12 +179,12 @@ const Answers = (() => {
     const near = (factor, tolerance = TOLERANCE) => agrees(factor, 0, drawn, tolerance);
     if (near(1)) return said(true, "answer.right");
     if (free.includes(key) && elsewhere(key, mine)) return said(true, "answer.shifted");
-    if (points.length > bound && agrees(1, bound, points.length, TOLERANCE)) return said(true, "answer.numbers");
+    if (!lettered && points.length > bound && agrees(1, bound, points.length, TOLERANCE)) return said(true, "answer.numbers");  // m l for m l² is wrong where l is 1 m
     if (rounded.includes(key) && points.length > bound && agrees(1, bound, points.length, enough)) return said(true, "answer.right");
-    if (near(1, ROUNDED)) return whole("answer.rounded");
     const changes = free.includes(key), rule = mistaken(key, (changes ? marks.free : marks.plain).map(k => mine[k]), changes, lettered);
     if (mine.every(x => x === 0) && !(rule && ["product", "slope"].includes(rule.rule))) return forgot(["nothing", "", ""]);
     if (rule) return rule;
+    if (near(1, ROUNDED)) return whole("answer.rounded");
     if (near(-1)) return whole("answer.turned");
     const size = Math.max(...values[key].slice(0, drawn).map(Math.abs)), k = values[key].findIndex(x => Math.abs(x) > 0.1 * size);
     const factor = rounded.includes(key) ? 0 : mine[k] / values[key][k]; // of a number it would give away the result
@@ -230,7 +230,7 @@ const Answers = (() => {
     if (mine.every(x => Math.abs(x) <= 1e-12)) return said(false, "answer.always");
     const {drive} = balances[key];
     if (proportional(mine, zero, 0)) return said(true, "answer.right");
-    if (points.length > bound && proportional(mine, zero, bound)) return said(true, "answer.numbers");
+    if (!lettered && points.length > bound && proportional(mine, zero, bound)) return said(true, "answer.numbers");
     const held = (one, k) => [k, k + 2].every(j => mine[pairs[j - 3]] * one[j] !== 0 && close(mine[pairs[j - 3]] * one[j + 1], mine[pairs[j - 2]] * one[j]));
     const row = (mistakes[key] || []).find(one => (lettered ? [3] : [3, 7]).some(k => one.length > k + 3 && held(one, k)));
     const alone = drive && mine.every((x, i) => Math.abs(x) === Math.abs(points[i][drive]));

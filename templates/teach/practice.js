@@ -49,16 +49,13 @@
     math.innerHTML = inside;
     return math;
   }
-  const LIKE = {weight: "gravity", hung: "gravity", law: "load", flow: "load", slope: "rates", product: "rates", row: ""};
+  const LIKE = {weight: "gravity", hung: "gravity", law: "load", flow: "load", slope: "rates", cancelling: "rates", product: "rates", row: ""};
   // Which kinds of terms differ is told after the second try, the terms after the third
   function differing(told, tries, verdict) {
     const said = key => words["answer.kind." + key];
     const kinds = [...new Set((told.kinds || []).map(kind => said(kind) || said(LIKE[kind] ?? "inertia")))].filter(Boolean);
     if (kinds.length && tries > 1) verdict.append(" " + said("look").replace("{text}", kinds.join(", ")));
-    if (told.terms && tries > 2) {
-      verdict.append(" " + said("term"));
-      for (const term of told.terms) verdict.append(" ", shown(term));
-    }
+    if (tries > 2) for (const [change, term] of told.changes || []) verdict.append(` ${words.changes[change]}`, ...(term ? [": ", shown(term)] : []), ".");
   }
   for (const form of forms) {
     const solution = form.querySelector(".solution"), verdict = form.querySelector(".verdict");

@@ -22,7 +22,8 @@ const Terms = (() => {
     if (rule && !found.sure && !found.rules.includes(rule)) return null;
     const of_ = found.columns.map(k => rows[k]).filter(row => row[1]), loose = !tied && found.sure && ways.some(([one]) => one.multipliers), rules = [...new Set([...found.rules, ...(loose ? ["untied"] : [])])];
     if (rule && rules.every(one => apart.vague.includes(one)) && of_.some(([kind]) => (apart.suits[kind] || []).includes(rule))) rules.unshift(rule);
-    return {rules, kinds: [...new Set(of_.map(([kind]) => kind))], terms: of_.map(row => row[1])};
+    const changes = (found.changes || []).map(([change, k]) => [change, rows[k] ? rows[k][1] : ""]).filter(([change, term]) => term || change !== "missing");
+    return {rules, kinds: [...new Set(of_.map(([kind]) => kind))], changes};
   }
   function explained(one, of) {
     const {handles} = one, {points} = apart, mine = points.map(of), scaled = handles.length ? [] : [[0, mine]], [dear, untied] = apart.prices;
@@ -52,30 +53,30 @@ const Terms = (() => {
     const singles = rows.flatMap((row, k) => { const c = share(left, row, size); return c === null || !states(columns[k], c).length ? [] : [[price(c), c, k]]; });
     if (singles.length) return single(columns, singles, tied);
     const some = fine.length ? fine : [...columns.keys()];
-    const others = some.flatMap(k => replaced(columns[k], e).map(([cost, rules]) => ({cost: 2 + cost, rules, columns: [k]})));
+    const others = some.flatMap(k => replaced(columns[k], e).map(([cost, rules, change]) => ({cost: 2 + cost, rules, columns: [k], changes: [[change, k]]})));
     for (const j of some) for (const k of some) if (j < k) {  // the same in both
       const both = columns[j][2].map((x, n) => x + columns[k][2][n]);
-      others.push(...replaced([columns[k][0], columns[k][1], both, columns[k][3]], e).map(([cost, rules]) => ({cost: 2.5 + cost, rules, columns: [j, k]})));
+      others.push(...replaced([columns[k][0], columns[k][1], both, columns[k][3]], e).map(([cost, rules, change]) => ({cost: 2.5 + cost, rules, columns: [j, k], changes: [[change, j], [change, k]]})));
     }
     for (let j = 0; j < columns.length; j++) for (let k = j + 1; k < columns.length; k++) {
       const both = shares(left, rows[j], rows[k], size);
       if (!both) continue;
       const at = [j, k], told = at.map((n, i) => states(columns[n], both[i])), cost = 0.25 + sum(at.map((n, i) => price(both[i]) + 0.1 * !columns[n][1]));
-      if (told.every(rules => rules.length)) others.push({cost, rules: told.flat(), columns: at, sure: both.every(c => price(c) < FACTOR)});
+      if (told.every(rules => rules.length)) others.push({cost, rules: told.flat(), columns: at, changes: at.map((n, i) => [changed(both[i]), n]), sure: both.every(c => price(c) < FACTOR)});
     }
     const known = [...fine.map(k => columns[k]), ...(deep ? [] : beside)];
     if (!free) others.push(...extra(known, beside, e, size));
     if (!others.length && !tied && deep) for (const j of fine) for (const c of apart.both) {
       const rest = e.map((x, k) => x - c * columns[j][2][k]), rules = states(columns[j], c);
-      for (const k of fine) if (k !== j) for (const [cost, told] of replaced(columns[k], rest)) others.push({cost: 3.5 + cost, rules: [...rules, ...told], columns: [j, k]});
-      if (!free) for (const one of extra(known, beside, rest, size)) others.push({cost: 1.5 + one.cost, rules: [...rules, ...one.rules], columns: [j]});
+      for (const k of fine) if (k !== j) for (const [cost, told, change] of replaced(columns[k], rest)) others.push({cost: 3.5 + cost, rules: [...rules, ...told], columns: [j, k], changes: [[changed(c), j], [change, k]]});
+      if (!free) for (const one of extra(known, beside, rest, size)) others.push({cost: 1.5 + one.cost, rules: [...rules, ...one.rules], columns: [j], changes: [[changed(c), j], ...one.changes]});
     }
     return others.length ? cheapest(others) : null;
   }
   // What is too much: a term of another equation, or a term of this one with another symbol in it
   function extra(known, beside, e, size) {
-    const told = beside.map(one => share(e, one[2], size)).filter(c => c !== null).map(c => ({cost: 2 + (price(c - 1) - 1) / 4, rules: ["extra"], columns: []}));
-    return told.length ? told : known.flatMap(one => times(one, e).map(([cost]) => ({cost: 2.6 + cost, rules: ["extra"], columns: []})));
+    const told = beside.map(one => share(e, one[2], size)).filter(c => c !== null).map(c => ({cost: 2 + (price(c - 1) - 1) / 4, rules: ["extra"], columns: [], changes: [["extra", -1]]}));
+    return told.length ? told : known.flatMap(one => times(one, e).map(([cost]) => ({cost: 2.6 + cost, rules: ["extra"], columns: [], changes: [["extra", -1]]})));
   }
   const cheapest = list => list.reduce((a, b) => a.cost <= b.cost ? a : b);
   // What one column tells that accounts for a difference: a term, and what one rule makes
@@ -86,14 +87,16 @@ const Terms = (() => {
     const fine = terms.length > 1 && terms[0][0] === terms[1][0] ? [] : terms.slice(0, 1);  // none is known to be the one
     const told = [...fine, ...whole.slice(0, 1)].flatMap(([, c, k]) => states(columns[k], c)), rules = told.length ? told : ["termfactor"];
     const special = rules.filter(rule => rule !== "term");
-    return {cost, rules: special.length ? special : rules, columns: fine.map(one => one[2]), sure: true};
+    return {cost, rules: special.length ? special : rules, columns: fine.map(one => one[2]), changes: (fine.length ? fine : whole.slice(0, 1)).map(([, c, k]) => [changed(c), k]), sure: true};
   }
   function states([kind, form], c) {
     const [lost, turned, scaled] = apart.states[kind].map((rule, k) => rule || (form ? apart.plain[k] : ""));
     if (!turned && c < -1 - CLOSE) return [];
     const vague = ["spring", "friction", "force"].includes(turned) ? [turned, "termsign"] : [turned];  // they say no sign
-    return (Math.abs(c + 1) < CLOSE ? [lost] : Math.abs(c + 2) < CLOSE ? vague : c < -1 ? [turned, scaled] : [scaled]).filter(Boolean);
+    return (Math.abs(c + 1) < CLOSE ? [lost] : Math.abs(c + 2) < CLOSE ? vague : c < -1 ? [turned, scaled] : [scaled]).join(" ").split(" ").filter(Boolean);
   }
+  // How a term is changed, by the words of a shell's differences
+  const changed = c => Math.abs(c + 1) < CLOSE ? "missing" : c < -1 ? "sign" : "factor";
   const price = c => Math.abs(c + 1) < CLOSE ? 1 : Math.abs(c + 2) < CLOSE ? 1.1 : FACTOR;
   function share(e, row, size) {
     const square = dot(row, row), c = dot(e, row) / square;
@@ -117,7 +120,8 @@ const Terms = (() => {
       if (beside.length === 2) continue;  // a chance
       const cost = 0.1 * !!(a[1] && b[1]) + 0.2 * beside.length + 0.15 * !!both, rules = exchanged(a, b, both, squared);
       const tied = !form && rules.join() === "index";  // the ratio of a condition, of several terms
-      found.push([cost, tied ? ["termfactor", ...beside.slice(0, +(n < 0))] : [...rules, ...beside]]);
+      const [f, g] = [a[0], b[0]], change = both || !(a[1] && b[1]) ? "power" : !f && !g ? "moved" : f === g ? "angle" : "function";
+      found.push([cost, tied ? ["termfactor", ...beside.slice(0, +(n < 0))] : [...rules, ...beside], tied ? "factor" : change]);
     }
     return found;
   }

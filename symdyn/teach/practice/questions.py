@@ -22,15 +22,16 @@ from symdyn.teach.lesson import called
 from symdyn.teach.mathematics import inner
 from symdyn.teach.practice.exercises import ENOUGH, ROUNDED, is_given, quantities
 from symdyn.teach.student.diagnosis import BOUND, DRAWN, SCALED, SCALES, TWINS, Diagnosis, Points, points_of
+from symdyn.teach.student.differences import KINDS
 from symdyn.teach.student.evidence import ALL_OF_IT, PLAIN, STATES, SUITS, Column
 from symdyn.teach.student.grammar import CALLED, PAGE, Names
-from symdyn.teach.student.mistakes import FREE, VAGUE, Mistake
+from symdyn.teach.student.mistakes import FREE, MOST as MOST_WRONG, VAGUE
 from symdyn.teach.student.motions import rows_of
 from symdyn.teach.student.parts import BOTH, SCALED as SCALED_PRICE, UNTIED, WHOLE
 from symdyn.teach.student.statements import SPEEDS
 
-FEW, BUDGET, SMALL = 300, 1000, 2
-"""Mistakes of one blank that a page knows, and of all its blanks where a scene has more than `SMALL` velocities."""
+SMALL, BUDGET = 4, 1000
+"""Velocities of a scene of which a page knows all mistakes; of a larger one so many in all its blanks."""
 
 
 def questions(document: Document) -> dict[str, Any]:
@@ -67,11 +68,13 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
     multipliers = {name: unit for name, (unit, _) in rows_of(scene).items()}
     names, points = Names(scene, tuple(multipliers)), points_of(scene, multipliers)
     diagnosis = Diagnosis(scene, multipliers)
-    few = FEW if len(scene.velocities) <= SMALL else min(FEW, max(20, BUDGET // max(1, len(requested))))
+    few = MOST_WRONG if len(scene.velocities) <= SMALL else max(20, BUDGET // max(1, len(requested)))
     balanced = not scene.is_constrained and diagnosis.course is not None
     balances = {key: left for key, (left, _) in requested.items() if balanced and left.startswith(BALANCED)}
-    values = {key: _shortened(points, form) for key, (_, form) in requested.items()}
-    lesson, mistakes = language_of(language).lesson, language_of(language).mistakes
+    values = {
+        key: [_digits(row[0]) for row in points.values([form.express(Graph())])] for key, (_, form) in requested.items()
+    }
+    spoken = language_of(language)
     return {
         "symbols": dict(names.symbols),
         "dotted": names.derivatives,
@@ -108,8 +111,7 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         },
         "balances": {key: _balance(diagnosis, points, left) for key, left in balances.items()},
         "mistakes": {
-            key: [_row(one, numbers) for one, numbers in _marked(diagnosis, points, left, form, key in balances, few)]
-            for key, (left, form) in requested.items()
+            key: _marked(diagnosis, points, left, form, key in balances, few) for key, (left, form) in requested.items()
         },
         "marks": {"plain": points.marks(), "free": points.marks(True)},
         "pairs": points.pairs,
@@ -120,8 +122,9 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         "apart": _apart(diagnosis),
         "grammar": PAGE,
         "speeds": SPEEDS.pattern,
-        "words": {key: text for key, text in lesson.items() if key.startswith(("answer.", "fault."))}
-        | {"mistakes": dict(mistakes), "decimal": language_of(language).decimal},
+        "words": {key: text for key, text in spoken.lesson.items() if key.startswith(("answer.", "fault."))}
+        | {"mistakes": dict(spoken.mistakes), "decimal": spoken.decimal}
+        | {"changes": {key: spoken.answers[key].partition(":")[0].capitalize() for key in KINDS}},
     }
 
 
@@ -236,16 +239,8 @@ def drive_alone(diagnosis: Diagnosis, left: str) -> str:
     return drive if drive and front(diagnosis, left) != Symbol(drive) else ""
 
 
-def _row(one: Mistake, numbers: Sequence[float]) -> list[str | float]:
-    return [one.rule, one.of, one.other, *(_digits(x, 9) for x in numbers)]
-
-
 def _digits(value: float, count: int = 12) -> float:
     return float(f"{value:.{count}g}")
-
-
-def _shortened(points: Points, form: Form) -> list[float]:
-    return [_digits(row[0]) for row in points.values([form.express(Graph())])]
 
 
 def _balance(diagnosis: Diagnosis, points: Points, left: str) -> dict[str, Any]:
@@ -261,8 +256,8 @@ def _balance(diagnosis: Diagnosis, points: Points, left: str) -> dict[str, Any]:
 
 def _marked(
     diagnosis: Diagnosis, points: Points, left: str, form: Form, balanced: bool, few: int
-) -> list[tuple[Mistake, Sequence[float]]]:
-    """Return the mistakes of a quantity with what marks them; none of an equation that rows tie to others."""
+) -> list[list[str | float]]:
+    """Return the mistakes of a quantity, rules with what marks them; none of an equation that rows tie to others."""
     if left.startswith(BALANCED) and not balanced:
         return []
     key = f"tau:{left.partition(':')[2]}" if balanced else left
@@ -276,7 +271,8 @@ def _marked(
         rows = [list(row) for row in zip(*points.values(nodes, points.pairs), strict=True)]
     else:
         rows = points.marked([one.node for one in known], left.startswith(FREE))
-    return [(one, row) for one, row in zip(known, rows, strict=True) if all(map(isfinite, row))]
+    every = [(one, row) for one, row in zip(known, rows, strict=True) if all(map(isfinite, row))]
+    return [[one.rule, one.of, one.other, *(_digits(x, 9) for x in row)] for one, row in every]
 
 
 FEWEST, MOST = 3, 18

@@ -101,14 +101,10 @@ class Answer:
             for one in self.differences
         ]
         told = {name: getattr(self, name) for name in ("line", "name", "verdict", "right", "error_log10", "turned")}
-        told |= {
-            "shifted": formula(self.shifted),
-            "scaled": self.scaled,
-            "valued": list(self.valued),
-            "multiplied": list(self.multiplied),
-        }
         return told | {
-            "forgotten": self.forgotten, "differences": differences, "read": self.read, "stars": list(self.stars),
+            "shifted": formula(self.shifted), "scaled": self.scaled, "valued": list(self.valued),
+            "multiplied": list(self.multiplied), "forgotten": self.forgotten, "differences": differences,
+            "read": self.read, "stars": list(self.stars),
         }  # fmt: skip
 
 
@@ -134,9 +130,10 @@ def in_words(answer: Answer, language: str = "en") -> list[str]:
             else say["numerical"]
         )
         return [say["right"].format(name=name) + how]
-    if answer.forgotten:
-        return [say["forgotten"].format(name=name, q=answer.forgotten)]
     rule = _rule(answer, spoken.mistakes)
+    if answer.forgotten:
+        more = [f"  {rule}"] if answer.mistake and answer.mistake.more else []
+        return [say["forgotten"].format(name=name, q=answer.forgotten), *more]
     if answer.turned:
         hint = say["book"] if answer.name.startswith(("k_C", "k_D")) else ""
         return [say["turned"].format(name=name) + hint, *([f"  {rule}"] if rule else [])]
@@ -178,7 +175,6 @@ def _difference(difference: Difference, say: Mapping[str, str]) -> str:
     return say[difference.kind].format(
         found=found,
         right=right,
-        symbol=symbols[0],
         found_symbol=symbols[0],
         right_symbol=symbols[1],
         factor=text_of(Number(difference.factor)),

@@ -16,7 +16,7 @@ from symdyn.algebra import Array, Form, Function, Power
 from symdyn.dynamics.mechanism import prescribed
 from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass, replace
-from symdyn.graph import Expr, gradient, substitute
+from symdyn.graph import Expr, gradient, reachable, substitute
 from symdyn.scene import SceneUnits
 from symdyn.spatial import dot
 from symdyn.teach.lesson import masses
@@ -42,6 +42,7 @@ STATES: Mapping[str, tuple[str, str, str]] = {
     "flow": ("term", "termsign", "termfactor"),
     "rates": ("velocities", "termsign", "termfactor"),
     "slope": ("slope", "slope", ""),
+    "cancelling": ("slope extra", "slope", ""),  # a term is left that the slope would take away
     "product": ("product", "", ""),
     "static": ("", "energies", ""),
     "spin": ("inertia", "", "inertia"),
@@ -225,7 +226,12 @@ def _evidence(
     right = tuple(sum(values[k][p] for k in fine) for p in range(len(points)))
     columns: list[Column] = []
     alone = tied and i is not None and any(way[i][j] for way in ways for j in range(state.n) if j != i)
+    terms = np.array([values[k] for k in fine]).T
     for (kind, form, _), row in zip(pieces, values, strict=True):
+        if kind == "slope" and form is None and len(fine) < len(points) and not alone:
+            left = terms @ np.linalg.lstsq(terms, np.array(row), rcond=None)[0] - np.array(row)
+            if float(np.abs(left).max()) > CLOSE * max(map(abs, row)):
+                kind = "cancelling"  # noqa: PLW2901
         size = max(map(abs, row))
         if size == 0 or (form is not None and alone):  # terms of several equations, which rows tie together
             continue
@@ -239,6 +245,8 @@ def _evidence(
     beside = () if i is None or tied or how else tuple(_beside(course, motions, i))
     if tied and i is not None and not how:
         columns += _biased(motions, i, ways, columns)
+    if how == "rows" and not any(one.kind == "row" for one in columns):  # no row acts in this equation
+        how = ""
     return Evidence(points, tuple(columns), right, handles, key in ("P:", "L:"), tied, beside, how)
 
 
@@ -349,8 +357,12 @@ def _equations(course: Course, weights: Sequence[Expr], joints: Sequence[int]) -
 
 def _bodies(course: Course, of: Callable[[Expr], Shares], turning: bool = False) -> Iterator[Piece]:
     """Yield what masses and moments of inertia of single bodies have in a result."""
+    units = SceneUnits(course.scene).coordinates
+    slides = {u for u, unit in zip(course.state.qd, units, strict=True) if unit != "rad"}
     for part in course.parts:
-        yield ("body", None, of(course.kinetic(part, spin=0)))
+        turned = part.rigid and slides.isdisjoint(reachable([course.kinetic(part, base=0, cross=0, spin=0)]))
+        alone = turned and all(node.is_zero for node, _ in of(course.kinetic(part, own=0, spin=0)))
+        yield ("steiner" if alone else "body", None, of(course.kinetic(part, spin=0)))
         yield ("spin", None, of(part.spin))
         yield ("body", None, of(course.right.K[part.tag]))
         yield ("carried", None, of(course.kinetic(part, cross=0, own=0, spin=0)))

@@ -22,20 +22,6 @@ from symdyn.teach.student.differences import split_terms
 from symdyn.teach.student.wrong_energies import Wrong, used, wrong_energies, wrong_terms
 
 
-def wrong_steps(course: Course, key: str) -> Iterator[Wrong]:
-    """Yield a rule and what forgetting it gives, for a quantity by its key; the likely ones first."""
-    for begin, steps in STEPS:
-        if key.startswith(begin):
-            yield from steps(course, key)
-
-
-def divided(course: Course, key: str) -> Iterator[Wrong]:
-    """Yield equations of one joint alone with a mass taken wrongly, and such as were divided but for one term."""
-    if key.startswith("tau:"):
-        yield from _uncoupled(course, _number(key))
-        yield from _undivided(course, _number(key))
-
-
 def _number(key: str) -> int:
     return int(key.partition(":")[2]) - 1
 
@@ -366,12 +352,11 @@ def _all(course: Course, key: str, right: Expr) -> Iterator[Mistake]:
 
 def _every(course: Course, key: str, right: Expr) -> Iterator[Mistake]:
     if course.value(key, course.right) is not None:
-        for rule, node in wrong_steps(course, key):
-            yield Mistake(rule, node)
+        steps = (wrong for begin, steps in STEPS if key.startswith(begin) for wrong in steps(course, key))
+        yield from (Mistake(rule, node) for rule, node in steps)
         for rule, of, energies in wrong_energies(course):
             if (value := course.value(key, energies)) is not None:
                 yield Mistake(rule, value, of)
-        for rule, node in divided(course, key):
-            yield Mistake(rule, node)
-    for rule, node in wrong_terms(course, right):
-        yield Mistake(rule, node)
+        for treated in (_uncoupled, _undivided) if key.startswith("tau:") else ():
+            yield from (Mistake(rule, node) for rule, node in treated(course, _number(key)))
+    yield from (Mistake(rule, node) for rule, node in wrong_terms(course, right))

@@ -152,18 +152,11 @@ def _states(column: Column, c: float) -> tuple[str, ...]:
     """Return the rules that a column tells with a coefficient 1 + c."""
     plain = PLAIN if column.form is not None else ("", "", "")
     lost, turned, scaled = (own or other for own, other in zip(STATES[column.kind], plain, strict=True))
-    told = (
-        (lost,)
-        if abs(c + 1) < CLOSE
-        else (turned,)
-        if abs(c + 2) < CLOSE
-        else (turned, scaled)
-        if c < -1
-        else (scaled,)
-    )
-    if abs(c + 2) < CLOSE and turned in ("spring", "friction", "force"):  # they say no sign
-        told = (turned, "termsign")
-    return tuple(filter(None, told)) if turned or c > -1 - CLOSE else ()
+    if abs(c + 2) < CLOSE:  # some say no sign
+        told: tuple[str, ...] = (turned, "termsign" if turned in ("spring", "friction", "force") else "")
+    else:
+        told = (lost,) if abs(c + 1) < CLOSE else (turned, scaled) if c < -1 else (scaled,)
+    return tuple(" ".join(told).split()) if turned or c > -1 - CLOSE else ()
 
 
 def _price(c: float) -> float:
@@ -245,6 +238,7 @@ def atoms_of(course: Course, motions: Motions) -> Atoms:
     moving = [
         *zip(scene.velocities, units.velocities, strict=True),
         *zip(scene.coordinates, units.coordinates, strict=True),
+        *((drive, unit) for _, drive, unit in units.each_drive()),
     ]
     angles = [name for name, unit in (*named, *zip(scene.coordinates, units.coordinates, strict=True)) if unit == "rad"]
     sums = [{x: 1} for x in angles] + [{x: 2} for x in angles]

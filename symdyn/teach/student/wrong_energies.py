@@ -7,16 +7,18 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 from itertools import permutations
 
-from symdyn.algebra import Form, Function, Power, Product, Sum, Symbol
+from symdyn.algebra import Form, Function, Number, Power, Product, Sum, Symbol
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, reachable, substitute
 from symdyn.scene import SceneUnits
 from symdyn.spatial import dot
 from symdyn.teach.student.course import Course, Energies, Parts
+from symdyn.teach.student.differences import split_terms
 
 HALF = Fraction(1, 2)
 
@@ -261,9 +263,24 @@ def wrong_terms(course: Course, right: Expr) -> Iterator[Wrong]:
         form = Form.of(right)
     except DerivationError:
         return
-    for ops in ({Op.SIN: Op.COS}, {Op.COS: Op.SIN}, {Op.SIN: Op.COS, Op.COS: Op.SIN}):
-        yield ("trig", other := _exchanged(form, ops).express(graph))
-    yield ("trig", -other)
+    with suppress(DerivationError):
+        form = Form.sum(split_terms(form, course.scene))
+    held = {x for x in form.walk() if isinstance(x, Function) and x.op in (Op.SIN, Op.COS)}
+    angles = sorted({x.args for x in held}, key=str)
+    both = {Op.SIN: Op.COS, Op.COS: Op.SIN}
+    swaps: dict[Form, Form]
+    for ops in ({Op.SIN: Op.COS}, {Op.COS: Op.SIN}, both):
+        for of in (angles, *([one] for one in angles if len(angles) > 1)):  # of all angles, and of one
+            swaps = {x: Function(ops[x.op], x.args) for x in held if x.op in ops and x.args in of}
+            yield ("trig", (other := _exchanged(form, swaps)).express(graph))
+            yield ("trig", -other.express(graph))
+    for mine, theirs in permutations(angles, 2):
+        swaps = {x: Function(x.op, theirs) for x in held if x.args == mine}
+        yield ("absolute", _exchanged(form, swaps).express(graph))
+    for one in course.scene.parameters:
+        name = Symbol(one.name)
+        for here, there in ((name, Number.ONE), (name.power(2), name)):
+            yield ("power", _exchanged(form, {here: there}).express(graph))
 
 
 def _swaps(course: Course, node: Expr) -> Iterator[dict[Expr, Expr]]:
@@ -287,17 +304,15 @@ def _swaps(course: Course, node: Expr) -> Iterator[dict[Expr, Expr]]:
                 yield there
 
 
-def _exchanged(form: Form, ops: Mapping[Op, Op]) -> Form:
-    """Return a form with sines for cosines, and so on."""
+def _exchanged(form: Form, swaps: Mapping[Form, Form]) -> Form:
+    """Return a form with other factors in it: sines for cosines, and so on."""
+    if form in swaps:
+        return swaps[form]
     if isinstance(form, Sum):
-        return Form.sum(_exchanged(one, ops) for one in form.terms)
+        return Form.sum(_exchanged(one, swaps) for one in form.terms)
     if isinstance(form, Product):
-        return Form.product(_exchanged(one, ops) for one in form.factors)
-    if isinstance(form, Power):
-        return _exchanged(form.base, ops).power(form.exponent)
-    if isinstance(form, Function) and form.op in ops:
-        return Function(ops[form.op], form.args)
-    return form
+        return Form.product(_exchanged(one, swaps) for one in form.factors)
+    return _exchanged(form.base, swaps).power(form.exponent) if isinstance(form, Power) else form
 
 
 def used(node: Expr, symbols: Sequence[Expr]) -> list[Expr]:
