@@ -120,7 +120,6 @@ class Balance(Prose):
 
     def __post_init__(self) -> None:
         """Set the system up, in a plane where there is one."""
-        refuse_quaternions(self.scene)
         self.workspace = Workspace(self.scene)
         self.scene = self.workspace.scene
         self.graph, self.state = self.workspace.graph, self.workspace.state
@@ -130,6 +129,8 @@ class Balance(Prose):
         self.proved = Equilibrium.for_readers(hanging)
         pinned = hanging.closed_by(_pinned(hanging.cuts)) if self.scene.loops else hanging
         self.system = Equilibrium.for_readers(pinned) if self.scene.loops else self.proved
+        if not self.in_letters:
+            refuse_quaternions(self.scene)
         if len(self.system.unknowns) > MOST_UNKNOWNS:
             raise EmitError(
                 f"{self.scene.name}: {len(self.system.unknowns)} unknowns are more than anyone reads (the limit is "

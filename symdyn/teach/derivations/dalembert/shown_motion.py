@@ -29,7 +29,7 @@ from symdyn.teach.document import Block, Formula, Step, Words
 from symdyn.teach.lesson import together
 from symdyn.teach.shown_state import ACCELERATIONS, RATES, Chosen, choose_state, starting_rates
 from symdyn.verdict import Verdict
-from symdyn.verify import Claim, claims_of_reactions, prove
+from symdyn.verify import Claim, claims_of_reactions, on_unit_sphere, prove
 
 SMALL = 1e-9
 
@@ -219,7 +219,8 @@ def formulations_step(lesson: Balance, chosen: Chosen) -> Step | None:
         given = [{u: lesson.graph.one, last: force} for u, force in other.items()]
         same = Claim.solvable("drives", "Lagrange", "D'Alembert", [*lesson.proved.rows(), *given], last)
     claims = {**({"formulations.drives": same} if other else {}), **laws}
-    fields, findings = prove(list(claims.values()), positive=[p.name for p in lesson.scene.parameters if p.positive])
+    on_sphere = on_unit_sphere(lesson.scene, list(claims.values()))
+    fields, findings = prove(on_sphere, positive=[p.name for p in lesson.scene.parameters if p.positive])
     free = lesson.state.n - len(lesson.workspace.loops.decisions.independent_rows) if lesson.closed else 0
     few = {"formulations.drives"} if len(other) < free else set[str]()  # not every motion is possible then
     different = {key for key, one in zip(claims, findings, strict=True) if one.verdict == Verdict.DIFFERENT}
