@@ -36,9 +36,10 @@ from symdyn.teach.derivations.elsewhere import elsewhere
 from symdyn.teach.derivations.equation_steps import coefficient_key, momentum_form, node_of
 from symdyn.teach.derivations.equilibria import equilibrium_step, near_rest_steps, places_of_rest
 from symdyn.teach.derivations.forced import forced_steps
+from symdyn.teach.derivations.limits import limits_step
 from symdyn.teach.derivations.meaning import axes_of
 from symdyn.teach.derivations.precession import precession_steps
-from symdyn.teach.derivations.reduced import cyclic_of, led_by, limit_steps, reduced, zero
+from symdyn.teach.derivations.reduced import cyclic_of, led_by, reduced, swings_step, zero
 from symdyn.teach.derivations.steady import steady_step
 from symdyn.teach.derivations.velocities import folded
 from symdyn.teach.document import Block, Formula, Picture, Section, Step, Words
@@ -308,7 +309,7 @@ def after_sections(lesson: Lesson, page: Printable, chosen: Chosen) -> list[Sect
         "after.steady": [steady, *(precession_steps(left) if left is not None else [])],
         "after.landscape": [seen],
         "after.terms": [comparison_step(lesson, page, chosen) if small else None],
-        "after.limits": list(limit_steps(lesson, left, chosen)) if small else [],
+        "after.limits": [limits_step(lesson), swings_step(lesson, left) if left else None] if small else [],
     }
     kept = {key: [step for step in steps if step is not None] for key, steps in found.items()}
     return [lesson.section(key, steps) for key, steps in kept.items() if steps]

@@ -14,7 +14,7 @@ from math import sqrt
 from symdyn.algebra import Form, Number, Symbol
 from symdyn.emit.print import latex_symbols
 from symdyn.graph import Expr, reachable, tangents
-from symdyn.scene import Quantity, Scene, SceneUnits, without_hidden_zeros
+from symdyn.scene import Quantity, Scene, without_hidden_zeros
 from symdyn.scene.joints import joint_motion
 from symdyn.scene.values import Joint
 from symdyn.spatial import Mat

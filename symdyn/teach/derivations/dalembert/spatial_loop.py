@@ -24,6 +24,7 @@ from symdyn.teach.derivations.dalembert.shown_motion import SMALL, solved_at
 from symdyn.teach.document import Block, Formula, Letter, Matrix, Picture, Step, Words
 from symdyn.teach.shown_state import Chosen
 
+
 def numbered(first: int, j: int) -> tuple[str, ...]:
     """Return the index of frame `first` and body j: "01", "11"."""
     number = Letters.body_number(j)
