@@ -279,6 +279,7 @@ BRIEF = frozenset(
         *("equilibria", "near:stable", "steady", "energy", "limits", "power", "formulations", "momenta", "matter"),
         *("ties.solved", "equilibria.one", "steady.curve", "forced", "forced.response", "kept", "spins", "states"),
         *("euler", "precession", "upright:0", "variant", "given", "physics", "solution", "follows", "later", "errata"),
+        *("conserved", "cyclic"),
     )
 )
 """Steps of a brief lesson, by their key or what stands there before a colon; of the rest a page has folds."""

@@ -241,7 +241,7 @@ def _none(lesson: Lesson) -> Step:
     alone: list[Form] = [named(state.q[k]) for k, slope in slopes if zero(lesson, slope)]
     key = "momentum.potential.one" if len(alone) == 1 else "momentum.potential"
     blocks: tuple[Block, ...] = (lesson.say(key, names=together(alone)),) if alone else ()
-    return Step("cyclic", lesson.say("momentum.none"), blocks, show=("momenta",))
+    return Step("no momentum", lesson.say("momentum.none"), blocks, show=("momenta",))
 
 
 def _energy(lesson: Lesson, chosen: Chosen) -> Step:

@@ -108,11 +108,15 @@ def limits_step(lesson: Lesson) -> Step | None:
         derived = derived or bool(bodies)
         if said := [*_moves(lesson, one), *bodies, *_acts(lesson, one)]:
             parts = [part for words in said for part in ("; ", *words.parts)]
-            rows.append((Words((*one.letters.parts, "\u00a0→\u00a00")), K, P, Words(tuple(parts[1:]))))
+            rows.append((one.letters, K, P, Words(tuple(parts[1:]))))
     rows += _stopped(lesson)
     if not rows:
         return None
-    table = lesson.table(("limits.limit", Symbol("K:"), Symbol("P:"), "limits.left"), rows)
+    alike: dict[tuple[Form | Words, ...], list[Words]] = {}  # what is left, and without what
+    for letters, *left in rows:
+        alike.setdefault(tuple(left), []).append(Words((*letters.parts, "\u00a0→\u00a00")))
+    merged = [(Words(tuple(x for one in some for x in ("; ", *one.parts))[1:]), *left) for left, some in alike.items()]
+    table = lesson.table(("limits.limit", Symbol("K:"), Symbol("P:"), "limits.left"), merged)
     checks = (lesson.say("limits.derived"),) if derived else ()
     return Step("limits", lesson.say("limits"), (table, *checks), show=("energies", "ghost"))
 
@@ -130,7 +134,7 @@ def _stopped(lesson: Lesson) -> Iterator[Row]:
             shown = (kinetic_form(lesson, K), with_squares(lesson.short(lesson.energy.P)))
             names = together([named(lesson.state.q[k]) for k in led.place])
             if max(map(length, shown)) <= LONGEST:
-                yield Words((named(symbol), "\u00a0→\u00a00")), *shown, lesson.say("limits.still", names=names)
+                yield Words((named(symbol),)), *shown, lesson.say("limits.still", names=names)
 
 
 def forgotten(lesson: Lesson, one: Limit) -> tuple[list[Form], list[Form]]:
