@@ -240,7 +240,7 @@ def test_all_terms_hold_the_energy_and_a_forgotten_one_does_not(name: str) -> No
 def test_limits_are_those_of_simpler_mechanisms() -> None:
     one = step(lesson("two_link"), "limits")
     rows = table(one)
-    assert len(rows) == 4
+    assert len(rows) == 3
     assert all(row[-1].strip("–") for row in rows), "limits that say nothing are left out"
     assert "was derived as well" in said(one)
 

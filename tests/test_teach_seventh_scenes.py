@@ -49,7 +49,7 @@ SAID = (
     ("gimbal", "sk", ("V každej rovnici je jedno zrýchlenie", "vlastné tvary kmitania"), ("Cramer",)),
     ("incline", "en", (r"\Delta = 4 M + m \bigl(4 - 3 \cos^2(\alpha + \phi)\bigr)",
                        r"\cos(\alpha + \phi) \, \sin(\alpha + \phi)", r"along ($\cos \alpha$, $-\sin \alpha$, $0$)",
-                       "where spring coil is relaxed"),
+                       "the spring is relaxed"),
      (r"m l (\cos \alpha \, \cos \phi", "Noether", "0.9211")),
 )  # fmt: skip
 

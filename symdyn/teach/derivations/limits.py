@@ -24,8 +24,6 @@ from symdyn.teach.lesson import Lesson, Mass, named, together
 LONGEST = 26
 """Terms and factors of an energy that fits into a table."""
 
-Row = tuple[Words, Form | Words, Form | Words, Words]
-
 
 @dataclass(frozen=True)
 class Limit:
@@ -66,7 +64,9 @@ def vanishing(lesson: Lesson) -> Iterator[Limit]:
             continue
         changed = [x is not y and not zero(lesson, x - y) for x, y in zip((K, P, *Q), known, strict=True)]
         limit = Limit(without, K, P, tuple(Q), any(changed[:2]))
-        if any(changed) and not any(_empty(limit, mass) for mass in lesson.masses):
+        left = [(mass.m, *limit.of(_entries(mass))) for mass in lesson.masses]
+        empty = any(m.is_zero and not (whole.is_zero or _nothing(inertia)) for whole, m, *inertia in left)
+        if any(changed) and not empty:  # nor is an inertia left without its mass
             yield limit
 
 
@@ -74,11 +74,14 @@ def _entries(mass: Mass) -> list[Expr]:
     return [mass.m, *(x for row in mass.inertia for x in row)]
 
 
+def _nothing(nodes: Sequence[Expr]) -> bool:
+    return all(x.is_zero for x in nodes)
+
+
 def _own_letters(lesson: Lesson, symbol: Expr) -> list[Expr]:
     """Return the letters of an inertia that would be left without a mass, where nothing else knows them."""
-    none = {symbol: lesson.graph.zero}
     for mass in lesson.masses:
-        m, *inertia = substitute(_entries(mass), none)
+        m, *inertia = substitute(_entries(mass), {symbol: lesson.graph.zero})
         if m.is_zero and not mass.m.is_zero:
             others = [x for one in lesson.masses if one is not mass for x in (*_entries(one), *one.place)]
             shared = set(reachable([*others, *mass.place]))
@@ -86,77 +89,64 @@ def _own_letters(lesson: Lesson, symbol: Expr) -> list[Expr]:
     return []
 
 
-def _empty(limit: Limit, mass: Mass) -> bool:
-    """Whether an inertia without a mass would be left."""
-    m, *inertia = limit.of(_entries(mass))
-    return m.is_zero and not mass.m.is_zero and not all(x.is_zero for x in inertia)
-
-
 def limits_step(lesson: Lesson) -> Step | None:
     """Return what is left as one parameter after the other vanishes; None where nothing is known of it."""
-    rows: list[Row] = []
-    derived = False
-    same = lesson.say("limits.same")
+    alike: dict[tuple[Form | Words, ...], list[Words]] = {}  # what is left, and without what
+    derived, same = False, lesson.say("limits.same")
     for one in vanishing(lesson):
         try:
-            K, P = (kinetic_form(lesson, one.K), with_squares(lesson.short(one.P))) if one.of_energies else (same, same)
+            shown = _shown(lesson, one.K, one.P) if one.of_energies else (same, same)
         except (DerivationError, KeyError):
             continue
-        if one.of_energies and max(map(length, (K, P))) > LONGEST:
-            continue
-        bodies = list(_bodies(lesson, one))
-        derived = derived or bool(bodies)
-        if said := [*_moves(lesson, one), *bodies, *_acts(lesson, one)]:
-            parts = [part for words in said for part in ("; ", *words.parts)]
-            rows.append((one.letters, K, P, Words(tuple(parts[1:]))))
-    rows += _stopped(lesson)
-    if not rows:
+        bodies = dict(_bodies(lesson, one))
+        told = [lesson.say(f"limits.{key}", body=body) for body, key in bodies.items()]
+        said = [*_moves(lesson, one), *told, *_acts(lesson, one)]
+        if shown and said:
+            derived = derived or bool({"smaller", "point"} & {*bodies.values()})
+            alike.setdefault((*shown, _joined(said)), []).append(one.letters)
+    for letters, *left in _stopped(lesson):
+        alike.setdefault(tuple(left), []).append(letters)
+    if not alike:
         return None
-    alike: dict[tuple[Form | Words, ...], list[Words]] = {}  # what is left, and without what
-    for letters, *left in rows:
-        alike.setdefault(tuple(left), []).append(Words((*letters.parts, "\u00a0→\u00a00")))
-    merged = [(Words(tuple(x for one in some for x in ("; ", *one.parts))[1:]), *left) for left, some in alike.items()]
-    table = lesson.table(("limits.limit", Symbol("K:"), Symbol("P:"), "limits.left"), merged)
+    rows = [(_joined([Words((*x.parts, "\u00a0→\u00a00")) for x in some]), *left) for left, some in alike.items()]
+    table = lesson.table(("limits.limit", Symbol("K:"), Symbol("P:"), "limits.left"), rows)
     checks = (lesson.say("limits.derived"),) if derived else ()
     return Step("limits", lesson.say("limits"), (table, *checks), show=("energies", "ghost"))
 
 
-def _stopped(lesson: Lesson) -> Iterator[Row]:
+def _joined(said: Sequence[Words]) -> Words:
+    return Words(tuple(part for words in said for part in ("; ", *words.parts))[1:])
+
+
+def _shown(lesson: Lesson, K: Expr, P: Expr) -> tuple[Form, Form] | None:
+    """Return energies as a table has them; None for long ones."""
+    shown = (kinetic_form(lesson, K), with_squares(lesson.short(P)))
+    return shown if max(map(length, shown)) <= LONGEST else None
+
+
+def _stopped(lesson: Lesson) -> Iterator[tuple[Words, Form | Words, Form | Words, Words]]:
     """Yield the row of each parameter without which prescribed motions stand still."""
     led, graph = prescribed(lesson.scene, lesson.graph), lesson.graph
-    still = {lesson.state.qd[k]: graph.zero for k in led.place}
-    for parameter in lesson.scene.parameters if led.place else ():
-        symbol = graph.symbol(parameter.name)
-        if symbol in reachable(led.velocity) and all(
-            zero(lesson, x) for x in substitute(led.velocity, {symbol: graph.zero})
-        ):
-            (K,) = substitute([lesson.energy.K], still)
-            shown = (kinetic_form(lesson, K), with_squares(lesson.short(lesson.energy.P)))
-            names = together([named(lesson.state.q[k]) for k in led.place])
-            if max(map(length, shown)) <= LONGEST:
-                yield Words((named(symbol),)), *shown, lesson.say("limits.still", names=names)
+    (K,) = substitute([lesson.energy.K], {lesson.state.qd[k]: graph.zero for k in led.place})
+    names = together([named(lesson.state.q[k]) for k in led.place])
+    for symbol in [graph.symbol(one.name) for one in lesson.scene.parameters] if led.place else ():
+        left = substitute(led.velocity, {symbol: graph.zero})
+        stands = symbol in reachable(led.velocity) and all(zero(lesson, x) for x in left)
+        if stands and (shown := _shown(lesson, K, lesson.energy.P)):
+            yield Words((named(symbol),)), *shown, lesson.say("limits.still", names=names)
 
 
 def forgotten(lesson: Lesson, one: Limit) -> tuple[list[Form], list[Form]]:
     """Return coordinates whose rates move nothing, and those on which L no longer depends, in a limit."""
-    state = lesson.state
-    rates = zip(state.q, state.qd, strict=True)
-    idle: list[Form] = [named(q) for q, u in rates if zero(lesson, gradient(one.K, [u])[0])]
-    cyclic: list[Form] = []
-    slopes = gradient(one.K - one.P, state.q)
-    for k, name in enumerate(map(named, state.q)):
-        if (
-            name not in idle
-            and k not in led_by(lesson)
-            and zero(lesson, slopes[k])
-            and not zero(lesson, lesson.slopes[k])
-        ):
-            cyclic.append(name)
-    return idle, cyclic
+    state, slopes = lesson.state, gradient(one.K - one.P, lesson.state.q)
+    idle = [k for k, u in enumerate(state.qd) if zero(lesson, gradient(one.K, [u])[0])]
+    free = [k for k in range(state.n) if k not in (*idle, *led_by(lesson))]
+    cyclic = [k for k in free if zero(lesson, slopes[k]) and not zero(lesson, lesson.slopes[k])]
+    return [named(state.q[k]) for k in idle], [named(state.q[k]) for k in cyclic]
 
 
 def _moves(lesson: Lesson, one: Limit) -> Iterator[Words]:
-    """Yield what is said of energies: coordinates without mass, or that L does not know, rests, weightless bodies."""
+    """Yield what is said of energies: coordinates without mass, or that L does not know, and that it rests."""
     idle, cyclic = forgotten(lesson, one)
     if idle:
         yield lesson.say("limits.idle", names=together(idle))
@@ -165,11 +155,6 @@ def _moves(lesson: Lesson, one: Limit) -> Iterator[Words]:
     before = generalized_forces(lesson.scene, lesson.graph)
     if not idle and _level(lesson, one.P, one.Q) and not _level(lesson, lesson.energy.P, before):
         yield lesson.say("limits.level")
-    for body in lesson.scene.bodies if not idle else ():
-        weighs = [x for mass in lesson.masses if mass.body.name == body.name for x in _entries(mass)]
-        light = all(x.is_zero for x in one.of(weighs)) and not all(x.is_zero for x in weighs)
-        if light and body.name != smaller_by(lesson, one):
-            yield lesson.say("limits.light", body=body.name)
 
 
 def _at_rest(lesson: Lesson, forces: Sequence[Expr]) -> list[Expr]:
@@ -187,7 +172,7 @@ def _acts(lesson: Lesson, one: Limit) -> Iterator[Words]:
     state, graph = lesson.state, lesson.graph
     before, clock = generalized_forces(lesson.scene, graph), {graph.symbol(TIME), *state.clock}
     timed = [not clock.isdisjoint(reachable(forces)) for forces in (before, one.Q)]
-    if timed == [True, False] and all(x.is_zero for x in _at_rest(lesson, one.Q)):
+    if timed == [True, False] and _nothing(_at_rest(lesson, one.Q)):
         yield lesson.say("limits.free" if lesson.energy.E.is_zero else "limits.vibrates")
     braked = [not set(state.qd).isdisjoint(reachable(forces)) for forces in (before, one.Q)]
     if timed == [True, True] and braked == [True, False] and not lesson.energy.E.is_zero:
@@ -198,7 +183,7 @@ def _acts(lesson: Lesson, one: Limit) -> Iterator[Words]:
     slopes = gradient(one.K - one.P, state.q)
     kept: list[Form] = [named(state.q[k]) for k in free if zero(lesson, slopes[k])]
     released = [name for name in (named(state.q[k]) for k in free) if name not in kept]
-    if all(x.is_zero for x in one.Q):
+    if _nothing(one.Q):
         yield lesson.say("limits.conserved", total=Form.sum((Symbol("K:"), Symbol("P:"))))
     elif released:
         yield lesson.say("limits.released", names=together(released))
@@ -206,19 +191,24 @@ def _acts(lesson: Lesson, one: Limit) -> Iterator[Words]:
         yield lesson.say("limits.kept", names=together(kept))
 
 
-def _bodies(lesson: Lesson, one: Limit) -> Iterator[Words]:
-    """Yield which body is left out, and which are point masses that were none; energies of such scenes are the same."""
-    if body := smaller_by(lesson, one):
-        yield lesson.say("limits.smaller", body=body)
+def _bodies(lesson: Lesson, one: Limit) -> Iterator[tuple[str, str]]:
+    """Yield bodies that are left out, or point masses that were none, as a scene has it whose energies are the same.
+
+    And those without inertia which never had a mass.
+    """
     for mass in lesson.masses:
         m, *inertia = one.of(_entries(mass))
-        if mass.spins and mass.h is None and not m.is_zero and all(x.is_zero for x in inertia):
+        if mass.spins and _nothing(inertia) and mass.m.is_zero:
+            yield mass.body.name, "light"
+        elif mass.spins and _nothing(inertia) and mass.h is None and not m.is_zero:
             own = mass.body
             particles = (*own.particles, Particle(own.mass, own.centre))
             point = replace(own, mass=Quantity.ZERO, inertia=(Quantity.ZERO,) * 6, particles=particles)
             bodies = tuple(point if other is own else other for other in lesson.scene.bodies)
             _assert_same(lesson, one, replace(lesson.scene, bodies=bodies))
-            yield lesson.say("limits.point", body=own.name)
+            yield own.name, "point"
+    if body := smaller_by(lesson, one):
+        yield body, "smaller"
 
 
 def _assert_same(lesson: Lesson, one: Limit, scene: Scene) -> None:
@@ -234,7 +224,7 @@ def smaller_by(lesson: Lesson, one: Limit) -> str:
     for body in lesson.scene.bodies:
         smaller = without(lesson.scene, body.name)
         weighs = [x for mass in lesson.masses if mass.body.name == body.name for x in _entries(mass)]
-        if smaller is None or not weighs or not all(x.is_zero for x in one.of(weighs)):
+        if smaller is None or not weighs or not _nothing(one.of(weighs)):
             continue
         others = [mass.m for mass in lesson.masses if mass.body.name != body.name and not mass.m.is_zero]
         if any(x.is_zero for x in one.of(others)):
