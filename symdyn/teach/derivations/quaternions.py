@@ -21,13 +21,7 @@ from symdyn.spatial import Mat
 from symdyn.teach.derivations.eliminated import conserved_sections
 from symdyn.teach.derivations.equilibria import closed_sections
 from symdyn.teach.derivations.lagrange import scene_picture, state_step, task_step, with_figures
-from symdyn.teach.derivations.multiplier_steps import (
-    condition_steps,
-    meaning_step,
-    name_forces,
-    name_ties,
-    system_step,
-)
+from symdyn.teach.derivations.multiplier_steps import condition_steps, meaning_step, name_forces, name_ties, system_step
 from symdyn.teach.derivations.multipliers import choose_tied_motion, forces_step, tied_power_steps
 from symdyn.teach.derivations.quaternion_steps import (
     Turning,

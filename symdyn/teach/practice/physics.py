@@ -27,17 +27,7 @@ from symdyn.teach.derivations.reduced import Reduced, cyclic_of, led_by, reduced
 from symdyn.teach.derivations.solved import short_form
 from symdyn.teach.derivations.steady import level_places
 from symdyn.teach.derivations.velocities import length
-from symdyn.teach.document import (
-    Blank,
-    Block,
-    Choice,
-    Document,
-    Formula,
-    Letter,
-    Name,
-    Option,
-    Words,
-)
+from symdyn.teach.document import Blank, Block, Choice, Document, Formula, Letter, Name, Option, Words
 from symdyn.teach.lesson import Lesson, Prose, named, together
 from symdyn.teach.shown_state import Chosen, choose_state
 from symdyn.unlocked import cached_property

@@ -14,15 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
-from symdyn.algebra import (
-    Compactor,
-    Form,
-    Function,
-    Polynomial,
-    Symbol,
-    TrigonometricRing,
-    with_squares,
-)
+from symdyn.algebra import Compactor, Form, Function, Polynomial, Symbol, TrigonometricRing, with_squares
 from symdyn.dynamics import Workspace, angle_groups, derive_one
 from symdyn.dynamics.loops import solve_normal
 from symdyn.dynamics.mechanism import State
@@ -32,18 +24,7 @@ from symdyn.errors import DerivationError, EmitError
 from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Op, evaluate, reachable, substitute, tangents
 from symdyn.scene.values import Strut, velocity_name
-from symdyn.spatial import (
-    Mat,
-    Transform,
-    Vec,
-    Wrench,
-    add,
-    cross,
-    neg,
-    scale,
-    sub,
-    zero_vector,
-)
+from symdyn.spatial import Mat, Transform, Vec, Wrench, add, cross, neg, scale, sub, zero_vector
 from symdyn.teach.derivations.dalembert.side_by_side import order_of
 from symdyn.teach.document import Name
 from symdyn.teach.lesson import Prose, refuse_quaternions
