@@ -15,7 +15,6 @@ from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Op, gradient, reachable, substitute
 from symdyn.scene import Quantity, Scene
-from symdyn.scene.values.body import Particle
 from symdyn.teach.derivations.reduced import led_by, zero
 from symdyn.teach.derivations.velocities import kinetic_form, length
 from symdyn.teach.document import Step, Words
@@ -201,12 +200,10 @@ def _bodies(lesson: Lesson, one: Limit) -> Iterator[tuple[str, str]]:
         if mass.spins and _nothing(inertia) and mass.m.is_zero:
             yield mass.body.name, "light"
         elif mass.spins and _nothing(inertia) and mass.h is None and not m.is_zero:
-            own = mass.body
-            particles = (*own.particles, Particle(own.mass, own.centre))
-            point = replace(own, mass=Quantity.ZERO, inertia=(Quantity.ZERO,) * 6, particles=particles)
-            bodies = tuple(point if other is own else other for other in lesson.scene.bodies)
+            point = replace(mass.body, inertia=(Quantity.ZERO,) * 6)
+            bodies = tuple(point if other is mass.body else other for other in lesson.scene.bodies)
             _assert_same(lesson, one, replace(lesson.scene, bodies=bodies))
-            yield own.name, "point"
+            yield point.name, "point"
     if body := smaller_by(lesson, one):
         yield body, "smaller"
 

@@ -16,6 +16,7 @@ from fractions import Fraction
 import numpy as np
 from scipy.linalg import null_space
 
+from symdyn import verify
 from symdyn.algebra import Array, Floats, Number
 from symdyn.dynamics import derive_one
 from symdyn.dynamics.mechanism import angles_of
@@ -29,7 +30,7 @@ from symdyn.teach.document import Block, Formula, Step, Words
 from symdyn.teach.lesson import together
 from symdyn.teach.shown_state import ACCELERATIONS, RATES, Chosen, choose_state, starting_rates
 from symdyn.verdict import Verdict
-from symdyn.verify import Claim, claims_of_reactions, on_unit_sphere, prove
+from symdyn.verify import Claim, claims_of_reactions, prove
 
 SMALL = 1e-9
 
@@ -219,7 +220,7 @@ def formulations_step(lesson: Balance, chosen: Chosen) -> Step | None:
         given = [{u: lesson.graph.one, last: force} for u, force in other.items()]
         same = Claim.solvable("drives", "Lagrange", "D'Alembert", [*lesson.proved.rows(), *given], last)
     claims = {**({"formulations.drives": same} if other else {}), **laws}
-    on_sphere = on_unit_sphere(lesson.scene, list(claims.values()))
+    on_sphere = verify.on_unit_sphere(lesson.scene, list(claims.values()))
     fields, findings = prove(on_sphere, positive=[p.name for p in lesson.scene.parameters if p.positive])
     free = lesson.state.n - len(lesson.workspace.loops.decisions.independent_rows) if lesson.closed else 0
     few = {"formulations.drives"} if len(other) < free else set[str]()  # not every motion is possible then
