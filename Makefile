@@ -56,7 +56,7 @@ wheel: $(READY)  ## the sdist, the wheel that it builds, and that wheel alone in
 	$(BIN)/python tests/wheel.py
 
 golden: $(READY)  ## rewrite generated/, docs/walkthroughs/ and what the verbs take after a change that is meant
-	$(BIN)/python -m pytest tests/test_options_table.py tests/test_generated.py tests/test_fmu.py tests/test_teach_examples.py --update-golden
+	$(BIN)/python -m pytest -m "" tests/test_options_table.py tests/test_generated.py tests/test_fmu.py tests/test_teach_examples.py --update-golden
 
 playground: $(READY)  ## the page on which scenes are written, with Python inside, in build/playground; takes npm
 	$(BIN)/python docs/site/playground/bundle.py build/playground

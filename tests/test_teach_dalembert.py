@@ -336,7 +336,7 @@ def test_where_nothing_is_driven_no_drives_are_compared() -> None:
     assert "The reactions obey the laws of mechanics" in shown
 
 
-LOOPS = ("rsup", "spatial_slider_crank")
+LOOPS = ("rsup", "spatial_slider_crank", "rssr")
 
 
 def numbers_of(document: Document, key: str) -> tuple[list[str], np.ndarray]:

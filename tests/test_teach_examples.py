@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import re
+from html import unescape
 from pathlib import Path
 
 import pytest
 
 from symdyn.cli import main
+from symdyn.emit.render import script, verbatim
 
 ROOT = Path(__file__).parent.parent
 HOME = ROOT / "docs" / "walkthroughs"
@@ -48,3 +51,22 @@ def test_walkthroughs_are_what_the_command_line_writes(
     for line in capsys.readouterr().out.splitlines():
         path = Path(line)
         assert path.read_bytes() == (HOME / path.name).read_bytes(), f"{path.name}: run pytest --update-golden"
+
+
+def test_no_page_and_no_picture_is_left_over() -> None:
+    written = {name for _, name, _ in CASES}
+    linked = {x for path in HOME.glob("*.md") for x in re.findall(r"\]\(([^)/]+)\)", path.read_text(encoding="utf-8"))}
+    assert {path.name for path in HOME.iterdir()} - written - linked == {"README.md"}
+
+
+def test_the_slovak_page_is_no_older_than_the_english_one_and_the_slovak_text() -> None:
+    """Of pages that `make slow` alone makes anew: the same styles and scripts, and every sentence without a formula."""
+    english, slovak = ((HOME / f"two_link{code}.html").read_text(encoding="utf-8") for code in ("", "-sk"))
+    for path in sorted((ROOT / "templates/teach").glob("*.*s")):
+        part = (script if path.suffix == ".js" else verbatim)(f"teach/{path.name}")
+        assert (part in english) == (part in slovak), path.name
+    said = unescape(slovak)
+    lines = (HOME / "two_link-sk.md").read_text(encoding="utf-8").splitlines()
+    prose = [line for line in lines if line.endswith(".") and not set(line) & set("$|*[\\<>#")]
+    assert len(prose) > 30
+    assert [line for line in prose if line not in said] == []

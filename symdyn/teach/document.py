@@ -1,8 +1,7 @@
 """The one document: steps with a claim, the mathematics, a reason and a reference. Renderers walk it, nothing else.
 
 No block holds LaTeX. A formula is a form (`symdyn.algebra.form`), whose symbols are those of the scene or keys of
-`Document.names`; a name says how it is printed and what it is worth on the graph, so a test can hold every formula in
-every rendered text against the graph by value.
+`Document.names`; a name says how it is printed and what it is worth, so that tests compare texts with the graph.
 """
 
 from __future__ import annotations
@@ -279,6 +278,7 @@ BRIEF = frozenset(
         *("equilibria", "near:stable", "steady", "energy", "limits", "power", "formulations", "momenta", "matter"),
         *("ties.solved", "equilibria.one", "steady.curve", "forced", "forced.response", "kept", "spins", "states"),
         *("euler", "precession", "upright:0", "variant", "given", "physics", "solution", "follows", "later", "errata"),
+        *("conserved", "cyclic"),
     )
 )
 """Steps of a brief lesson, by their key or what stands there before a colon; of the rest a page has folds."""

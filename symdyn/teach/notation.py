@@ -120,11 +120,15 @@ def leader(scene: Scene, joint: Joint) -> str:
 
 def notation_step(lesson: Prose) -> Step:
     """Return the table of symbols."""
-    scene = lesson.scene
+    scene, kinds = lesson.scene, {"rad": "angle", "m": "way"}
     rows: list[tuple[Symbol, str | Words, str, str]] = []
+    unit_of = dict(zip(scene.velocities, SceneUnits(scene).velocities, strict=True))
     for joint, q, measure in SceneUnits(scene).each_coordinate():
-        kind = lesson.say("notation.angle" if measure == "rad" else "notation.way", joint=joint.name)
+        kind = lesson.say(f"notation.{kinds.get(measure, 'quaternion')}", joint=joint.name)
         rows.append((Symbol(q), kind, measure, ""))
+        for u in joint.velocities if q == joint.coordinates[-1] else ():
+            turns = "turning" if unit_of[u] == "rad" else "sliding"
+            rows.append((Symbol(u), lesson.say(f"notation.{turns}", joint=joint.name), f"{unit_of[u]}/s", ""))
     for joint, drive, measure in SceneUnits(scene).each_drive():
         key = "notation.force" if measure == "N" else "notation.torque"
         rows.append((Symbol(drive), lesson.say(key, joint=joint.name), measure, ""))

@@ -21,24 +21,15 @@ from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass
 from symdyn.graph import Expr, evaluate, gradient, reachable, repeated, substitute
 from symdyn.scene import Quantity, SceneUnits
-from symdyn.teach.derivations.charts import (
-    DASHED,
-    DOTTED,
-    HIGH,
-    SOLID,
-    Curve,
-    Panel,
-    chart,
-    landscape_step,
-    phase_step,
-)
+from symdyn.teach.derivations.charts import DASHED, DOTTED, HIGH, SOLID, Curve, Panel, chart, landscape_step, phase_step
 from symdyn.teach.derivations.elsewhere import elsewhere
 from symdyn.teach.derivations.equation_steps import coefficient_key, momentum_form, node_of
 from symdyn.teach.derivations.equilibria import equilibrium_step, near_rest_steps, places_of_rest
 from symdyn.teach.derivations.forced import forced_steps
+from symdyn.teach.derivations.limits import limits_step
 from symdyn.teach.derivations.meaning import axes_of
 from symdyn.teach.derivations.precession import precession_steps
-from symdyn.teach.derivations.reduced import cyclic_of, led_by, limit_steps, reduced, zero
+from symdyn.teach.derivations.reduced import cyclic_of, led_by, reduced, swings_step, zero
 from symdyn.teach.derivations.steady import steady_step
 from symdyn.teach.derivations.velocities import folded
 from symdyn.teach.document import Block, Formula, Picture, Section, Step, Words
@@ -109,18 +100,15 @@ def comparison_step(lesson: Lesson, page: Printable, chosen: Chosen) -> Step | N
     title = lesson.text("compare.alt", scene=lesson.scene.name)
     picture = Picture(chart(title, panels, lesson.written, "compare-"), lesson.say("compare.caption"), title, "compare")
     apart = [float(np.abs(found.q[k] - found.q[0]).max()) for k in range(len(names))]
-    left = [lesson.scene.in_shown_unit(lesson.about(_clean(x, found.energy)), "J") for x in found.balance.tolist()]
+    none = 1e-6 * (1e-3 + abs(found.energy))  # the error of the integration
+    changes = [0.0 if abs(x) < none else x for x in found.balance.tolist()]
+    left = [lesson.scene.in_shown_unit(lesson.about(x), "J") for x in changes]
     rows = [(name, left[k], "–" if not k else lesson.written(apart[k])) for k, name in enumerate(names)]
     table = lesson.table(("compare.which", "compare.balance", "compare.apart"), rows)
     claim = lesson.say("compare", number=str(len(names)), seconds=lesson.written(last))
     show = ("coriolis", "centrifugal", "ghost")
     blocks = (picture, lesson.say("compare.energy", total=Form.sum((Symbol("K:"), Symbol("P:")))), table)
     return Step("compare", claim, blocks, lesson.say("compare.reason"), show=show)
-
-
-def _clean(x: float, energy: float) -> float:
-    """Return a change of energy, zero where it is the error of the integration."""
-    return 0.0 if abs(x) < 1e-6 * (1e-3 + abs(energy)) else x
 
 
 def runs(lesson: Lesson, page: Printable, chosen: Chosen, left_out: Sequence[tuple[str, ...]]) -> ComparedRuns | None:
@@ -240,13 +228,12 @@ def _none(lesson: Lesson) -> Step:
     alone: list[Form] = [named(state.q[k]) for k, slope in slopes if zero(lesson, slope)]
     key = "momentum.potential.one" if len(alone) == 1 else "momentum.potential"
     blocks: tuple[Block, ...] = (lesson.say(key, names=together(alone)),) if alone else ()
-    return Step("cyclic", lesson.say("momentum.none"), blocks, show=("momenta",))
+    return Step("no momentum", lesson.say("momentum.none"), blocks, show=("momenta",))
 
 
 def _energy(lesson: Lesson, chosen: Chosen) -> Step:
     """Return whether K + P stays, what takes or gives it, or what stays in its place where a motion is prescribed."""
-    graph, scene = lesson.graph, lesson.scene
-    show = ("energies", "plots")
+    graph, show = lesson.graph, ("energies", "plots")
     total = Form.sum((Symbol("K:"), Symbol("P:")))
     if led := led_by(lesson):
         told = Step("energy", lesson.say("energy.led", total=total), (), show=show)
@@ -261,16 +248,12 @@ def _energy(lesson: Lesson, chosen: Chosen) -> Step:
         moving, rates = (together([named(x[k]) for k in free]) for x in (lesson.state.q, lesson.state.qd))
         claim = lesson.say("energy.jacobi", total=total, h=h, q=moving, rates=rates)
         return Step("energy", claim, (block,), lesson.say("energy.jacobi.reason", h=h), show=show)
-    acting = generalized_forces(scene, graph)
+    acting = generalized_forces(lesson.scene, graph)
     timed = {graph.symbol(TIME), *lesson.state.clock}.intersection(reachable([lesson.L, *acting]))
     some = [named(q) for q, force in zip(lesson.state.q, acting, strict=True) if not force.is_zero]
-    if timed:
-        return Step("energy", lesson.say("energy.timed", total=total), (), show=show)
-    if some:
-        return Step("energy", lesson.say("energy.spent", total=total, names=together(some)), (), show=show)
-    return Step(
-        "energy", lesson.say("energy.kept", total=total), (), lesson.say("energy.reason", total=total), show=show
-    )
+    key = "timed" if timed else "spent" if some else "kept"
+    reason = lesson.say("energy.reason", total=total) if key == "kept" else Words(())
+    return Step("energy", lesson.say(f"energy.{key}", total=total, names=together(some)), (), reason, show=show)
 
 
 def _jacobi(lesson: Lesson) -> Expr | None:
@@ -308,7 +291,7 @@ def after_sections(lesson: Lesson, page: Printable, chosen: Chosen) -> list[Sect
         "after.steady": [steady, *(precession_steps(left) if left is not None else [])],
         "after.landscape": [seen],
         "after.terms": [comparison_step(lesson, page, chosen) if small else None],
-        "after.limits": list(limit_steps(lesson, left, chosen)) if small else [],
+        "after.limits": [limits_step(lesson), swings_step(lesson, left) if left else None] if small else [],
     }
     kept = {key: [step for step in steps if step is not None] for key, steps in found.items()}
     return [lesson.section(key, steps) for key, steps in kept.items() if steps]

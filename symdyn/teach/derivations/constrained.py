@@ -18,16 +18,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.linalg import null_space
 
-from symdyn.algebra import (
-    Compactor,
-    Floats,
-    Form,
-    Function,
-    Polynomial,
-    Ratios,
-    Symbol,
-    TrigonometricRing,
-)
+from symdyn.algebra import Compactor, Floats, Form, Function, Polynomial, Ratios, Symbol, TrigonometricRing
 from symdyn.arguments import argument
 from symdyn.dynamics import angle_groups
 from symdyn.dynamics.loops import Cut, Partition, differentiated

@@ -55,7 +55,7 @@ def _framed(lesson: Lesson, joint: Joint) -> Words:
     if len(springs) == 1:
         q = lesson.state.q[lesson.scene.coordinates.index(joint.coordinates[0])]
         if substitute(gradient(lesson.energy.E, [q]), {q: lesson.graph.zero})[0].is_zero:
-            return lesson.say("zero.relaxed", spring=springs[0])
+            return lesson.say("zero.relaxed")
     key = "zero.slide" if JOINTS[joint.type].slides(joint) else "zero.frames"
     return lesson.say(key, child=joint.child, joint=joint.name)
 

@@ -27,12 +27,7 @@ from symdyn.scene import Scene, SceneUnits, without_hidden_zeros
 from symdyn.scene.values import force_unit
 from symdyn.teach.derivations.constrained import Constrained
 from symdyn.teach.derivations.eliminated import conserved_sections, eliminated_steps, resting_step
-from symdyn.teach.derivations.equation_steps import (
-    coefficient_steps,
-    equation_steps,
-    kane_steps,
-    name_coefficients,
-)
+from symdyn.teach.derivations.equation_steps import coefficient_steps, equation_steps, kane_steps, name_coefficients
 from symdyn.teach.derivations.equilibria import closed_sections
 from symdyn.teach.derivations.lagrange import (
     energy_sections,

@@ -5,7 +5,7 @@
     N     M_cc - Σ M_cs²/M_ss                 m     M_rr - M_rc M_cc⁻¹ M_cr, the inertia of r, momenta kept
     V     P + ½ (p_c - Σ M_cs ω_s)²/N + Σ ½ p_s²/M_ss, in which r moves alone
 
-r stays where a ċ² + b ċ + d = 0. Next to such a motion it swings with ω² = V''/m, where a weight is put in from there.
+r stays where a ċ² + b ċ + d = 0. Next to such a motion it swings with ω² = V''/m, that condition put in.
 Where the axes of c and s coincide, N and the bracket above it vanish; the limit of V tells from which spin on a motion
 stands upright.
 
@@ -338,7 +338,7 @@ def _stands(one: Precession, square: Expr, where: Words, names: Words, key: str)
 
 
 def _nutation(one: Precession) -> list[Step]:
-    """Return ω² of swings about a steady motion, a weight put in from the condition."""
+    """Return ω² of swings about a steady motion, the condition put in."""
     lesson, left, M, r = one.left.lesson, one.left, one.M, one.left.r
     if any(not M[r, s].is_zero for s in one.spins):
         return []
@@ -346,7 +346,7 @@ def _nutation(one: Precession) -> list[Step]:
     (slope,) = gradient(one.potential(p - one.carried), [left.q])
     square = gradient(slope, [left.q])[0] / (M[r, r] - M[r, one.c] ** 2 / one.around)
     (held,) = substitute([square], {p: one.around * one.rate + one.carried})
-    node = _without_weight(one, held)
+    node = _with_condition(one, held)
     if one.a.is_zero:
         (node,) = substitute([node], {one.rate: -one.d / one.b})
     node = lowest(node)
@@ -371,11 +371,13 @@ def _nutation(one: Precession) -> list[Step]:
     return [Step("nutation", lesson.say(key, q=q), tuple(blocks), lesson.say("nutation.reason"), show=("phase",))]
 
 
-def _without_weight(one: Precession, node: Expr) -> Expr:
-    """Return a node with the letter of gravity put in from the condition, as it is where there is none."""
+def _with_condition(one: Precession, node: Expr) -> Expr:
+    """Return a node with the letter of gravity, or of a spring, put in from the condition; as it is without such."""
     lesson = one.left.lesson
     condition = one.a * one.rate**2 + one.b * one.rate + one.d
-    for g in sorted({x for x in reachable(vector(lesson.scene.gravity, lesson.graph)) if x.op is Op.SYMBOL}, key=str):
+    elastic = set(reachable([lesson.energy.E])) - set(reachable([lesson.energy.K]))
+    pulls = ({*reachable(vector(lesson.scene.gravity, lesson.graph))}, elastic)
+    for g in (x for some in pulls for x in sorted(some, key=str) if x.op is Op.SYMBOL):
         (slope,) = gradient(condition, [g])
         if slope.is_zero or g in reachable([slope]):
             continue

@@ -14,20 +14,14 @@ from math import sqrt
 from symdyn.algebra import Form, Number, Symbol
 from symdyn.emit.print import latex_symbols
 from symdyn.graph import Expr, reachable, tangents
-from symdyn.scene import Quantity, Scene, SceneUnits, without_hidden_zeros
+from symdyn.scene import Quantity, Scene, without_hidden_zeros
 from symdyn.scene.joints import joint_motion
 from symdyn.scene.values import Joint
 from symdyn.spatial import Mat
 from symdyn.teach.derivations.eliminated import conserved_sections
 from symdyn.teach.derivations.equilibria import closed_sections
 from symdyn.teach.derivations.lagrange import scene_picture, state_step, task_step, with_figures
-from symdyn.teach.derivations.multiplier_steps import (
-    condition_steps,
-    meaning_step,
-    name_forces,
-    name_ties,
-    system_step,
-)
+from symdyn.teach.derivations.multiplier_steps import condition_steps, meaning_step, name_forces, name_ties, system_step
 from symdyn.teach.derivations.multipliers import choose_tied_motion, forces_step, tied_power_steps
 from symdyn.teach.derivations.quaternion_steps import (
     Turning,
@@ -43,33 +37,11 @@ from symdyn.teach.derivations.turning_body import turning_sections
 from symdyn.teach.derivations.velocities import folded
 from symdyn.teach.document import Block, Document, Formula, Letter, Matrix, Name, Section, Step, Words
 from symdyn.teach.lesson import AXES, called, named, silent_steps, together
-from symdyn.teach.notation import acting_steps, joints_step, parameter_rows, scene_step
+from symdyn.teach.notation import acting_steps, joints_step, notation_step, scene_step
 from symdyn.teach.shown_state import Chosen, choose_state
 
 TWO, HALF = Number(Fraction(2)), Number(Fraction(1, 2))
 MINUS = Number(Fraction(-1))
-
-
-def symbols_step(lesson: Turning) -> Step:
-    """Return the table of symbols."""
-    scene = lesson.scene
-    rows: list[tuple[Symbol, str | Words, str, str]] = []
-    units, rates = SceneUnits(scene).coordinates, SceneUnits(scene).velocities
-    unit_of = dict(zip(scene.coordinates, units, strict=True)) | dict(zip(scene.velocities, rates, strict=True))
-    for joint in scene.moving:
-        for q in joint.coordinates:
-            key = {"rad": "notation.angle", "m": "notation.way"}.get(unit_of[q], "notation.quaternion")
-            rows.append((Symbol(q), lesson.say(key, joint=joint.name), unit_of[q], ""))
-        for u in joint.rates:
-            turning = unit_of[u] == "rad"
-            key = "notation.rate" if u not in joint.velocities else f"notation.{'turning' if turning else 'sliding'}"
-            rows.append((Symbol(u), lesson.say(key, joint=joint.name, q=Symbol(u)), f"{unit_of[u]}/s", ""))
-    for joint, drive, unit in SceneUnits(scene).each_drive():
-        key = "notation.force" if unit == "N" else "notation.torque"
-        rows.append((Symbol(drive), lesson.say(key, joint=joint.name), unit, ""))
-    rows += parameter_rows(lesson)
-    table = lesson.table(("symbol", "meaning", "unit", "value"), rows)
-    return Step("notation", lesson.say("notation"), (table,))
 
 
 def rotation_steps(lesson: Turning) -> list[Step]:
@@ -247,7 +219,7 @@ def quaternions_walkthrough(scene: Scene, language: str = "en", until: str = "nu
 
 def turning_scene(lesson: Turning, *first: Step) -> Section:
     """Return the section of the mechanism: its first steps, what acts, all symbols, joints."""
-    return lesson.section("scene", [*first, *acting_steps(lesson), symbols_step(lesson), joints_step(lesson)])
+    return lesson.section("scene", [*first, *acting_steps(lesson), notation_step(lesson), joints_step(lesson)])
 
 
 def rotation_sections(lesson: Turning) -> Iterator[Section]:

@@ -1,12 +1,9 @@
-"""One freedom left, others being cyclic or prescribed: its inertia m and potential V, with ½ m ṙ² + V constant; limits.
+"""One freedom left, others being cyclic or prescribed: its inertia m and potential V, with ½ m ṙ² + V constant.
 
     c     cyclic coordinates, their momenta p kept          m = M_rr - M_rc M_cc⁻¹ M_cr,  V = P + ½ pᵀ M_cc⁻¹ p
     led   prescribed, at constant rates Ω, L without them   m = M_rr,                     V = P - ½ Ωᵀ M_LL Ω
 
 Without either, m is the mass and V = P. Drives and friction are left out.
-
-The steps on limits show cases in which a result must be what everybody knows: nothing to carry, no gravity, small
-swings.
 
 Reference: Routh; Goldstein, Classical Mechanics, 8.3.
 """
@@ -14,22 +11,20 @@ Reference: Routh; Goldstein, Classical Mechanics, 8.3.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
-from symdyn.algebra import Array, Batches, Form, Symbol, with_squares
-from symdyn.dynamics import Energies
-from symdyn.dynamics.mechanism import TIME, generalized_forces, prescribed
+from symdyn.algebra import Array, Batches, Form
+from symdyn.dynamics.mechanism import TIME, prescribed
 from symdyn.errors import DerivationError, NoValueError, SymdynError
-from symdyn.frozen import dataclass, replace
+from symdyn.frozen import dataclass
 from symdyn.graph import Expr, gradient, reachable, repeated, substitute
-from symdyn.scene import Quantity, Scene, SceneUnits
+from symdyn.scene import SceneUnits
 from symdyn.teach.derivations.elsewhere import elsewhere
-from symdyn.teach.derivations.velocities import kinetic_form, length
-from symdyn.teach.document import Block, Step, Try, Words
-from symdyn.teach.lesson import Lesson, named, together
+from symdyn.teach.document import Block, Step, Try
+from symdyn.teach.lesson import Lesson, named
 from symdyn.teach.shown_state import Chosen
 from symdyn.unlocked import cached_property
 
@@ -185,12 +180,6 @@ def reduced(lesson: Lesson, chosen: Chosen) -> Reduced | None:
     return Reduced(lesson, chosen, left[0], cyclic, led, static, momenta)
 
 
-UNITS = ("kg", "m", "m/s2", "N/m", "Nm/rad", "kgm2")
-"""Of parameters that may go to zero."""
-
-LONGEST = 26
-"""Terms and factors of an energy that fits into a table."""
-
 AMPLITUDES = (10, 30, 60, 90)
 """Degrees."""
 
@@ -201,141 +190,7 @@ PARTS = 400
 """Of the integral for a period."""
 
 
-def limit_steps(lesson: Lesson, left: Reduced | None, chosen: Chosen) -> list[Step]:
-    """Return the table of limits, mechanisms with a body less, and periods of large swings."""
-    steps = [_energies(lesson)]
-    if left is not None:
-        steps.append(_swings(lesson, left))
-    return [step for step in steps if step is not None]
-
-
-def _energies(lesson: Lesson) -> Step | None:
-    """Return what K and P become as one parameter after the other vanishes."""
-    rows: list[tuple[Words, Form | Words, Form | Words, Words]] = []
-    checks: list[Block] = []
-    for symbol, K, P in vanishing(lesson):
-        try:
-            shown = (kinetic_form(lesson, K), with_squares(lesson.short(P)))
-        except (DerivationError, KeyError):
-            continue
-        if max(map(length, shown)) > LONGEST:
-            continue
-        if (said := _left(lesson, symbol, K, P)).parts:
-            rows.append((Words((named(symbol), "\u00a0→\u00a00")), *shown, said))
-        if body := smaller_by(lesson, symbol, K, P):
-            checks.append(lesson.say("limits.smaller", parameter=named(symbol), body=body))
-    rows += _stopped(lesson)
-    if not rows:
-        return None
-    table = lesson.table(("limits.limit", Symbol("K:"), Symbol("P:"), "limits.left"), rows)
-    return Step("limits", lesson.say("limits"), (table, *checks), show=("energies", "ghost"))
-
-
-def _stopped(lesson: Lesson) -> Iterator[tuple[Words, Form | Words, Form | Words, Words]]:
-    """Yield the row of each parameter without which prescribed motions stand still."""
-    led, graph = prescribed(lesson.scene, lesson.graph), lesson.graph
-    still = {lesson.state.qd[k]: graph.zero for k in led.place}
-    for parameter in lesson.scene.parameters if led.place else ():
-        symbol = graph.symbol(parameter.name)
-        if symbol in reachable(led.velocity) and all(
-            zero(lesson, x) for x in substitute(led.velocity, {symbol: graph.zero})
-        ):
-            (K,) = substitute([lesson.energy.K], still)
-            shown = (kinetic_form(lesson, K), with_squares(lesson.short(lesson.energy.P)))
-            names = together([named(lesson.state.q[k]) for k in led.place])
-            if max(map(length, shown)) <= LONGEST:
-                yield Words((named(symbol), "\u00a0→\u00a00")), *shown, lesson.say("limits.still", names=names)
-
-
-def vanishing(lesson: Lesson) -> Iterator[tuple[Expr, Expr, Expr]]:
-    """Yield each parameter that may go to zero, and what K and P become, where they have a value and change."""
-    graph, energy = lesson.graph, lesson.energy
-    for parameter in lesson.scene.parameters:
-        if parameter.unit.replace("^", "").replace("²", "2").replace(" ", "") not in UNITS:
-            continue
-        symbol = graph.symbol(parameter.name)
-        try:
-            K, P = substitute([energy.K, energy.P], {symbol: graph.zero})
-        except ZeroDivisionError:
-            continue
-        if not (zero(lesson, K - energy.K) and zero(lesson, P - energy.P)):
-            yield symbol, K, P
-
-
-def forgotten(lesson: Lesson, K: Expr, P: Expr) -> tuple[list[Form], list[Form]]:
-    """Return coordinates whose rates move nothing, and those on which L no longer depends, for energies in a limit."""
-    state = lesson.state
-    idle: list[Form] = [named(q) for q, u in zip(state.q, state.qd, strict=True) if zero(lesson, gradient(K, [u])[0])]
-    cyclic: list[Form] = []
-    for k, (q, name) in enumerate(zip(state.q, map(named, state.q), strict=True)):
-        known = gradient(K - P, [q])[0]
-        if name not in idle and zero(lesson, known) and not zero(lesson, lesson.slopes[k]):
-            cyclic.append(name)
-    return idle, cyclic
-
-
-def _left(lesson: Lesson, vanishing: Expr, K: Expr, P: Expr) -> Words:
-    """Return what no longer counts, and of which body an inertia without a mass would be left; often nothing."""
-    idle, cyclic = forgotten(lesson, K, P)
-    said: list[Words] = []
-    if idle:
-        said.append(lesson.say("limits.idle", names=together(idle)))
-    if cyclic:
-        said.append(lesson.say("limits.cyclic", names=together(cyclic)))
-    none = {vanishing: lesson.graph.zero}
-    acting = substitute(
-        generalized_forces(lesson.scene, lesson.graph), dict.fromkeys(lesson.state.qd, lesson.graph.zero)
-    )
-    still = not idle and not lesson.scene.prescribed_velocities and all(x.is_zero for x in substitute(acting, none))
-    if still and all(zero(lesson, x) for x in gradient(P, lesson.state.q)):
-        said.append(lesson.say("limits.level"))
-    for mass in lesson.masses:
-        (m,) = substitute([mass.m], none)
-        kept = substitute([x for row in mass.inertia for x in row], none)
-        if m.is_zero and not mass.m.is_zero and not all(x.is_zero for x in kept):
-            said.append(lesson.say("limits.massless", body=mass.body.name))
-    parts = [part for words in said for part in ("; ", *words.parts)]
-    return Words(tuple(parts[1:]))
-
-
-def smaller_by(lesson: Lesson, vanishing: Expr, K: Expr, P: Expr) -> str:
-    """Return the body without which the mechanism has the same energies, since it weighs nothing; "" for none."""
-    graph = lesson.graph
-    for body in lesson.scene.bodies:
-        smaller = without(lesson.scene, body.name)
-        weighs = [mass for mass in lesson.masses if mass.body.name == body.name]
-        nodes = [x for mass in weighs for x in (mass.m, *(y for row in mass.inertia for y in row))]
-        left = substitute(nodes, {vanishing: graph.zero})
-        if smaller is None or not nodes or not all(x.is_zero for x in left):
-            continue
-        others = [mass.m for mass in lesson.masses if mass.body.name != body.name and not mass.m.is_zero]
-        if any(x.is_zero for x in substitute(others, {vanishing: graph.zero})):
-            continue  # the same letter weighs another body, which would stay
-        other = Energies.of(smaller, graph)  # the parameter may stand in what is left, too
-        less = substitute([other.K, other.P], {vanishing: graph.zero})
-        same = zero(lesson, K - less[0]) and zero(lesson, P - less[1])
-        assert same, f"without {body.name} the energies are others: one of the two derivations is wrong"
-        return body.name
-    return ""
-
-
-def without(scene: Scene, body: str) -> Scene | None:
-    """Return an open scene without one of its last bodies; None where something else is fixed to it."""
-    (joint,) = [joint for joint in scene.joints if joint.child == body]
-    if len(scene.bodies) < 2 or scene.is_constrained or scene.elements or joint.armature != Quantity.ZERO:
-        return None
-    if joint.coupling or scene.followed.intersection(joint.coordinates) or body in (one.parent for one in scene.joints):
-        return None
-    return replace(
-        scene,
-        bodies=tuple(one for one in scene.bodies if one.name != body),
-        joints=tuple(one for one in scene.joints if one is not joint),
-        points=tuple(one for one in scene.points if one.body != body),
-        outputs=(),
-    )
-
-
-def _swings(lesson: Lesson, left: Reduced) -> Step | None:
+def swings_step(lesson: Lesson, left: Reduced) -> Step | None:
     """Return periods of swings of finite amplitude about the valley, over that of small ones."""
     if not left.turns:
         return None

@@ -18,7 +18,7 @@ import numpy as np
 from symdyn.algebra import Form, Function, Number, Power, Ratio, Ratios, Sum, Symbol
 from symdyn.dynamics.mechanism import TIME, prescribed
 from symdyn.errors import DerivationError, NoValueError
-from symdyn.graph import Expr, evaluate, gradient, substitute
+from symdyn.graph import Expr, evaluate, gradient, reachable, substitute
 from symdyn.scene import SceneUnits
 from symdyn.teach.derivations.short_sines import in_sines
 from symdyn.teach.derivations.velocities import accelerations_system, folded, force_row, length, waves_cancelled
@@ -246,10 +246,14 @@ def solved_steps(lesson: Lesson, chosen: Chosen) -> list[Step]:
         if found is not None:
             blocks, forms = found
             apart = all(lesson.forms.form("k_z", i, j) == Number.ZERO for i in free for j in free if i != j)
-            reason = lesson.say(f"explicit.{'divided' if len(free) == 1 else 'diagonal' if apart else 'cramer'}")
+            reason = lesson.say(f"explicit.{'diagonal' if apart else 'cramer'}")
+            if len(free) == 1:
+                lost = {str(x.value) for x in reachable(told)} - {*forms[0].symbols}
+                gone: list[Form] = [Symbol(one.name) for one in lesson.scene.parameters if one.name in lost]
+                reason = lesson.say("explicit.gone", names=together(gone)) if gone else Words(())
             if any(name.startswith("k_z:") for form in forms for name in form.symbols):
                 blocks = [lesson.say("explicit.entries"), *blocks]
-            said = Words((*reason.parts, " ", *signs_told(lesson, free, forms, chosen)))
+            said = Words((*reason.parts, " " * bool(reason.parts), *signs_told(lesson, free, forms, chosen)))
             steps.append(Step("explicit", claim, tuple(blocks), said))
         elif len(free) <= MOST and not led.place:
             _, h = _linear(lesson, told, free)

@@ -124,6 +124,8 @@ def folded(lesson: Prose, formula: Formula) -> Block:
         return lesson.say("longer", name=left, terms=str(terms))
     if terms <= (PAGE if len(lesson.scene.velocities) <= SMALL_SCENE else MOST_TERMS):
         return formula
+    if left == Number.ZERO:
+        return Fold(lesson.say("long.short", terms=str(terms)), (formula,))
     return Fold(lesson.say("long", name=left, terms=str(terms)), (formula,))
 
 

@@ -22,21 +22,12 @@ from symdyn.scene import SceneUnits
 from symdyn.scene.values import force_unit
 from symdyn.teach.derivations.equation_steps import coefficient_unit
 from symdyn.teach.derivations.equilibria import FAULTS, QUARTERS, Rests, places_of_rest
-from symdyn.teach.derivations.reduced import Reduced, cyclic_of, forgotten, led_by, reduced, smaller_by, vanishing, zero
+from symdyn.teach.derivations.limits import forgotten, smaller_by, vanishing
+from symdyn.teach.derivations.reduced import Reduced, cyclic_of, led_by, reduced, zero
 from symdyn.teach.derivations.solved import short_form
 from symdyn.teach.derivations.steady import level_places
 from symdyn.teach.derivations.velocities import length
-from symdyn.teach.document import (
-    Blank,
-    Block,
-    Choice,
-    Document,
-    Formula,
-    Letter,
-    Name,
-    Option,
-    Words,
-)
+from symdyn.teach.document import Blank, Block, Choice, Document, Formula, Letter, Name, Option, Words
 from symdyn.teach.lesson import Lesson, Prose, named, together
 from symdyn.teach.shown_state import Chosen, choose_state
 from symdyn.unlocked import cached_property
@@ -334,10 +325,10 @@ class OpenQuestions(PhysicsQuestions):
     def limit(self) -> Asked:
         """What is left as one parameter vanishes: the first that takes a body, or a coordinate, away."""
         lesson = self.lesson
-        found = [(smaller_by(lesson, *x), *x) for x in vanishing(lesson)]
+        found = [(smaller_by(lesson, one), one) for one in vanishing(lesson) if one.of_energies]
         coordinates = [named(q) for q in lesson.state.q[:3]]
-        for body, symbol, K, P in sorted(found, key=lambda x: not x[0]):
-            idle, cyclic = forgotten(lesson, K, P)
+        for body, one in sorted(found, key=lambda x: not x[0]):
+            idle, cyclic = forgotten(lesson, one)
             options = [Option(self.say("limit.smaller", body=body), True, Words(()))] if body else []
             for q in coordinates:
                 why = Words(()) if q in idle else self.say("limit.idle.no", q=q)
@@ -347,7 +338,7 @@ class OpenQuestions(PhysicsQuestions):
                 if q not in idle and not before:
                     why = Words(()) if q in cyclic else self.say("limit.cyclic.no", q=q)
                     options.append(Option(self.say("limit.cyclic", q=q), q in cyclic, why))
-            asked = list(self.choice("limit", self.say("limit", m=named(symbol), several=self.say("several")), options))
+            asked = list(self.choice("limit", self.say("limit", m=one.letters, several=self.say("several")), options))
             if asked:
                 yield from asked
                 return

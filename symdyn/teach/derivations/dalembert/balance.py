@@ -14,15 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
-from symdyn.algebra import (
-    Compactor,
-    Form,
-    Function,
-    Polynomial,
-    Symbol,
-    TrigonometricRing,
-    with_squares,
-)
+from symdyn.algebra import Compactor, Form, Function, Polynomial, Symbol, TrigonometricRing, with_squares
 from symdyn.dynamics import Workspace, angle_groups, derive_one
 from symdyn.dynamics.loops import solve_normal
 from symdyn.dynamics.mechanism import State
@@ -32,18 +24,7 @@ from symdyn.errors import DerivationError, EmitError
 from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Op, evaluate, reachable, substitute, tangents
 from symdyn.scene.values import Strut, velocity_name
-from symdyn.spatial import (
-    Mat,
-    Transform,
-    Vec,
-    Wrench,
-    add,
-    cross,
-    neg,
-    scale,
-    sub,
-    zero_vector,
-)
+from symdyn.spatial import Mat, Transform, Vec, Wrench, add, cross, neg, scale, sub, zero_vector
 from symdyn.teach.derivations.dalembert.side_by_side import order_of
 from symdyn.teach.document import Name
 from symdyn.teach.lesson import Prose, refuse_quaternions
@@ -120,7 +101,6 @@ class Balance(Prose):
 
     def __post_init__(self) -> None:
         """Set the system up, in a plane where there is one."""
-        refuse_quaternions(self.scene)
         self.workspace = Workspace(self.scene)
         self.scene = self.workspace.scene
         self.graph, self.state = self.workspace.graph, self.workspace.state
@@ -130,6 +110,8 @@ class Balance(Prose):
         self.proved = Equilibrium.for_readers(hanging)
         pinned = hanging.closed_by(_pinned(hanging.cuts)) if self.scene.loops else hanging
         self.system = Equilibrium.for_readers(pinned) if self.scene.loops else self.proved
+        if not self.in_letters:
+            refuse_quaternions(self.scene)
         if len(self.system.unknowns) > MOST_UNKNOWNS:
             raise EmitError(
                 f"{self.scene.name}: {len(self.system.unknowns)} unknowns are more than anyone reads (the limit is "

@@ -16,6 +16,7 @@ from fractions import Fraction
 import numpy as np
 from scipy.linalg import null_space
 
+from symdyn import verify
 from symdyn.algebra import Array, Floats, Number
 from symdyn.dynamics import derive_one
 from symdyn.dynamics.mechanism import angles_of
@@ -219,7 +220,8 @@ def formulations_step(lesson: Balance, chosen: Chosen) -> Step | None:
         given = [{u: lesson.graph.one, last: force} for u, force in other.items()]
         same = Claim.solvable("drives", "Lagrange", "D'Alembert", [*lesson.proved.rows(), *given], last)
     claims = {**({"formulations.drives": same} if other else {}), **laws}
-    fields, findings = prove(list(claims.values()), positive=[p.name for p in lesson.scene.parameters if p.positive])
+    on_sphere = verify.on_unit_sphere(lesson.scene, list(claims.values()))
+    fields, findings = prove(on_sphere, positive=[p.name for p in lesson.scene.parameters if p.positive])
     free = lesson.state.n - len(lesson.workspace.loops.decisions.independent_rows) if lesson.closed else 0
     few = {"formulations.drives"} if len(other) < free else set[str]()  # not every motion is possible then
     different = {key for key, one in zip(claims, findings, strict=True) if one.verdict == Verdict.DIFFERENT}

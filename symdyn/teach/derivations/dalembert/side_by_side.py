@@ -20,17 +20,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from itertools import combinations
 
-from symdyn.algebra import (
-    Compactor,
-    Form,
-    Function,
-    Number,
-    Power,
-    Product,
-    Sum,
-    Symbol,
-    with_squares,
-)
+from symdyn.algebra import Compactor, Form, Function, Number, Power, Product, Sum, Symbol, with_squares
 from symdyn.dynamics import Workspace, angle_groups, closed_form
 from symdyn.dynamics.mechanism import vector
 from symdyn.emit.print import text_of

@@ -20,12 +20,9 @@ from symdyn.dynamics.reactions import JointFrames
 from symdyn.emit.print import Letters
 from symdyn.spatial import sub
 from symdyn.teach.derivations.dalembert.balance import Balance, Cut
-from symdyn.teach.derivations.dalembert.shown_motion import solved_at
+from symdyn.teach.derivations.dalembert.shown_motion import SMALL, solved_at
 from symdyn.teach.document import Block, Formula, Letter, Matrix, Picture, Step, Words
 from symdyn.teach.shown_state import Chosen
-
-SMALL = 1e-12
-"""Of the largest component: what rounding leaves of nothing."""
 
 
 def numbered(first: int, j: int) -> tuple[str, ...]:
