@@ -35,12 +35,14 @@ class RowSolveText:
             of each.
         vectors: how many of a row are computed side by side, as long as there are so many; one by one at last.
         copies: (to, from, count) of entries that stand side by side in the result and where it is found.
+        switched: whether terms whose factors are zero are left out.
     """
 
     size: int
     table: tuple[int, ...]
     vectors: tuple[int, ...]
     copies: tuple[tuple[int, int, int], ...]
+    switched: bool = False
     each: int = 0
 
 
@@ -63,7 +65,7 @@ def row_solve_text(rows: RowLoop) -> RowSolveText:
         else:
             copies.append([to, place, 1])
     told = tuple((to, place, count) for to, place, count in copies)
-    return RowSolveText(len(rows.entries), tuple(table), _side_by_side(rows.vectors), told)
+    return RowSolveText(len(rows.entries), tuple(table), _side_by_side(rows.vectors), told, rows.switched)
 
 
 def _side_by_side(vectors: int) -> tuple[int, ...]:
