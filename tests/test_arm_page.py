@@ -77,6 +77,7 @@ def test_a_lesson_has_the_formulas_of_the_page_and_their_geometry_in_every_langu
         assert [(x.left, x.form) for step in angles for x in step.blocks if isinstance(x, Formula)] == [
             (row.name, row.form) for row in page
         ]
+        assert all(str(one.look).count("'bar'") == key.endswith("_") for key, one in lesson.names.items())
         looks = [str(name.look) for name in lesson.names.values()]
         assert len(looks) == len(set(looks)) > len(angles) == 6 + ("phi" in lesson.names)
         assert first.blocks

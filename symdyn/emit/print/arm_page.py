@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 from symdyn.algebra import Form, Function, Symbol
 from symdyn.dynamics import Workspace, derive_one
@@ -42,8 +42,6 @@ SAID = {
     "one": "one for each branch so far",
 }
 """What is said of an arm, of an angle whose sign chooses, where its branches meet, and of any other angle."""
-
-TITLE = "Inverse kinematics"
 
 ENTRIES, SUM = ["R11", "R12", "R13", "p1", "R21", "R22", "R23", "p2", "R31", "R32", "R33", "p3"], 3
 """Letters of [R p]; the axis in place of whose angle q2 + q3 + q4 is told, where 2, 3 and 4 are parallel."""
@@ -125,16 +123,8 @@ def inverse_kinematics(scene: Scene) -> Iterator[EquationGroup]:
     yield from found
 
 
-@dataclass(frozen=True)
-class ArmStep:
-    """What is told of an arm, or of one angle of it.
-
-    Attributes:
-        keys: of `SAID`.
-        names: of the scene or of the page, by the place in what is said.
-        rows: formulas.
-        title: the angle; "" for the arm.
-    """
+class ArmStep(NamedTuple):
+    """What is told of an arm, or of the angle `title`: keys of `SAID`, names of the places in these, and formulas."""
 
     keys: tuple[str, ...]
     names: Mapping[str, Sequence[str]]
@@ -152,9 +142,8 @@ def _arm(scene: Scene, end: str) -> Iterator[EquationGroup]:
 
     for step in arm_steps(scene, end):
         shown = said(step, lambda name: f"${symbols.get(name, PrintName.of_code(name))}$")
-        key, title = (
-            (f"{end}_{step.title}_", f"Angle {step.title}") if step.title else (f"arm_{end}", f"{TITLE} of {end}")
-        )
+        key = f"{end}_{step.title}_" if step.title else f"arm_{end}"
+        title = f"Angle {step.title}" if step.title else f"Inverse kinematics of {end}"
         latex = f"{shown[0].upper()}{shown[1:]}{':' if step.rows else '.'}"
         yield EquationGroup(key, title, said(step, str), step.rows, latex)
 

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 
 from symdyn.algebra import Form, Symbol
 from symdyn.dynamics.outputs import BRANCHES
-from symdyn.emit.print import ArmStep, arm_steps, latex_symbols
+from symdyn.emit.print import ArmStep, PrintName, arm_steps, latex_symbols
 from symdyn.errors import DerivationError
 from symdyn.teach.document import Formula, Letter, Step, Words
 from symdyn.teach.lesson import Prose, together
-
-LETTER = re.compile(r"([A-Za-z]+?)_?(\d+|[xyz])?(_*)")
-"""A letter of the page, what stands below it, and what sets it apart from those of the scene."""
 
 
 def inverse_kinematics_steps(lesson: Prose) -> Iterator[Step]:
@@ -31,9 +27,9 @@ def _step(lesson: Prose, end: str, told: ArmStep) -> Step:
     own = {name for row in told.rows for name in (row.name, *row.form.symbols)}
     own |= {x for names in told.names.values() for x in names}
     for name in sorted(own - latex_symbols(lesson.scene).keys()):
-        found = LETTER.fullmatch(name)
-        assert found is not None, f"{name} is no letter of the page"
-        lesson.called(name, Letter(found[1], (found[2],) if found[2] else (), accent="bar" if found[3] else ""))
+        look = PrintName.of_code(name)
+        below = (look.subscript,) if look.subscript else ()
+        lesson.called(name, Letter(look.head, below, accent="bar" if name.endswith("_") else ""))  # d3 is the scene's
     places: dict[str, Words | Form | str] = {x: together([*map(Symbol, y)]) for x, y in told.names.items()}
     blocks = tuple(Formula(row.name, row.form) for row in told.rows)
     if told.title:

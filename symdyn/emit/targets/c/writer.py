@@ -39,10 +39,8 @@ from symdyn.program import Program, Routine, RoutineStep, identifier
 ATAN2_HELPER = "atan2_of"
 """A function of our own in files of doubles, without branches, which a loop over states becomes vectors of."""
 
-NAME = re.compile(r"[A-Za-z_]\w*")
-
-GROUP = 8
-"""Angles of one state are taken together in groups of so many."""
+NAME, GROUP = re.compile(r"[A-Za-z_]\w*"), 8
+"""Of a line. Angles of one state are taken together in groups of so many."""
 
 
 @dataclass(frozen=True)
@@ -271,20 +269,14 @@ class Writer:
 def _read_where_used(lines: Sequence[Line], loads: Container[str]) -> list[Line]:
     """Return lines without `loads` that one line alone uses: it reads the row itself, unless that is overwritten."""
     uses = Counter(name for line in lines for name in NAME.findall(line.code))
-    waiting: dict[str, Line] = {}
-    found: list[Line] = []
+    waiting, found = dict[str, Line](), list[Line]()
     for line in lines:
         if line.target in loads and uses[line.target] == 1:
-            waiting[line.target] = waiting[line.code] = line
+            waiting[line.target] = line
             continue
-        used = [waiting.pop(name) for name in NAME.findall(line.code) if name in waiting]
-        for one in used:
-            del waiting[one.code]
-        places = {one.target: one.code for one in used}
-        if (late := waiting.pop(line.target, None)) is not None:
-            del waiting[late.target]
-            found.append(late)
-        found.append(Line(line.target, NAME.sub(lambda name: places.get(name[0], name[0]), line.code)))  # noqa: B023
+        taken = {name: waiting.pop(name).code for name in NAME.findall(line.code) if name in waiting}
+        found += [waiting.pop(one.target) for one in [*waiting.values()] if one.code == line.target]
+        found.append(Line(line.target, NAME.sub(lambda name: taken.get(name[0], name[0]), line.code)))  # noqa: B023
     return found
 
 
