@@ -14,6 +14,10 @@ from symdyn.emit.print import printed_text
 from symdyn.emit.print.formulations_page import FormulationPage
 from symdyn.errors import DerivationError, EmitError
 from symdyn.scene import Scene
+from symdyn.teach.derivations.arms import inverse_kinematics_steps
+from symdyn.teach.document import Formula
+from symdyn.teach.languages import languages
+from symdyn.teach.lesson import Prose
 
 WHAT = "inverse-kinematics"
 FUNCTIONS = {"sin": np.sin, "cos": np.cos, "sqrt": lambda x: x**0.5 if x >= 0 else np.nan, "atan2": np.arctan2}
@@ -61,6 +65,24 @@ def test_letters_of_the_page_are_none_of_the_scene() -> None:
 
     assert "d3_ = " in page
     assert "r3 = sigma3*sqrt((a3**2 + d4**2)*a2**2 - d3_**2)" in page
+
+
+@pytest.mark.parametrize("scene", [PUMA, CROSSING, ARMS["ur"], FREE], ids=lambda scene: scene.name)
+def test_a_lesson_has_the_formulas_of_the_page_and_their_geometry_in_every_language(scene: Scene) -> None:
+    page, told = [row for group in FormulationPage(scene, WHAT).groups for row in group.rows], set()
+    for language in languages():
+        lesson = Prose(scene, language)
+        first, *angles = steps = list(inverse_kinematics_steps(lesson))
+        told.add(str([part for step in steps for part in (step.claim, step.reason)]))
+        assert [(x.left, x.form) for step in angles for x in step.blocks if isinstance(x, Formula)] == [
+            (row.name, row.form) for row in page
+        ]
+        assert all(str(one.look).count("'bar'") == key.endswith("_") for key, one in lesson.names.items())
+        looks = [str(name.look) for name in lesson.names.values()]
+        assert len(looks) == len(set(looks)) > len(angles) == 6 + ("phi" in lesson.names)
+        assert first.blocks
+    assert len(told) == len(languages())
+    assert not list(inverse_kinematics_steps(Prose(symdyn.example("two_link"), "en")))
 
 
 def test_other_arms_have_no_such_page() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import re
+import subprocess
 import sys
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
@@ -15,6 +16,7 @@ import pytest
 from symdyn.cli import main
 from symdyn.dynamics import derive
 from symdyn.runtime import lambdify
+from symdyn.runtime.compiler import find_compiler
 from symdyn.scene import Scene, read
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -86,6 +88,12 @@ def test_what_acados_does_not_know_is_refused(
     assert told in capsys.readouterr().err
 
 
+def test_our_c_is_refused_where_it_lacks_hessians(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for scene in (written(tmp_path, CART_WITH_INPUTS), *(EXAMPLES / f"{x}.toml" for x in ("four_bar", "free_body"))):
+        assert generated(tmp_path / "out", scene, "--external") == 1
+        assert "our C has Hessians of open mechanisms" in capsys.readouterr().err
+
+
 def test_variables_are_told_by_their_names_and_drives_that_there_are(tmp_path: Path) -> None:
     assert generated(tmp_path, written(tmp_path, CART_WITH_INPUTS)) == 0
     text = (tmp_path / "blown_acados.py").read_text(encoding="utf-8")
@@ -105,6 +113,7 @@ def module(folder: Path, scene: Path, monkeypatch: pytest.MonkeyPatch, *words: s
     assert generated(folder, scene, *words) == 0
     monkeypatch.syspath_prepend(str(folder))
     (path,) = folder.glob("*_acados.py")
+    monkeypatch.delitem(sys.modules, path.stem, raising=False)
     return importlib.import_module(path.stem)
 
 
@@ -156,6 +165,19 @@ def test_both_forms_are_the_equations_of_motion(name: str, tmp_path: Path, monke
     assert np.abs(more.full()).max() > 1e-3  # what does not, does
 
 
+def sensitivities(model: dict[str, Any], form: str, kind: Any) -> list[np.ndarray]:
+    """Return J, wᵀ J and the derivatives of that of a form."""
+    import casadi
+
+    f, moved = model[form], casadi.vertcat(model["x"], model["xdot"], model["u"])
+    weights = kind.sym("w", f.numel())
+    adjoint = casadi.jtimes(f, moved, weights, True)
+    symbols = [*(model[one] for one in ("x", "xdot", "u", "p")), weights]
+    asked = [casadi.jacobian(f, moved), adjoint, casadi.jacobian(adjoint, moved)]
+    numbers = [*values_of(model).values(), np.random.default_rng(5).normal(size=f.numel())]
+    return [one.full() for one in casadi.Function("f", symbols, asked)(*numbers)]
+
+
 @casadis
 @pytest.mark.parametrize("name", ["cart_pole", "two_link", "puma560", "free_body"])
 @pytest.mark.parametrize("form", ["f_expl_expr", "f_impl_expr"])
@@ -165,24 +187,38 @@ def test_sensitivities_as_acados_asks_for_them_are_those_of_all_lines_differenti
     """With MX by our Jacobians; with SX by CasADi, which sees every line."""
     import casadi
 
-    path = EXAMPLES / f"{name}.toml"
-    made = module(tmp_path, path, monkeypatch)
-    found = []
-    for kind in (casadi.MX, casadi.SX):
-        model = made.expressions(kind.sym)
-        f, moved = model[form], casadi.vertcat(model["x"], model["xdot"], model["u"])
-        weights = kind.sym("w", f.numel())
-        adjoint = casadi.jtimes(f, moved, weights, True)
-        symbols = [*(model[one] for one in ("x", "xdot", "u", "p")), weights]
-        asked = [casadi.jacobian(f, moved), adjoint, casadi.jacobian(adjoint, moved)]
-        if kind is casadi.MX and name != "free_body":
-            assert "jac_" in str(asked[0])
-        given = values_of(model)
-        numbers = [*given.values(), np.random.default_rng(5).normal(size=f.numel())]
-        found.append([one.full() for one in casadi.Function("f", symbols, asked)(*numbers)])
+    made = module(tmp_path, EXAMPLES / f"{name}.toml", monkeypatch)
+    found = [sensitivities(made.expressions(kind.sym), form, kind) for kind in (casadi.MX, casadi.SX)]
+    if name != "free_body":
+        assert "jac_" in str(casadi.jacobian((model := made.expressions())[form], model["x"]))
     for ours, casadis in zip(*found, strict=True):
         np.testing.assert_allclose(ours, casadis, rtol=1e-9, atol=1e-9 * max(1, np.abs(casadis).max()))
     assert np.abs(found[0][2]).max() > 1e-3
+
+
+@casadis
+@pytest.mark.runs("cc")
+def test_our_c_has_the_same_sensitivities_and_a_process_takes_one_model(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import casadi
+
+    plain = module(tmp_path / "plain", EXAMPLES / "puma560.toml", monkeypatch)
+    made = module(tmp_path / "c", EXAMPLES / "puma560.toml", monkeypatch, "--external")
+    library = shared_library(tmp_path / "c" / "puma560_external.c")
+    for form in ("f_expl_expr", "f_impl_expr"):
+        ours = sensitivities(made.expressions(str(library)), form, casadi.MX)
+        for one, other in zip(ours, sensitivities(plain.expressions(casadi.SX.sym), form, casadi.SX), strict=True):
+            np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-9 * max(1, np.abs(other).max()))
+    another = module(tmp_path / "d", EXAMPLES / "cart_pole.toml", monkeypatch, "--external")
+    with pytest.raises(ImportError, match="the functions of another model; take a process for each"):
+        another.filled(SimpleNamespace(), str(shared_library(tmp_path / "d" / "cart_pole_external.c")))
+
+
+def shared_library(source: Path) -> Path:
+    made = source.with_suffix(".so")
+    subprocess.run([*find_compiler().command, "-O1", "-shared", "-fPIC", source, "-o", made, "-lm"], check=True)
+    return made
 
 
 @casadis
@@ -193,7 +229,6 @@ def test_an_input_and_a_parameter_act_and_what_is_prepared_is_the_same(
 
     path = written(tmp_path, CART_WITH_INPUTS)
     plain = module(tmp_path / "plain", path, monkeypatch).expressions()
-    monkeypatch.delitem(sys.modules, "blown_acados")
     monkeypatch.delitem(sys.modules, "blown_casadi")
     ready = module(tmp_path / "ready", path, monkeypatch, "--prepare").expressions()
     x, u, p = [0.1, 0.2, 0.3, 0.4], [1.5, 2.5], [3.0]

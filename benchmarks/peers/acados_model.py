@@ -43,8 +43,9 @@ def placed(problem: object) -> None:
 
 
 def model_of(one: dict) -> object:
-    """Return the model, a new one."""
-    return importlib.import_module(f"{one['name']}_acados").filled(TEMPLATE.AcadosModel())
+    """Return the model, a new one, of our C where there is a library."""
+    module, model = importlib.import_module(f"{one['name']}_acados"), TEMPLATE.AcadosModel()
+    return module.filled(model, one["library"]) if one["library"] else module.filled(model)
 
 
 def integrated(one: dict, kind: str) -> dict:

@@ -35,7 +35,7 @@ def run(options: argparse.Namespace) -> int:
         target = TARGETS[options.target]
         asked = functions_of(options, scene)
         if asked is None and target.functions:
-            asked = target.functions(scene)
+            asked = target.functions(scene, option_of(options))
         if options.static and target.functions:
             raise EmitError(f"{scene.name}: target {target.name} ({target.text}) is about motion; leave --static out")
         outputs, left_out = Requested.of(Workspace(scene, closing)).available() if asked is None else (asked, [])

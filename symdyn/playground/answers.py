@@ -89,7 +89,7 @@ class Asked:
         row = TARGETS[target]
         if row.functions is None and not row.tunes:
             return self.program
-        names = row.functions(self.scene) if row.functions else [one.function.name for one in self.program.routines]
+        names = row.functions(self.scene, "") if row.functions else [one.function.name for one in self.program.routines]
         return tunable(self.scene, names) if row.tunes else lower(derive(self.scene, names))
 
 

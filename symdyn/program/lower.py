@@ -203,12 +203,14 @@ class RowLoop:
         width: columns that a step goes over, whole vectors.
         steps: in order.
         places: where in r each entry of the result is, when all steps are done.
+        switched: as of `RowSolve`.
     """
 
     program: Program
     width: int
     steps: tuple[RowStepAt, ...]
     places: tuple[int, ...]
+    switched: bool
 
     HOW: ClassVar = "solved in rows"
 
@@ -290,7 +292,7 @@ def _lowered(function: Function, solve: RowSolve | PairRuns) -> RowLoop | PairLo
         RowStepAt(pitch * one.row, at[one.scale], tuple((at[factor], pitch * row) for factor, row in one.terms))
         for one in solve.steps
     )
-    return RowLoop(_lines(function, solve.scene, (*entries, *factors)), width, tuple(steps), places)
+    return RowLoop(_lines(function, solve.scene, (*entries, *factors)), width, tuple(steps), places, solve.switched)
 
 
 def _lines(function: Function, scene: Scene, entries: tuple[Expr, ...]) -> Program:

@@ -191,7 +191,7 @@ class Certificate(Shown, Claims):
         written = read_back(sources, result, seed)
         progress("proving over finite fields")
         scene = equations.scene
-        plain = lower(equations)
+        plain = lower(equations) if program.is_prepared else program
         claims = program_claims(scene, equations.functions, plain) + composed_claims(plain, program)
         claims += [loop_claim(function) for function in equations.functions if function.loop]
         claims, empty = compared(claims, equations.functions)

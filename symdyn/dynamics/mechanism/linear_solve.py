@@ -52,6 +52,7 @@ class RowSolve:
         rows: how many rows there are: those of the result, then more.
         steps: in order.
         beside: entries of the result, row by row, that are no part of the solution; None for those that are.
+        switched: whether a state may have many factors that are zero, so that looking pays.
     """
 
     scene: Scene
@@ -59,6 +60,7 @@ class RowSolve:
     rows: int
     steps: tuple[RowStep, ...]
     beside: tuple[tuple[Expr | None, ...], ...]
+    switched: bool = False
 
     @property
     def width(self) -> int:

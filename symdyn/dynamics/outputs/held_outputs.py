@@ -239,7 +239,8 @@ def held_solve(w: Workspace, along: Sequence[str]) -> RowSolve | None:
         *found.mass.outward_steps(),
     ]
     beside = ((None,) * len(sides[0]),) * len(sides)
-    return RowSolve(w.scene, tuple((k, tuple(row)) for k, row in enumerate(sides)), len(sides), tuple(steps), beside)
+    at = tuple((k, tuple(row)) for k, row in enumerate(sides))
+    return RowSolve(w.scene, at, len(sides), tuple(steps), beside, switched=True)
 
 
 def _terms(factors: Sequence[Expr], start: int) -> tuple[tuple[Expr, int], ...]:

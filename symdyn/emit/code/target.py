@@ -306,7 +306,8 @@ class Target:
         first: index of the first entry of an array.
         keywords: what no function may be called there.
         lacks: operations that the language cannot hold: why, and what would work.
-        functions: the requests that its files are made of, of a scene, no more and no fewer; None: any that are named.
+        functions: the requests that its files are made of, of a scene and an option, no more and no fewer; None: any
+            that are named.
         tunes: whether parameters with a value stay free, and that value is what they have until somebody sets them.
         printer: writes expressions, by real type.
         comment: text as lines of a comment, which nothing in it can end.
@@ -328,7 +329,7 @@ class Target:
     first: int = 0
     keywords: frozenset[str] = frozenset()
     lacks: Mapping[Op, str] = field(default_factory=dict)
-    functions: Callable[[Scene], tuple[str, ...]] | None = None
+    functions: Callable[[Scene, str], tuple[str, ...]] | None = None
     tunes: bool = False
     beside: Callable[[Sources], Mapping[str, str]] = alone
     shortens: tuple[str, ...] = ()
@@ -344,7 +345,7 @@ class Target:
                 name, a constant too large for the type.
         """
         printer, program = self.printer(real), program if self.looks_up(real) else program.without_tables
-        self._refuse(program, real, printer)
+        self._refuse(program, real, printer, option)
         printer = replace(printer, tables=_tables(program))
         page = compose(program, printer, command, self.first, self.keywords, self.loops_in(real))
         about = render("common/about.txt.jinja", {"page": page, "sines": sines}).rstrip("\n")
@@ -358,9 +359,9 @@ class Target:
         """Tell whether a table of numbers is looked up in arrays; else it is written as other operations."""
         return Op.TABLE in self.printer(real).spellings
 
-    def _refuse(self, program: Program, real: Real, printer: Printer) -> None:
+    def _refuse(self, program: Program, real: Real, printer: Printer, option: str) -> None:
         """Raise EmitError for functions that it is not made of, and for what the language or the type lacks."""
-        wanted = self.functions(program.scene) if self.functions else ()
+        wanted = self.functions(program.scene, option) if self.functions else ()
         there = [one.function.request or one.function.name for one in program.routines]
         if wanted and {*wanted} != {*there} - {Program.PREPARE}:
             raise EmitError(

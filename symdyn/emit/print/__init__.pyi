@@ -1,5 +1,6 @@
 """Names that `symdyn.emit.print` offers; each is imported when it is first used."""
 
+from .arm_page import ArmStep as ArmStep, arm_steps as arm_steps
 from .breaking import (
     BREAK as BREAK,
     BMatrix as BMatrix,

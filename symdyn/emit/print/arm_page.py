@@ -9,9 +9,9 @@ Reference: Craig, Introduction to Robotics (2005), sections 4.4 and 4.6.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 from symdyn.algebra import Form, Function, Symbol
 from symdyn.dynamics import Workspace, derive_one
@@ -24,13 +24,24 @@ from symdyn.frozen import dataclass, field
 from symdyn.graph import Expr, Op, substitute
 from symdyn.scene import Scene
 
-CHOICES = {
-    0: ("shoulder to the left or to the right", "the point where the last axes meet is as near to axis 1 as it can be"),
-    2: ("elbow up or down", "the arm is stretched or folded"),
-    4: ("wrist flipped or not", "two of its axes are in line, and one of their two angles can be any"),
+SIGNS = (0, 2, 4)
+"""Axes whose angle a sign chooses."""
+
+SAID = {
+    "arm": "the axes of {parallel} are parallel, those of {meeting} meet in a point; {R} and {p} are the pose that is "
+    "asked for; {signs} are 1 or -1 each, which makes {branches} branches; angles are up to whole turns, and the pose "
+    "is out of reach where a root is of a negative number",
+    "sign.1": "{sign} chooses the shoulder to the left or to the right",
+    "meet.1": "its branches meet where {root} = 0: the point where the last axes meet is as near to axis 1 as it can "
+    "be",
+    "sign.3": "{sign} chooses the elbow up or down",
+    "meet.3": "its branches meet where {root} = 0: the arm is stretched or folded",
+    "sign.5": "{sign} chooses the wrist flipped or not",
+    "meet.5": "its branches meet where {root} = 0: two of its axes are in line, and one of their two angles can be any",
+    "meet": "any angle will do where the point where the last axes meet is on axis 1",
+    "one": "one for each branch so far",
 }
-NO_ROOT = "any angle will do where the point where the last axes meet is on axis 1"
-"""What a sign chooses, and where its two branches meet, by the axis; what is said of the first in place of that."""
+"""What is said of an arm, of an angle whose sign chooses, where its branches meet, and of any other angle."""
 
 ENTRIES, SUM = ["R11", "R12", "R13", "p1", "R21", "R22", "R23", "p2", "R31", "R32", "R33", "p3"], 3
 """Letters of [R p]; the axis in place of whose angle q2 + q3 + q4 is told, where 2, 3 and 4 are parallel."""
@@ -112,8 +123,33 @@ def inverse_kinematics(scene: Scene) -> Iterator[EquationGroup]:
     yield from found
 
 
+class ArmStep(NamedTuple):
+    """What is told of an arm, or of the angle `title`: keys of `SAID`, names of the places in these, and formulas."""
+
+    keys: tuple[str, ...]
+    names: Mapping[str, Sequence[str]]
+    rows: tuple[EquationRow, ...] = ()
+    title: str = ""
+
+
 def _arm(scene: Scene, end: str) -> Iterator[EquationGroup]:
-    """Yield the angles of one arm, of which each ends a group; DerivationError where it has no closed form."""
+    """Yield the angles of one arm, of which each ends a group."""
+    symbols = latex_symbols(scene)
+
+    def said(step: ArmStep, of: Callable[[str], str]) -> str:
+        names = {place: listed([*map(of, found)]) for place, found in step.names.items()}
+        return "; ".join(SAID[key].format(branches=BRANCHES, **names) for key in step.keys)
+
+    for step in arm_steps(scene, end):
+        shown = said(step, lambda name: f"${symbols.get(name, PrintName.of_code(name))}$")
+        key = f"{end}_{step.title}_" if step.title else f"arm_{end}"
+        title = f"Angle {step.title}" if step.title else f"Inverse kinematics of {end}"
+        latex = f"{shown[0].upper()}{shown[1:]}{':' if step.rows else '.'}"
+        yield EquationGroup(key, title, said(step, str), step.rows, latex)
+
+
+def arm_steps(scene: Scene, end: str) -> Iterator[ArmStep]:
+    """Yield what is told of an arm, then of each angle; DerivationError where it has no closed form."""
     if scene.is_constrained:
         derive_one(Workspace(scene), f"inverse_kinematics:{end}")  # refuses
     w, joints = ordered_workspace(scene, "inverse kinematics"), joints_below(scene, end)
@@ -123,38 +159,23 @@ def _arm(scene: Scene, end: str) -> Iterator[EquationGroup]:
     pose = dict(zip(direction(w.graph, POSE, 12), (w.graph.symbol(arm.own(x)) for x in ENTRIES), strict=True))
     values = {name: substitute(nodes, pose) for name, (nodes, _) in arm.told.items()}
     write, rows = written_forms(w, [x for nodes in values.values() for x in nodes]), list[EquationRow]()
-    symbols = latex_symbols(scene)
-
-    def group(key: str, title: str, said: Callable[[Callable[[str], str]], str]) -> EquationGroup:
-        shown = said(lambda name: f"${symbols.get(name, PrintName.of_code(name))}$")
-        return EquationGroup(key, title, said(str), tuple(rows), f"{shown[0].upper()}{shown[1:]}{':' if rows else '.'}")
-
-    yield group(f"arm_{end}", f"Inverse kinematics of {end}", partial(_of_the_arm, arm))
+    parallel, _, meet, _ = KINDS[arm.order[SUM] != names[SUM]]
+    told = {"parallel": [names[k] for k in parallel], "meeting": [names[k] for k in meet]}
+    yield ArmStep(
+        ("arm",), told | {x: [arm.own(x)] for x in "Rp"} | {"signs": [arm.own(f"sigma{k + 1}") for k in SIGNS]}
+    )
     for name, (_, form_of) in arm.told.items():
         latex = name if name in names else str(PrintName.of_code(name))
         rows.append(EquationRow(name, latex, form_of(*map(write, values[name]))))
         if name in arm.order:
-            yield group(f"{end}_{name}_", f"Angle {name}", partial(_of_an_angle, arm, rows))
+            yield ArmStep(*_of_an_angle(arm, rows), tuple(rows), name)
             rows = []
 
 
-def _of_the_arm(arm: ToldAngles, of: Callable[[str], str]) -> str:
-    parallel, _, meet, _ = KINDS[arm.order[SUM] != arm.names[SUM]]
-    same, meeting = (listed([of(arm.names[k]) for k in row]) for row in (parallel, meet))
-    R, p = (of(arm.own(letter)) for letter in "Rp")
-    signs = ", ".join(of(arm.own(f"sigma{k + 1}")) for k in CHOICES)
-    return (
-        f"the axes of {same} are parallel, those of {meeting} meet in a point; {R} and {p} are the pose that is asked "
-        f"for; {signs} are 1 or -1 each, which makes {BRANCHES} branches; angles are up to whole turns, and the pose "
-        "is out of reach where a root is of a negative number"
-    )
-
-
-def _of_an_angle(arm: ToldAngles, rows: Sequence[EquationRow], of: Callable[[str], str]) -> str:
+def _of_an_angle(arm: ToldAngles, rows: Sequence[EquationRow]) -> tuple[tuple[str, ...], dict[str, Sequence[str]]]:
     used = {name for row in rows for name in (row.name, *row.form.symbols)}
-    for k, (choice, meeting) in CHOICES.items():
+    for k in SIGNS:
         sign, root = (arm.own(f"{letter}{k + 1}") for letter in ("sigma", "r"))
         if sign in used:
-            here = f"its branches meet where {of(root)} = 0: {meeting}" if root in used else NO_ROOT
-            return f"{of(sign)} chooses the {choice}; {here}"
-    return "one for each branch so far"
+            return (f"sign.{k + 1}", f"meet.{k + 1}" if root in used else "meet"), {"sign": [sign], "root": [root]}
+    return ("one",), {}

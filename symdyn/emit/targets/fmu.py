@@ -104,7 +104,7 @@ PLACES = {
 DIFFERENTIATED = ("forward_dynamics", "outputs", "coordinate_rates")
 
 
-def needed(scene: Scene) -> tuple[str, ...]:
+def needed(scene: Scene, _: str = "") -> tuple[str, ...]:
     """Return the functions that the model of a scene is made of."""
     names = ["state_rates" if scene.states else "forward_dynamics"]
     names += ["coordinate_rates"] if OUTPUTS["coordinate_rates"].exists(scene) else []

@@ -43,7 +43,7 @@ PLUGINS = {
 }
 
 
-def needed(scene: Scene) -> tuple[str, ...]:
+def needed(scene: Scene, _: str = "") -> tuple[str, ...]:
     """Return the functions that the package of a scene is made of.
 
     Raises:

@@ -21,6 +21,7 @@ from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass
 from symdyn.graph import Expr, evaluate, gradient, reachable, repeated, substitute
 from symdyn.scene import Quantity, SceneUnits
+from symdyn.teach.derivations.arms import inverse_kinematics_steps
 from symdyn.teach.derivations.charts import DASHED, DOTTED, HIGH, SOLID, Curve, Panel, chart, landscape_step, phase_step
 from symdyn.teach.derivations.elsewhere import elsewhere
 from symdyn.teach.derivations.equation_steps import coefficient_key, momentum_form, node_of
@@ -292,6 +293,7 @@ def after_sections(lesson: Lesson, page: Printable, chosen: Chosen) -> list[Sect
         "after.landscape": [seen],
         "after.terms": [comparison_step(lesson, page, chosen) if small else None],
         "after.limits": [limits_step(lesson), swings_step(lesson, left) if left else None] if small else [],
+        "after.arm": list(inverse_kinematics_steps(lesson)),
     }
     kept = {key: [step for step in steps if step is not None] for key, steps in found.items()}
     return [lesson.section(key, steps) for key, steps in kept.items() if steps]

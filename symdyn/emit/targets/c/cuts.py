@@ -35,12 +35,14 @@ class RowSolveText:
             of each.
         vectors: how many of a row are computed side by side, as long as there are so many; one by one at last.
         copies: (to, from, count) of entries that stand side by side in the result and where it is found.
+        switched: whether terms whose factors are zero are left out.
     """
 
     size: int
     table: tuple[int, ...]
     vectors: tuple[int, ...]
     copies: tuple[tuple[int, int, int], ...]
+    switched: bool = False
     each: int = 0
 
 
@@ -66,7 +68,7 @@ def row_solve_text(rows: RowLoop) -> RowSolveText:
     shares = -(-rows.vectors // UNDER_WAY)
     largest = -(-rows.vectors // shares)  # shares as equal as may be
     sizes = tuple(sorted({largest, rows.vectors - largest * (shares - 1), 1}, reverse=True))
-    return RowSolveText(len(rows.entries), tuple(table), sizes, told)
+    return RowSolveText(len(rows.entries), tuple(table), sizes, told, rows.switched)
 
 
 SPLIT = 2

@@ -23,7 +23,9 @@ of summation is that of FDLIBM's k_sin.c and k_cos.c.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import re
+from collections import Counter
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from itertools import groupby
 from typing import Any
 
@@ -37,8 +39,8 @@ from symdyn.program import Program, Routine, RoutineStep, identifier
 ATAN2_HELPER = "atan2_of"
 """A function of our own in files of doubles, without branches, which a loop over states becomes vectors of."""
 
-GROUP = 8
-"""Angles of one state are taken together in groups of so many."""
+NAME, GROUP = re.compile(r"[A-Za-z_]\w*"), 8
+"""Of a line. Angles of one state are taken together in groups of so many."""
 
 
 @dataclass(frozen=True)
@@ -163,6 +165,8 @@ class Writer:
                 lines.append(self._define(line))
             if isinstance(line, RoutineStep) and line.node in stores:
                 lines.append(Line(layout.row.format(stores[line.node]), line.name))
+        if layout is SINGLE:
+            lines = _read_where_used(lines, {step.name for step, _ in stage.loads})
         return PassText(
             number=number,
             vector=stage.plain or any(ATAN2_HELPER in line.code for line in lines),
@@ -258,6 +262,20 @@ class Writer:
     def entry(self, place: int) -> str:
         entry = self.routine.function.entries[place]
         return self.printer.code(entry, self.plan.names, self.program.constants)
+
+
+def _read_where_used(lines: Sequence[Line], loads: Container[str]) -> list[Line]:
+    """Return lines without `loads` that one line alone uses: it reads the row itself, unless that is overwritten."""
+    uses = Counter(name for line in lines for name in NAME.findall(line.code))
+    waiting, found = dict[str, Line](), list[Line]()
+    for line in lines:
+        if line.target in loads and uses[line.target] == 1:
+            waiting[line.target] = line
+            continue
+        taken = {name: waiting.pop(name).code for name in NAME.findall(line.code) if name in waiting}
+        found += [waiting.pop(one.target) for one in [*waiting.values()] if one.code == line.target]
+        found.append(Line(line.target, NAME.sub(lambda name: taken.get(name[0], name[0]), line.code)))  # noqa: B023
+    return found
 
 
 LANES = REALS["double"].lanes
