@@ -14,7 +14,7 @@ from symdyn.emit.print import printed_text
 from symdyn.emit.print.formulations_page import FormulationPage
 from symdyn.errors import DerivationError, EmitError
 from symdyn.scene import Scene
-from symdyn.teach.derivations.arms import inverse_kinematics_steps
+from symdyn.teach.derivations.afterwards import inverse_kinematics_steps
 from symdyn.teach.document import Formula
 from symdyn.teach.languages import languages
 from symdyn.teach.lesson import Prose

@@ -390,7 +390,8 @@ class Control:
         law, values = self.controller, parameter_values(scene)
         if law is None or not isinstance(gains := law.feedback.law, Gains):
             return []
-        aim = dict(zip((*scene.coordinates, *scene.velocities), [*gains.q0, *gains.u0], strict=True))
+        names = (*scene.coordinates, *scene.velocities, *(one.name for one in scene.states))
+        aim = dict(zip(names, [*gains.q0, *gains.u0], strict=True))
         return [
             f"{name}: forces give {u0:.6g} {unit} at x0, and the gains add u0 = {u0:.6g} {unit}, together {2 * u0:.6g} "
             f"{unit}; leave it out of forces, unless it acts twice"

@@ -9,19 +9,19 @@ equation with its terms switched each: M q̈ = Q - s_C k_C q̇ q̇ - s_D k_D q̇
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from symdyn.algebra import Array, Batches, Form, Number, Symbol
 from symdyn.draw import Text
 from symdyn.dynamics.mechanism import TIME, generalized_forces, prescribed
-from symdyn.emit.print import Printable, latex_symbols
+from symdyn.dynamics.outputs import BRANCHES
+from symdyn.emit.print import ArmStep, Printable, PrintName, arm_steps, latex_symbols
 from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass
 from symdyn.graph import Expr, evaluate, gradient, reachable, repeated, substitute
 from symdyn.scene import Quantity, SceneUnits
-from symdyn.teach.derivations.arms import inverse_kinematics_steps
 from symdyn.teach.derivations.charts import DASHED, DOTTED, HIGH, SOLID, Curve, Panel, chart, landscape_step, phase_step
 from symdyn.teach.derivations.elsewhere import elsewhere
 from symdyn.teach.derivations.equation_steps import coefficient_key, momentum_form, node_of
@@ -33,8 +33,8 @@ from symdyn.teach.derivations.precession import precession_steps
 from symdyn.teach.derivations.reduced import cyclic_of, led_by, reduced, swings_step, zero
 from symdyn.teach.derivations.steady import steady_step
 from symdyn.teach.derivations.velocities import folded
-from symdyn.teach.document import Block, Formula, Picture, Section, Step, Words
-from symdyn.teach.lesson import Lesson, named, together
+from symdyn.teach.document import Block, Formula, Letter, Picture, Section, Step, Words
+from symdyn.teach.lesson import Lesson, Prose, named, together
 from symdyn.teach.shown_state import Chosen
 
 SECONDS, MOMENTS = 2.0, 161
@@ -297,3 +297,34 @@ def after_sections(lesson: Lesson, page: Printable, chosen: Chosen) -> list[Sect
     }
     kept = {key: [step for step in steps if step is not None] for key, steps in found.items()}
     return [lesson.section(key, steps) for key, steps in kept.items() if steps]
+
+
+def inverse_kinematics_steps(lesson: Prose) -> Iterator[Step]:
+    """Yield how the angles of the first arm with a closed form are found; nothing where there is none."""
+    for end in lesson.scene.points or lesson.scene.bodies:
+        try:
+            told = list(arm_steps(lesson.scene, end.name))
+        except DerivationError:
+            continue
+        yield from (_arm_step(lesson, end.name, one) for one in told)
+        return
+
+
+def _arm_step(lesson: Prose, end: str, told: ArmStep) -> Step:
+    own = {name for row in told.rows for name in (row.name, *row.form.symbols)}
+    own |= {x for names in told.names.values() for x in names}
+    for name in sorted(own - latex_symbols(lesson.scene).keys()):
+        look = PrintName.of_code(name)
+        below = (look.subscript,) if look.subscript else ()
+        lesson.called(name, Letter(look.head, below, accent="bar" if name.endswith("_") else ""))  # d3 is the scene's
+    places: dict[str, Words | Form | str] = {x: together([*map(Symbol, y)]) for x, y in told.names.items()}
+    blocks = tuple(Formula(row.name, row.form) for row in told.rows)
+    if told.title:
+        first, *more = told.keys
+        reason = lesson.say(f"arm.{more[0]}", **places) if more else Words(())
+        return Step(f"arm:{told.title}", lesson.say(f"arm.{first}", q=Symbol(told.title), **places), blocks, reason)
+    kind = "wrist" if len(told.names["parallel"]) < len(told.names["meeting"]) else "parallel"
+    places |= {"end": end, "branches": str(BRANCHES)}
+    return Step(
+        "arm", lesson.say("arm.pose", **places), (lesson.say(f"arm.{kind}", **places),), lesson.say("arm.reach")
+    )

@@ -272,8 +272,8 @@ def wrong_terms(course: Course, right: Expr) -> Iterator[Wrong]:
     for ops in ({Op.SIN: Op.COS}, {Op.COS: Op.SIN}, both):
         for of in (angles, *([one] for one in angles if len(angles) > 1)):  # of all angles, and of one
             swaps = {x: Function(ops[x.op], x.args) for x in held if x.op in ops and x.args in of}
-            yield ("trig", (other := _exchanged(form, swaps)).express(graph))
-            yield ("trig", -other.express(graph))
+            other = _exchanged(form, swaps).express(graph)
+            yield from (("trig", other), ("trig", -other)) if swaps else ()
     for mine, theirs in permutations(angles, 2):
         swaps = {x: Function(x.op, theirs) for x in held if x.args == mine}
         yield ("absolute", _exchanged(form, swaps).express(graph))
