@@ -96,10 +96,11 @@ const Answers = (() => {
   }
   // A wrong answer's words, led by the terms that differ where these can be told apart
   function apart(key, formulas, told) {
-    if (told.whole || !has(terms, key) || QUESTIONS.apart.whole.includes(told.rule)) return told;
+    if (!has(terms, key)) return told;
     const rule = told.rule === "nothing" ? "" : told.rule;  // it gives way to every reason
     const [first, second] = formulas, {before} = motions.asked[key], front = before ? formula_of(before) : null;
     const whole = p => first.of(p) - (second ? second.of(p) : front ? front(p) : 0), found = Terms.told(key, whole, rule);
+    if (told.whole || QUESTIONS.apart.whole.includes(told.rule)) return found ? {...told, kinds: found.kinds, changes: found.changes} : told;
     if (!found) return told.rule || !mixed(key, whole) ? told : forgot(["dimension", "", ""]);
     const text = found.rules.map((rule, k) => k || rule !== told.rule ? words.mistakes[rule] : told.reason).join(words.mistakes.and);
     return {...told, ...found, text: words["answer.mistake"].replace("{rule}", () => text)};
