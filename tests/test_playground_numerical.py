@@ -145,7 +145,7 @@ def test_on_request_they_are_loaded_once_and_a_lesson_is_that_of_symdyn_play(tmp
 
         page.click("#load")
         until(page, f"{SAID}.includes('SciPy {VERSION}') || document.querySelector('#numerical.bad')")
-        assert page.evaluate(SAID) == f"Python in this page has NumPy {VERSION} and SciPy {VERSION}."
+        assert page.evaluate(SAID) == f"Python here has NumPy {VERSION} and SciPy {VERSION}."
         until(page, f"document.querySelector('#by').textContent.includes('NumPy {VERSION}')")
         assert [one.rpartition("/")[2] for one in asked] == [*files]
         assert not page.is_visible("#load")
@@ -192,9 +192,16 @@ def test_a_file_that_is_not_the_published_one_is_thrown_away_in_words(tmp_path: 
 
 @pytest.mark.runs("chromium", "openssl")
 def test_what_is_not_there_or_does_not_begin_is_told_and_the_page_goes_on(tmp_path: Path) -> None:
+    """So is an answer that takes SciPy, which another carrier gives here."""
     text = answer("example", "", {"name": "pendulum"})["text"]
     broken = dict.fromkeys(made(), b"no archive")
-    with opened(tmp_path, sent := dict[str, bytes](), published(broken)) as (page, asked):
+    carrier, end = (BUILT / "carrier.js").read_text(), "  return { ...answer, by"
+    assert carrier.count(end) == 1
+    none = (
+        f"""if (what === "coefficients") return {{ failed: "No module named 'scipy.sparse'", by: "small" }};\n{end}"""
+    )
+    instead = published(broken) | {"carrier.js": carrier.replace(end, none).encode()}
+    with opened(tmp_path, sent := dict[str, bytes](), instead) as (page, asked):
         page.click("#load")
         until(page, f"{SAID}.includes('cannot be loaded')")  # 404
         assert len(asked) == 1
@@ -210,6 +217,7 @@ def test_what_is_not_there_or_does_not_begin_is_told_and_the_page_goes_on(tmp_pa
         until(page, STARTED)
         edited(page, text)
         assert LEFT_OUT in page.evaluate(ASKED, [text, "en"])["page"]
+        assert "which the page can load" in page.text_content("#coefficients")
 
 
 @pytest.mark.runs("chromium")

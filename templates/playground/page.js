@@ -384,11 +384,11 @@ function by(now = numbers) {
   find("by").textContent = typeof made_by === "function" ? made_by(...now.what) : made_by ?? "";
 }
 
-const million = bytes => (bytes / 1e6).toFixed(1);
+const million = bytes => (bytes / 1e6).toFixed(0);
 
 find("load").addEventListener("click", async () => {
   const { host } = numbers;
-  by({ is: "loading", host, what: ["NumPy", "0.0", ""] });
+  by({ is: "loading", host, what: ["NumPy", "0", ""] });
   try {
     const versions = await numerical.load((name, done, all) => by(done === undefined ? { is: "starting", host }
       : { is: "loading", host, what: [name, million(done), all ? million(all) : ""] }));

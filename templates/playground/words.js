@@ -8,11 +8,11 @@ export const WORDS = {
     motion_is: "sliders, energy, phase portrait", lesson: "Lesson", lesson_is: "the derivation, step by step",
     exercises: "with exercises: results to be found, and checked",
     load: "Load NumPy and SciPy",
-    small: host => "Python in this page has a small NumPy of its own and no SciPy; lessons leave out what takes them. " +
-      `The real ones are about 20 MB from ${host}; nothing of your scene is sent.`,
+    small: host => "Python here has a small NumPy and no SciPy; lessons leave out what takes them. " +
+      `The real ones: about 20 MB from ${host}; nothing of your scene is sent.`,
     loading: (name, done, all) => `${name}: ${done} ${all ? `of ${all} ` : ""}MB …`,
     starting: "Python begins again, with NumPy and SciPy …",
-    large: by => `Python in this page has NumPy ${by.numpy} and SciPy ${by.scipy}.`,
+    large: by => `Python here has NumPy ${by.numpy} and SciPy ${by.scipy}.`,
     unreached: name => `${name} cannot be loaded: there is no network, or no such file. Nothing has changed.`,
     another: name => `${name} is not the file that Pyodide published: its SHA-256 is another. It was thrown away, and nothing has changed.`,
     unstarted: why => `Python does not begin with them (${why}). It goes on without.`,
@@ -40,11 +40,11 @@ export const WORDS = {
     motion_is: "posuvníky, energia, fázový portrét", lesson: "Lekcia", lesson_is: "odvodenie, krok za krokom",
     exercises: "s úlohami: výsledky treba nájsť a skontrolujú sa",
     load: "Načítať NumPy a SciPy",
-    small: host => "Python na tejto stránke má malý vlastný NumPy a nemá SciPy; lekcie vynechávajú, čo ich potrebuje. " +
-      `Skutočné majú asi 20 MB z ${host}; z vašej scény sa nič neposiela.`,
+    small: host => "Python tu má malý NumPy a nemá SciPy; lekcie vynechávajú, čo ich potrebuje. " +
+      `Skutočné: asi 20 MB z ${host}; z vašej scény sa nič neposiela.`,
     loading: (name, done, all) => `${name}: ${done} ${all ? `z ${all} ` : ""}MB …`,
     starting: "Python začína znova, s NumPy a SciPy …",
-    large: by => `Python na tejto stránke má NumPy ${by.numpy} a SciPy ${by.scipy}.`,
+    large: by => `Python tu má NumPy ${by.numpy} a SciPy ${by.scipy}.`,
     unreached: name => `${name} sa nedá načítať: niet siete alebo takého súboru. Nič sa nezmenilo.`,
     another: name => `${name} nie je súbor, ktorý zverejnilo Pyodide: má iný SHA-256. Bol zahodený a nič sa nezmenilo.`,
     unstarted: why => `Python s nimi nezačne (${why}). Pokračuje bez nich.`,
