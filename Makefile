@@ -63,7 +63,7 @@ playground: $(READY)  ## the page on which scenes are written, with Python insid
 	@echo "python3 -m http.server -d build/playground"
 
 playground-test: playground  ## that page in Chromium, and its stand-in for NumPy against NumPy
-	$(BIN)/python -m pytest -m playground tests/test_playground_site.py tests/test_teach_math_editor.py
+	$(BIN)/python -m pytest -m playground tests/test_playground_site.py tests/test_playground_numerical.py tests/test_teach_math_editor.py
 
 docs: $(READY)  ## the site of documentation, in build/site, with the playground where it is made; a warning is an error
 	$(BIN)/sphinx-build -q -W --keep-going -E -c docs/site -d build/doctrees docs build/site

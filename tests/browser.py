@@ -34,14 +34,16 @@ PLAYED = """seconds => {
 
 
 @contextmanager
-def chromium() -> Iterator[Any]:
-    """Yield a browser; the test is skipped where there is none."""
+def chromium(*more: str) -> Iterator[Any]:
+    """Yield a browser, started with more arguments; the test is skipped where there is none."""
     playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed (extra dev)")
     path = path_of("chromium")
     if path is None:
         pytest.skip("there is no chromium; apt-get install chromium")
     with playwright.sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=path, args=["--no-sandbox"], timeout=WAIT)  # root has none
+        browser = driver.chromium.launch(
+            executable_path=path, args=["--no-sandbox", *more], timeout=WAIT
+        )  # root has none
         yield browser
         browser.close()
 

@@ -34,6 +34,7 @@ PROGRAMS: Mapping[str, tuple[str, ...]] = {
     "cmake": ("cmake",),
     "octave-cli": ("octave-cli",),
     "maxima": ("maxima",),
+    "openssl": ("openssl",),
     "aarch64-gcc": ("aarch64-linux-gnu-gcc",),
     "qemu-aarch64": ("qemu-aarch64", "qemu-aarch64-static"),
 }

@@ -41,7 +41,7 @@ def steps(page: str) -> dict[str, str]:
     """Return what a page says in each step, without the numbers by which its script finds formulas."""
     found = re.findall(r'<article class="step[^>]*? id="step-([^"]*)"(.*?)</article>', page, re.DOTALL)
     plain = {key: re.sub(r' data-n="[^"]*"', "", text) for key, text in found}
-    bold = r"<tr><td><math alttext=\"𝐌\">.*?</tr>\n?"  # said only where it is used: next to places of rest
+    bold = r"<tr><td><math [a-z-]*=\"𝐌\">.*?</tr>\n?"  # said only where it is used: next to places of rest
     return {key: re.sub(bold, "", text) if key == "notation" else text for key, text in plain.items()}
 
 

@@ -6,13 +6,10 @@ import gzip
 import json
 import subprocess
 import sys
-import threading
 import time
 import zlib
 from base64 import urlsafe_b64encode
 from collections.abc import Iterator
-from functools import partial
-from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
@@ -21,17 +18,12 @@ from browser import chromium, window
 from npm_packages import packages
 from patience import HANG
 from programs import path_of
+from site_page import BUILT, bundle, edited, served, turned, until
 
 from symdyn.playground import answer
 
-sys.path.insert(0, str(Path(__file__).parent.parent / "docs" / "site" / "playground"))
-
-import bundle  # type: ignore[import-not-found, unused-ignore]
-
 ROOT = bundle.ROOT
 pytestmark = pytest.mark.playground
-
-BUILT = ROOT / "build" / "playground"
 
 ANSWERS = """
 import json, sys
@@ -79,26 +71,9 @@ def test_archives_are_the_same_bytes_each_time() -> None:
 
 @pytest.fixture(scope="module")
 def address() -> Iterator[str]:
-    """Serve the folder that `make playground` writes, as any server of files does."""
-    if not (BUILT / "manifest.json").is_file():
-        pytest.skip("make playground writes what is tested here")
-
-    class Files(SimpleHTTPRequestHandler):
-        extensions_map = {  # noqa: RUF012  as the class has it
-            **SimpleHTTPRequestHandler.extensions_map,
-            ".mjs": "text/javascript",
-            ".wasm": "application/wasm",
-            ".gz": "application/octet-stream",
-        }
-
-        def log_message(self, format: str, *args: Any) -> None:
-            """Say nothing."""
-
-    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Files, directory=str(BUILT)))
-    server.daemon_threads = True
-    threading.Thread(target=server.serve_forever, daemon=True).start()
-    yield f"http://127.0.0.1:{server.server_address[1]}/"
-    server.shutdown()
+    """Serve the folder that `make playground` writes."""
+    with served() as (found, _):
+        yield found
 
 
 def sent(path: Path) -> int:
@@ -109,31 +84,12 @@ def sent(path: Path) -> int:
 
 def test_what_travels_is_bounded(address: str) -> None:
     every = {path: sent(path) for path in BUILT.rglob("*") if path.is_file()}
-    rest = sum(size for path, size in every.items() if path.name.startswith("rest-"))
+    later, asked = (
+        sum(n for path, n in every.items() if path.name.startswith(f"{one}-")) for one in ("rest", "library")
+    )
 
-    assert sum(every.values()) - rest < 13.6e6
-    assert sum(every.values()) < 15.8e6
-
-
-def until(page: Any, true: str, seconds: float = 120.0) -> None:
-    begun = time.monotonic()
-    while not page.evaluate(true):  # the page's policy lets nobody wait inside it
-        assert time.monotonic() - begun < seconds, f"{true}: {page.inner_text('#writing')[-800:]}"
-        time.sleep(0.02)
-
-
-def edited(page: Any, text: str) -> None:
-    """Write a text, and wait until all of it is shown or a mistake is."""
-    until(page, "document.body.dataset.shown")
-    before = page.evaluate("document.body.dataset.shown")
-    page.fill("#text", text)
-    until(page, f"document.body.dataset.shown !== {before!r} || document.querySelectorAll('#faults li').length")
-
-
-def turned(page: Any, name: str) -> None:
-    """Fold a part of the page, or unfold it, by the keyboard."""
-    page.focus(f"#d-{name} summary")
-    page.keyboard.press("Enter")
+    assert sum(every.values()) - later - asked < 13.5e6
+    assert sum(every.values()) - asked < 15.8e6
 
 
 @pytest.mark.runs("chromium")
@@ -147,7 +103,6 @@ def test_the_page_shows_an_example_at_once_then_whatever_is_written_and_needs_no
         page.goto(address)
         until(page, "document.body.dataset.shown", 30)
         assert page.locator("#equations math").count() > 3
-        assert not page.evaluate("document.documentElement.dataset.python")  # it is on its way
         until(page, "document.documentElement.dataset.python")
 
         text = page.input_value("#text")
@@ -208,8 +163,6 @@ def test_an_editor_shows_its_focus_a_mistake_that_is_tapped_and_what_completes(a
         page = window(browser, viewport={"width": width, "height": 844})
         page.goto(address)
         until(page, "document.body.dataset.shown", 50)
-        page.fill("#text", 'name = "arm"\n')
-        until(page, "document.querySelector('#state').textContent.includes('Python')")  # as it is on its way
         until(page, "document.documentElement.dataset.python")
         edited(page, "\n".join(['name = "arm"', *["# below"] * 60, wide]))
         page.locator("#faults button").first.click()

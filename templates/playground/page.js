@@ -1,7 +1,7 @@
 // The page: a text, and all that is shown of it. Whoever answers is the carrier's matter; of two questions about one
 // thing the later counts. Nothing of a text becomes markup but what symdyn wrote, see markup.js.
 
-import { ask, follow, save, stop } from "./carrier.js";
+import { ask, follow, numerical, save, stop } from "./carrier.js";
 import { editor } from "./editor.js";
 import { fill, later } from "./markup.js";
 import { WORDS } from "./words.js";
@@ -15,7 +15,7 @@ const FIRST = "two_link";
 
 let language = remembered("language") ?? (navigator.language?.startsWith("sk") ? "sk" : "en");
 let version = 0, since = 0, timer = 0, scene = null, targets = {}, files = {}, shownFile = "", pulled = {}, pulling = false;
-let followed = null, written = "", fileName = "";
+let followed = null, written = "", fileName = "", made = null, numbers = { is: "small" }; // who made the lesson; what NumPy there is
 
 const say = () => WORDS[language];
 const open = id => find(id).open;
@@ -71,7 +71,11 @@ const SHOWS = {
     listed(find("unpulled"), answer.unpulled);
   },
   motion: answer => framed(find("motion"), answer.page),
-  lesson: answer => framed(find("lesson"), answer.page),
+  lesson(answer) {
+    framed(find("lesson"), answer.page);
+    made = answer.by;
+    by();
+  },
   code(answer) {
     files = answer.files;
     const names = Object.keys(files);
@@ -102,7 +106,8 @@ async function shows(what, mine) {
   since = 0;
   if (answer.ended) return ended();
   if (answer.faults) return faulty(answer.faults);
-  const none = answer.refused ?? (answer.failed ? [answer.failed] : null);
+  const isNeeded = answer.by === "small" && /numpy|scipy/i.test(answer.failed);
+  const none = answer.refused ?? (answer.failed ? [isNeeded ? say().needs : answer.failed] : null);
   if (none) {
     refused(what, none);
     return what !== "scene";
@@ -312,7 +317,7 @@ find("file").addEventListener("change", async () => {
   const [file] = find("file").files;
   find("file").value = "";
   if (!file) return;
-  if (file.size > LARGEST_FILE) return tell(say().large);
+  if (file.size > LARGEST_FILE) return tell(say().huge);
   tell(null);
   followed = null;
   put(await file.text(), file.name, true);
@@ -366,6 +371,35 @@ for (const one of document.querySelectorAll("details[data-keep]")) {
   });
 }
 
+// NumPy and SciPy, on request where Python is in the page
+
+function by(now = numbers) {
+  numbers = now;
+  const said = say()[now.is], made_by = say()[`by_${made}`];
+  find("numerical").hidden = !numerical || !now.host;
+  find("numerical").classList.toggle("bad", !!now.bad);
+  find("numerical").firstElementChild.textContent = typeof said === "string" ? said : said(...(now.what ?? [now.host]));
+  find("load").hidden = ["loading", "starting", "large"].includes(now.is);
+  find("by").hidden = !made;
+  find("by").textContent = typeof made_by === "function" ? made_by(...now.what) : made_by ?? "";
+}
+
+const million = bytes => (bytes / 1e6).toFixed(0);
+
+find("load").addEventListener("click", async () => {
+  const { host } = numbers;
+  by({ is: "loading", host, what: ["NumPy", "0", ""] });
+  try {
+    const versions = await numerical.load((name, done, all) => by(done === undefined ? { is: "starting", host }
+      : { is: "loading", host, what: [name, million(done), all ? million(all) : ""] }));
+    by({ is: "large", host, what: [versions] });
+  } catch (fault) {
+    if (!fault.is) throw fault;
+    by({ is: fault.is, host, what: [fault.what], bad: true });
+  }
+  refresh();
+});
+
 function speak() {
   document.documentElement.lang = language;
   find("language").value = language;
@@ -374,6 +408,7 @@ function speak() {
     if (one.id !== "state" || !scene) one.textContent = text;
   }
   writing.label = say().editor;
+  by();
 }
 
 find("language").addEventListener("change", () => {
@@ -385,6 +420,7 @@ find("language").addEventListener("change", () => {
 
 async function begin() {
   speak();
+  numerical?.host.then(host => by({ ...numbers, host }));
   const known = await ask("begin", "");
   if (known.ended) return ended();
   writing.words = known.words;

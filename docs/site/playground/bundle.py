@@ -23,6 +23,7 @@ import tempfile
 import zipfile
 from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import Any
 
 HERE = Path(__file__).parent
 ROOT = HERE.parent.parent.parent
@@ -73,10 +74,10 @@ IDLE = (
         "imaplib",
     ),
     *("mailbox", "modulefinder", "multiprocessing", "optparse", "pdb", "pickletools", "poplib", "profile", "pstats"),
-    *("pydoc", "smtplib", "sqlite3", "trace", "tracemalloc", "unittest", "wsgiref", "xmlrpc", "encodings/cp.*"),
+    *("pydoc", "smtplib", "sqlite3", "trace", "tracemalloc", "unittest", "wsgiref", "xmlrpc", "encodings/cp(?!437).*"),
     *("encodings/iso.*", "encodings/koi.*", "encodings/mac.*", "encodings/.*_codec"),
 )
-"""Modules of Python's own library that no question reaches."""
+"""Modules of Python's own library that no question reaches without SciPy; those with it are a part of their own."""
 
 APART = (
     *("symdyn/bench/", "symdyn/cli/", "symdyn/identification/", "symdyn/study/", "symdyn/transcription/"),
@@ -84,11 +85,14 @@ APART = (
 )
 """Folders that no question reaches."""
 
+NUMERICAL = ("numpy", "scipy")
+"""Packages of Pyodide's distribution that the page loads when it is asked to, with what they depend on."""
+
 POLICY = {
     "script-src 'self'": "script-src 'self' 'wasm-unsafe-eval'",
-    "connect-src 'self'": "connect-src 'self'; worker-src 'self'; manifest-src 'self'",
+    "connect-src 'self'": "connect-src 'self' {numerical}; worker-src 'self'; manifest-src 'self'",
 }
-"""What the page's policy allows more where Python runs in it."""
+"""What the page's policy allows more where Python runs in it: of what is elsewhere those files alone."""
 
 
 def packages(folder: Path) -> dict[str, bytes]:
@@ -149,14 +153,29 @@ def own() -> dict[str, bytes]:
             if path.is_file() and not name.startswith(APART) and "__pycache__" not in name and path.suffix != ".typed":
                 found[name] = path.read_bytes()
     for path in (HERE / "standin").rglob("*.py"):
-        found[path.relative_to(HERE / "standin").as_posix()] = path.read_bytes()
+        found[path.relative_to(HERE).as_posix()] = path.read_bytes()
     return found
 
 
-def compiled(every: Mapping[str, bytes], aside: Path) -> tuple[dict[str, bytes], dict[str, bytes], set[str]]:
-    """Return packages and what is loaded of Python's own library, by path, compiled, and what the first equations load.
+def numerical(lock: bytes) -> dict[str, Any]:
+    """Return where Pyodide's distribution has NumPy and SciPy, and the hashes of its files, as its lock says them."""
+    version = json.loads((HERE / "package.json").read_text())["dependencies"]["pyodide"]
+    known = json.loads(lock)["packages"]
+    wanted = list(NUMERICAL)
+    for name in wanted:
+        wanted += [one for one in known[name]["depends"] if one not in wanted]
+    files = {known[name]["file_name"]: known[name]["sha256"] for name in wanted}
+    return {"from": f"https://cdn.jsdelivr.net/pyodide/v{version}/full/", "sha256": files}
 
-    Who compiles is the Python of the page, which reads no other's modules. The rest of its library is with packages.
+
+Files = dict[str, bytes]
+
+
+def compiled(every: Mapping[str, bytes], aside: Path) -> tuple[Files, Files, Files, set[str]]:
+    """Return packages, what is loaded of Python's own library and what SciPy takes of it, by path, compiled.
+
+    Last, what the first equations load. Who compiles is the Python of the page, which reads no other's modules. The
+    rest of its library is with packages.
     """
     given, written = aside / "given.zip", aside / "written.zip"
     given.write_bytes(zipped(every))
@@ -172,11 +191,11 @@ def compiled(every: Mapping[str, bytes], aside: Path) -> tuple[dict[str, bytes],
             elif name.startswith("lib/"):
                 own[name.split("/", 2)[2]] = out.read(name)
     kept = {name.split(".")[0] for name in loaded["names"]}  # a package is in one place
-    idle = rf"({'|'.join(IDLE)})[/.]"
-    own = {name: text for name, text in own.items() if not re.match(idle, name)}
+    pattern = rf"({'|'.join(IDLE)})[/.]"
+    idle = {name: own.pop(name) for name in tuple(own) if re.match(pattern, name)}
     apart = [name for name in own if name.split("/")[0].removesuffix(".pyc") not in kept]
     found |= {name: own.pop(name) for name in apart}
-    return found, own, {f"{name}c".removeprefix("/packages/") for name in loaded["files"]}
+    return found, own, idle, {f"{name}c".removeprefix("/packages/") for name in loaded["files"]}
 
 
 def zipped(files: Mapping[str, bytes]) -> bytes:
@@ -231,7 +250,7 @@ def bundle(place: Path) -> None:
     """Write the playground into an empty folder."""
     place.mkdir(parents=True)
     with tempfile.TemporaryDirectory() as aside:
-        every, library, first = compiled(packages(Path(aside)) | own(), Path(aside))
+        every, library, idle, first = compiled(packages(Path(aside)) | own(), Path(aside))
         contents: dict[str, bytes] = {
             f"pyodide/{name}": (Path(aside) / "node_modules" / "pyodide" / name).read_bytes() for name in PYODIDE
         }
@@ -242,19 +261,23 @@ def bundle(place: Path) -> None:
         "first": {name: text for name, text in small.items() if _is_first(name, first)},
     }
     parts["rest"] = {name: text for name, text in small.items() if name not in parts["first"]}
+    parts["library"] = {name: text for name, text in idle.items() if not name.startswith("encodings/")}
     archives = {name: archive(files) for name, files in parts.items()}
     archives["before"] = gzip.compress(json.dumps(beforehand(), ensure_ascii=False).encode(), 9, mtime=0)
     named = {name: f"{name}-{hashlib.sha256(text).hexdigest()[:16]}.gz" for name, text in archives.items()}
     contents |= {named[name]: text for name, text in archives.items()}
     contents |= {path.name: path.read_bytes() for path in PAGE.iterdir() if path.suffix in (".html", ".css", ".js")}
     contents |= {name: (HERE / name).read_bytes() for name in ("carrier.js", "worker.js", "offline.js")}
+    large = numerical(contents["pyodide/pyodide-lock.json"])
+    files = " ".join(f"{large['from']}{name}" for name in large["sha256"])
     page = contents["index.html"].decode()
     for narrow, wide in POLICY.items():
         assert page.count(narrow) == 1, narrow
-        page = page.replace(narrow, wide)
+        page = page.replace(narrow, wide.format(numerical=files))
     contents["index.html"] = page.encode()
     manifest = {
         "parts": named,
+        "numerical": large,
         "sha256": {name: hashlib.sha256(contents[name]).hexdigest() for name in sorted(contents)},
     }
     contents["manifest.json"] = json.dumps(manifest, indent=1).encode()
@@ -266,7 +289,7 @@ def bundle(place: Path) -> None:
 def _is_first(name: str, first: Iterable[str]) -> bool:
     """Tell whether a file travels first: what is imported or read, lists of fronts, versions, the stand-in."""
     beside = ("symdyn/templates/c/names_of_headers.txt", "symdyn/templates/notebook/style.css")
-    return name in (*first, *beside) or name.endswith((".pyi", "METADATA")) or name.startswith(("numpy/", "scipy/"))
+    return name in (*first, *beside) or name.endswith((".pyi", "METADATA")) or name.startswith("standin/")
 
 
 def main(place: Path) -> None:

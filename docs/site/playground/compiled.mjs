@@ -10,7 +10,7 @@ const python = await loadPyodide({ indexURL: `${pyodide}/` });
 python.FS.writeFile("/given.zip", readFileSync(given));
 python.runPython(`
 import sys, zipfile
-sys.path.insert(0, "/packages")
+sys.path[:0] = "/packages", "/packages/standin"
 zipfile.ZipFile("/given.zip").extractall("/packages")
 `);
 python.runPython(readFileSync(questions, "utf-8"));
