@@ -199,7 +199,7 @@ def test_without_casadi_it_is_said_what_to_install(monkeypatch):
         ({"end": {"q1": 5}}, "end: q1 = 5 is beyond its bounds -2 … 2"),
         ({"start": {"q1": 3}}, "start: q1 = 3 is beyond its bounds -2 … 2"),
         ({"bounds": {"q1": (1, 0)}}, "^bounds: q1: nothing lies between 1 and 0; give the smaller value first$"),
-        ({"bounds": {"q1": "3"}}, "bounds: q1: '3' is neither a size nor a smallest and a largest value"),
+        ({"bounds": {"q1": "19"}}, "bounds: q1: '19' is neither a size nor a smallest and a largest value"),
         ({"bounds": {"l": (0, 1)}}, "bounds: l is not known; known are q1, q2, q1_dot, q2_dot, u"),
         ({"bounds": {"u": (30, 40)}}, "^bounds: u: 30 … 40 leaves nothing of its joint's limits, -20 … 20$"),
         ({"bounds": {"q1": (5, None)}}, "^bounds: q1: 5 … inf leaves nothing of its joint's limits, -2 … 2$"),

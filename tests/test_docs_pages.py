@@ -70,6 +70,12 @@ def test_the_examples_of_every_page_are_run() -> None:
         assert f"docs/{page.name}" in makefile or f'"{page.stem}' in tests, page.name
 
 
+def test_examples_of_pages_stand_in_blocks_of_code() -> None:
+    for page in pages.DOCS.glob("*.md"):
+        outside = re.sub(r"(?ms)^```.*?^```$", "", page.read_text(encoding="utf-8"))
+        assert re.findall(r"(?m)^>>> .*", outside) == [], page.name
+
+
 def test_one_line_installs_it_wherever_that_is_told() -> None:
     """That of docs/site/conf.py is the first code of each page to begin with; links lead to source and issues."""
     tree = ast.parse((pages.DOCS / "site" / "conf.py").read_text(encoding="utf-8"))

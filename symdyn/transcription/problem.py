@@ -54,7 +54,8 @@ def known_names(where: str, names: Sequence[str], known: Sequence[str] | Mapping
 def ends_of(given: Range, where: str, faults: Faults) -> tuple[float, float]:
     """Return a smallest and a largest value; None is none, and a number above 0 the largest size."""
     try:
-        first, last = (-given, given) if isinstance(given, Real) else given  # type: ignore[misc]
+        pair = () if isinstance(given, str) else given  # "19" is no pair of 1 and 9
+        first, last = (-given, given) if isinstance(given, Real) else pair  # type: ignore[misc]
         least, most = (-np.inf if first is None else float(first)), (np.inf if last is None else float(last))
     except (TypeError, ValueError, OverflowError):
         told = "is neither a size nor a smallest and a largest value, such as (-1, 1) or (None, 5)"
