@@ -95,14 +95,6 @@ def check_dimensions(scene: Scene, uses: Iterable[Use], faults: Faults) -> None:
     found = analysed(scene, uses)
     for pair in found.wrong:
         faults.add(pair.place.where, f"{words(pair, found)}; {ADVICE}, or {faults.unchecked}")
-    for (
-        one
-    ) in found.carried:  # a half of a length and a twelfth of an inertia are plain numbers; a mass may be left out
-        place, letters = one.place, one.place.formula.symbols
-        beside = CLOCK not in letters and all(term.symbols for term in terms(place.formula))
-        if place.where.startswith("bodies.") and beside and one.dimension != dimension_of("kg"):
-            told = f"{place.key} = {shown(place.formula)} is in {place.unit} only if {shown(one.number)} has a unit"
-            faults.add(place.where, f"{told}; look at the units of {', '.join(letters)}, or {faults.unchecked}")
     for use in (one for one in uses if one.other):
         own = found.of(use.quantity)
         if not (own.letters or own.numbers) and own.dimension not in (dimension_of(use.unit), dimension_of(use.other)):
