@@ -125,7 +125,9 @@ class Atoms:
     def quotients(self) -> Array:
         """Return one over what a term may be times, by pair and point."""
         values = {one: np.array(one.values) for one in self.every}
-        return np.array([values[b] / values[a] if not p else (values[a] * values[b]) ** -p for a, b, p in self.pairs])
+        with np.errstate(divide="ignore", invalid="ignore"):  # where a factor vanishes at a point it explains nothing
+            pairs = [values[b] / values[a] if not p else (values[a] * values[b]) ** -p for a, b, p in self.pairs]
+        return np.array(pairs)
 
 
 @dataclass(frozen=True)
