@@ -115,7 +115,7 @@ const Terms = (() => {
     const ratio = mine.map((y, k) => y / t[k]), found = [];
     for (const [a, b, both] of pairs()) {
       const [top, bottom] = [a[3], b[3]], n = ratio[0] * over(top[0], bottom[0], both);
-      if (!ratio.every((r, k) => Math.abs(r * over(top[k], bottom[k], both) - n) <= 1e-7 * Math.abs(n))) continue;
+      if (!Number.isFinite(n) || !ratio.every((r, k) => Math.abs(r * over(top[k], bottom[k], both) - n) <= 1e-7 * Math.abs(n))) continue;
       const beside = [...(n < 0 ? [apart.states[kind][1] || "termsign"] : []), ...(Math.abs(Math.abs(n) - 1) > 1e-6 ? ["termfactor"] : [])];
       if (beside.length === 2) continue;  // a chance
       const cost = 0.1 * !!(a[1] && b[1]) + 0.2 * beside.length + 0.15 * !!both, rules = exchanged(a, b, both, squared);

@@ -197,6 +197,7 @@ def _times(column: Column, mine: Sequence[float], atoms: Atoms) -> list[tuple[fl
     n = atoms.quotients * np.array([y / x for x, y in zip(t, mine, strict=True)])
     turned = STATES[column.kind][1] or "termsign"
     found = []
+    n = np.where(np.isfinite(n), n, np.nan)  # which is like nothing
     for k in np.flatnonzero((np.abs(n - n[:, :1]) <= CLOSE * np.abs(n[:, :1])).all(axis=1)):
         a, b, both = atoms.pairs[k]
         by = float(n[k, 0])
