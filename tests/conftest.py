@@ -86,6 +86,16 @@ def pytest_collection_finish() -> None:
     gc.freeze()  # what was imported stays
 
 
+def pytest_sessionfinish() -> None:
+    gc.freeze()  # whoever ends need not look for circles in what is left
+
+
+@pytest.fixture
+def young() -> None:
+    """`gc.collect()` looks through what the test makes: to look through what all before it left takes a minute."""
+    gc.freeze()
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_collection(session: pytest.Session) -> Iterator[None]:
     if not session.config.pluginmanager.hasplugin("dsession"):  # whose workers alone import what that takes

@@ -224,7 +224,7 @@ def test_what_does_not_exist_is_an_error_of_load(cache):
     assert "forward_dynamics" not in symdyn.load(ARM.parent / "pendulum.toml", parameters={"m": 0})
 
 
-def test_nothing_is_left_of_functions_that_nobody_holds(cache):
+def test_nothing_is_left_of_functions_that_nobody_holds(cache, young):
     arm = symdyn.load(ARM, "inverse_dynamics")
     arm.inverse_dynamics(*STATES, PARAMS)
     held = weakref.ref(arm.inverse_dynamics.call)

@@ -171,7 +171,7 @@ def test_no_text_of_a_scene_ends_a_comment(tmp_path: Path) -> None:
     assert module.scalar([0, 0], [2, 3], [10]) == 21
 
 
-def test_node_ends_with_the_module() -> None:
+def test_node_ends_with_the_module(young: None) -> None:
     module = run_js(emit(lower(every_op()), "js"))
     process = module.matrix.__closure__
     assert process is not None

@@ -88,7 +88,7 @@ def _slow(folder: Path, program: str, monkeypatch: pytest.MonkeyPatch) -> tuple[
 @pytest.mark.runs
 @pytest.mark.parametrize(("program", "target"), [("octave-cli", "matlab"), ("node", "js")])
 def test_whoever_interrupts_a_call_waits_for_no_interpreter(
-    program: str, target: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    program: str, target: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, young: None
 ) -> None:
     begun, done = _slow(tmp_path, program, monkeypatch)
     heard = signal.signal(signal.SIGINT, signal.default_int_handler)
