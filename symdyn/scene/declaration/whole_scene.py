@@ -14,7 +14,7 @@ from collections.abc import Collection, Iterator, Mapping
 from symdyn.errors import listed, nearest, suggestion
 from symdyn.graph import Graph, Op
 from symdyn.scene.declaration.dimensions import check_dimensions
-from symdyn.scene.declaration.draft import KINDS, Draft, Use, judge, uses
+from symdyn.scene.declaration.draft import KINDS, WELD, Draft, Use, judge, uses
 from symdyn.scene.forces.force_table import FORCES
 from symdyn.scene.joints.joint_table import JOINTS, RESISTING
 from symdyn.scene.values.body import mass_faults
@@ -316,7 +316,8 @@ def check(
     check_joints(draft, values, faults)
     check_elements(draft, values, faults)
     _formulas(draft, values, faults)
-    _units(draft, faults, dimensions and not draft.scene.dimensionless)
+    if not any(faults.told(where, "type = ") for where in (*draft.where["joints"], *draft.where["loops"])):
+        _units(draft, faults, dimensions and not draft.scene.dimensionless)  # a joint's type says what is in rad
     return tuple(_masses(draft, values, faults, allow_invalid_inertia))
 
 
@@ -390,7 +391,10 @@ def _units(draft: Draft, faults: Faults, dimensions: bool) -> None:
 
 def _masses(draft: Draft, values: Mapping[str, Value], faults: Faults, allow: bool) -> Iterator[str]:
     negative = set()
+    fast = {joint.child for joint in draft.scene.joints if joint.type == WELD and joint.parent == Scene.GROUND}
     for where, body in zip(draft.where["bodies"], draft.scene.bodies, strict=True):
+        if body.mass == Quantity.ZERO and any(x != Quantity.ZERO for x in body.com or ()) and body.name not in fast:
+            faults.note(where, "has a centre of mass and no mass, so that no weight acts there; write mass too")
         for fault in mass_faults(body, values):
             faults.add(where, fault)
             negative.add(body.name)
