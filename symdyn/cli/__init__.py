@@ -93,7 +93,12 @@ class Parser(argparse.ArgumentParser):
                     self.error(f"{word}: -- is no value; give one, such as ./-- for a file of that name")
         found, rest = super().parse_known_args(*words, **named)
         self._refuse_unknown([word for word in rest if word.startswith("-") and word not in ("-", "--")])
-        return found, self._taken_late(found, rest)
+        rest = self._taken_late(found, rest)
+        if self.get_default("parser") is not None and rest and "=" in rest[0]:
+            given = words[0][words[0].index(rest[0]) - 1]
+            if "=" in given:
+                self.error(f'{rest[0]}: several values are one text with commas, "{",".join((given, *rest))}"')
+        return found, rest
 
     def _taken_late(self, options: argparse.Namespace, rest: list[str]) -> list[str]:
         """Give files behind options to the list that takes any number of them, and return what nothing takes.
