@@ -11,6 +11,7 @@ from symdyn.cli import CTRL_C
 from symdyn.cli.scene_options import read_scene
 from symdyn.cli.talk import Bar, fail, give, print_paths, print_table, say, wrote
 from symdyn.cli.trajectory_options import controller, pairs, reported_forces
+from symdyn.emit import check_folder
 from symdyn.errors import SimulateError
 from symdyn.rounding import in_digits
 from symdyn.simulation import Problem, Run
@@ -74,8 +75,7 @@ def _check(file: Path) -> None:
     """Raise SimulateError for a file that could not be written in the end."""
     if file.suffix not in (SUFFIX, TABLE):
         raise SimulateError(f"{file}: sweeps are kept in {SUFFIX} stores, or written as {TABLE} tables")
-    if not file.parent.is_dir():
-        raise SimulateError(f"{file}: there is no folder {file.parent}")
+    check_folder(file, SimulateError)
 
 
 def summary(runs: Runs) -> dict[str, Any]:

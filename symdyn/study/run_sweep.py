@@ -21,6 +21,7 @@ import numpy as np
 
 from symdyn.arguments import check_arguments, native, with_fields
 from symdyn.bounds import BOUNDS
+from symdyn.emit import check_folder
 from symdyn.errors import SimulateError, StudyError, alike
 from symdyn.extras import install
 from symdyn.resources import version
@@ -53,8 +54,7 @@ LARGEST_HERE = 5 * 10**8
 def check_store(path: Path) -> None:
     """Raise StudyError where nothing can be kept: Zarr is missing, no folder, or something else stands there."""
     zarr()
-    if not path.parent.is_dir():
-        raise StudyError(f"{path}: there is no folder {path.parent}")
+    check_folder(path, StudyError)
     if path.exists():
         _opened(path, "r")
 
@@ -365,7 +365,7 @@ def made(
     """Return the runs that a job makes, in memory or in a store; `fixed`: a store must have blocks of that size.
 
     Raises:
-        SimulateError: the store is of another sweep or cannot be written, or workers fail.
+        SimulateError: the store is of another sweep or cannot be written, workers or a measure's function fail always.
     """
     say = say or (lambda line: None)
     store, notes = store_of(job, path)
@@ -399,4 +399,7 @@ def made(
         told = f"{INTERRUPTED}: {len(runs) - runs.left} of {len(runs)} runs are there; {how}"
         say(told)
         return replace(runs, notes=(*notes, *of_runs, told))
-    return store.runs((*notes, *of_runs), perf_counter() - began)
+    runs = store.runs((*notes, *of_runs), perf_counter() - began)
+    if runs.failed == len(runs) and runs.reasons.get(0, "").startswith("measure "):
+        raise SimulateError(f"all {len(runs)} runs failed; the first: {runs.reasons[0]}")
+    return runs
