@@ -204,14 +204,10 @@ def _function(inside: Sequence[ast.expr], known: Mapping[str, object]) -> Argume
     words = f"a function of {many} argument{'s' * (many != 1)}"
 
     def takes(value: Any) -> bool:
-        if not callable(value):
-            return False
         try:
             inspect.signature(value).bind(*range(many))
-        except TypeError:
-            return False
-        except ValueError:  # what is written in C may have none
-            return True
+        except (TypeError, ValueError) as fault:  # what is written in C may have no signature
+            return callable(value) and isinstance(fault, ValueError)
         return True
 
     return ArgumentKind((words, words.replace("a function", "functions")), takes)

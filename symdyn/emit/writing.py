@@ -17,11 +17,7 @@ from typing import IO
 from symdyn.errors import EmitError, SymdynError, quoted
 
 ELSEWHERE = "give a folder that you may write to"
-
-
 SPELLED = "give names of characters that UTF-8 has"
-
-
 WAYS_OUT: Mapping[int | None, str] = {
     EILSEQ: SPELLED,
     EISDIR: "give another name",
@@ -29,7 +25,6 @@ WAYS_OUT: Mapping[int | None, str] = {
     ENOSPC: "make room, or give a folder on another disk",
 }
 """What helps against what a system says, where it is not another folder."""
-
 
 IN_A_SHELL = "of a scene, symdyn generate SCENE --target c -o FOLDER writes code in a shell"
 Contents = str | bytes | Callable[[IO[bytes]], None]

@@ -37,7 +37,6 @@ from symdyn.study.store import ALL_FILES, HASH, HASHED, KINDS, SEAL, SUFFIX, InM
 
 FORMAT = "symdyn.study"
 
-
 FORMAT_VERSION = 4
 """1 had no checksums, 2 none of points, so that a changed store would be read; 3 had `reasons` by another name."""
 
@@ -257,10 +256,6 @@ USUAL = "inverse_dynamics"
 Say = Callable[[str], None]
 
 
-def _is_empty(value: object) -> bool:
-    return isinstance(value, (tuple, list)) and not value
-
-
 @with_fields(Problem, Run)
 def sweep(
     scene: SceneLike | Problem,
@@ -333,13 +328,13 @@ def sweep(
     if workers is not None and workers < 1:
         faults.add("workers", f"{workers} is none; give 1 or more")
     if function is not None or at is not None:
-        unsaid = {name for name, one in fields.items() if one is None or one is False or _is_empty(one)}
+        unsaid = {k for k, x in fields.items() if x is None or x is False or (isinstance(x, tuple | list) and not x)}
         of_runs = [name for name in fields if name in vars(run) and name not in unsaid]
         for name in (*problem.given, *of_runs, *(() if feedback is None else ("feedback",))):
             faults.add(name.replace("_", " "), "of runs, and a function has none; leave it out")
         job = places_job(problem.scene, function or USUAL, at, over, measure, design, count, seed, block, faults)
-        return made(job, path, block is not None, scheduler, workers, progress, say)
-    job = runs_job(problem, run, over, measure, feedback, design, count, seed, block, faults)
+    else:
+        job = runs_job(problem, run, over, measure, feedback, design, count, seed, block, faults)
     return made(job, path, block is not None, scheduler, workers, progress, say)
 
 

@@ -18,7 +18,6 @@ from symdyn.scene.values.quantity import NULL, FormulaError, Quantity, Vector, s
 
 T = TypeVar("T")
 
-
 MOST_FAULTS = 100
 """Faults that are told together; a file with more of them is broken as a whole, and looking on would only cost time."""
 

@@ -86,8 +86,7 @@ _SUM = r"[^eE^*(][+-]|[,=]"
 _FOREIGN = re.compile(r"[^A-Za-z0-9_+\-*/()., <>=]|(?<![<>])=")
 _MEANT = {
     "^": "^ is not a power; write **",
-    "=": "'=' has no place in a formula; for x = 0 write x, for x = y write x - y; values by name are one text "
-    "with commas",
+    "=": "'=' has no place in a formula; for x = 0 write x, for x = y x - y; commas stand between values by name",
 }
 """What is meant by signs that no formula has."""
 
