@@ -205,10 +205,9 @@ def _function(inside: Sequence[ast.expr], known: Mapping[str, object]) -> Argume
 
     def takes(value: Any) -> bool:
         try:
-            inspect.signature(value).bind(*range(many))
+            return callable(value) and inspect.signature(value).bind(*range(many)) is not None
         except (TypeError, ValueError) as fault:  # what is written in C may have no signature
-            return callable(value) and isinstance(fault, ValueError)
-        return True
+            return isinstance(fault, ValueError)
 
     return ArgumentKind((words, words.replace("a function", "functions")), takes)
 

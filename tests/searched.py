@@ -56,7 +56,8 @@ MEANT = {
     "collocation": "collocation", "troubleshooting": "troubleshooting", "quick start": "start",
     "flexible": "recipes", "flexible beam": "recipes", "Campbell diagram": "recipes",
     "parametric excitation": "recipes", "aerodynamic drag": "recipes", "anti-roll bar": "recipes", "tire": "recipes",
-    "quantization": "simulate", "sensor noise": "simulate", "event detection": "simulate", "trapezoidal velocity profile": "simulate",
+    "quantization": "simulate", "sensor noise": "simulate", "event detection": "simulate",
+    "trapezoidal velocity profile": "simulate",
 }  # fmt: skip
 """Words of the field, and the page that a reader looks for."""
 
