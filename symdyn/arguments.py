@@ -19,7 +19,7 @@ from operator import index
 from types import UnionType
 from typing import Any, Protocol, TypeVar, cast, get_origin
 
-from symdyn.errors import LIKE, ArgumentError, SymdynError, choice, hint, quoted
+from symdyn.errors import LIKE, ArgumentError, SymdynError, choice, hint, listed, quoted
 from symdyn.frozen import dataclass
 
 
@@ -204,15 +204,10 @@ def _function(inside: Sequence[ast.expr], known: Mapping[str, object]) -> Argume
     words = f"a function of {many} argument{'s' * (many != 1)}"
 
     def takes(value: Any) -> bool:
-        if not callable(value):
-            return False
         try:
-            inspect.signature(value).bind(*range(many))
-        except TypeError:
-            return False
-        except ValueError:  # what is written in C may have none
-            return True
-        return True
+            return callable(value) and inspect.signature(value).bind(*range(many)) is not None
+        except (TypeError, ValueError) as fault:  # what is written in C may have no signature
+            return isinstance(fault, ValueError)
 
     return ArgumentKind((words, words.replace("a function", "functions")), takes)
 
@@ -292,12 +287,19 @@ def suggesting(function: F) -> F:
         _refuse_unknown(function, keywords)
         takes = [one for one in inspect.signature(function).parameters.values() if one.name not in ("self", "cls")]
         loose = {one.name: _read(function).get(one.name) for one in takes if one.kind is one.KEYWORD_ONLY}
-        given = ", ".join(one.name + "=" * (one.name in loose) for one in takes)
+        given = ", ".join(_typed(function, one) or one.name + "=" * (one.name in loose) for one in takes)
         beyond = values[len(inspect.signature(function).parameters) - len(loose) :][:1]
         fits = [f"; it goes by name, {k}={quoted(x)}" for x in beyond for k, a in loose.items() if a and a.takes(x)]
         raise ArgumentError(f"{told}{''.join(fits[:1])}; call it as {_called(function)}({given})")
 
     return cast(F, called)
+
+
+def _typed(function: Callable[..., object], one: inspect.Parameter) -> str:
+    """Return the first keywords of `**keys: Unpack[Keys]`; "" of another parameter."""
+    noun = vars(sys.modules[function.__module__]).get(str(one.annotation).removeprefix("Unpack[").removesuffix("]"))
+    names = noun.__annotations__ if one.kind is one.VAR_KEYWORD and noun else ()
+    return listed([f"{name}=" for name in names], 4) if names else ""
 
 
 def _called(function: Callable[..., object]) -> str:

@@ -35,12 +35,16 @@ class Suggesting:
             kind = type(self)
             if name.startswith("_") or hasattr(kind, name) or name in getattr(kind, "__dataclass_fields__", ()):
                 return object.__getattribute__(self, name)  # raises what it has raised before
-            from symdyn.errors import hint, suggestion  # an error's own
+            from symdyn.errors import hint, listed, nearest, suggestion  # an error's own
 
             keys = self.keys() if hasattr(kind, "keys") and not isinstance(self, str) else ()
             known = [one for one in dir(self) if not one.startswith("_")]
             told = hint("attributes", name, known).replace("$", name)
-            told = f'write ["{name}"]' if name in keys else told or suggestion(name, [*known, *keys])
+            if name in keys:
+                told = f'write ["{name}"]'
+            elif not told and (near := nearest(name, [*known, *keys])) not in known and near:
+                told = f'did you mean ["{near}"]?'
+            told = told or suggestion(name, known) + (f"; brackets take {listed(keys, 4)}" if keys else "")
             raise AttributeError(f"{kind.__name__} has no attribute {name!r}; {told}")
 
 

@@ -54,6 +54,10 @@ MEANT = {
     "save a figure for a paper": "pictures", "center of mass": "words",
     "moment of inertia from CAD": "words", "export to Excel": "simulate", "export to MATLAB": "simulate",
     "collocation": "collocation", "troubleshooting": "troubleshooting", "quick start": "start",
+    "flexible": "recipes", "flexible beam": "recipes", "Campbell diagram": "recipes",
+    "parametric excitation": "recipes", "aerodynamic drag": "recipes", "anti-roll bar": "recipes", "tire": "recipes",
+    "quantization": "simulate", "sensor noise": "simulate", "event detection": "simulate",
+    "trapezoidal velocity profile": "simulate",
 }  # fmt: skip
 """Words of the field, and the page that a reader looks for."""
 

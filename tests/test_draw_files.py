@@ -163,7 +163,7 @@ def test_faults_come_before_work_and_say_what_would_work(tmp_path: Path, monkeyp
     with pytest.raises(DrawError, match=r"pictures are written to \.svg, \.pdf, \.png files"):
         picture(scene, file=tmp_path / "a.gif")
     (tmp_path / "full").write_text("")
-    with pytest.raises(DrawError, match="cannot write"):
+    with pytest.raises(DrawError, match="there is no folder"):
         picture(scene, file=tmp_path / "full" / "a.png")
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     with pytest.raises(DrawError, match=r'pip install "symdyn\[plot\]"'):

@@ -20,6 +20,7 @@ from symdyn.errors import (
     SimulateError,
 )
 from symdyn.linear import Linearization, root_locus
+from symdyn.scene import revolute
 from symdyn.scene.toml import read_text
 from symdyn.simulation import Trajectory
 
@@ -168,8 +169,10 @@ def test_a_function_of_a_run_is_a_measure(tmp_path: Path) -> None:
     each = symdyn.ensemble(block, values={"c": [5, 8]}, measures=late, **asked)  # type: ignore[arg-type]
     assert (each["late"] == found["late"]).all()
 
-    failed = symdyn.sweep(block, "c=[5,8]", wrong := {"wrong": lambda run: "1.5"}, until=1)  # type: ignore[arg-type]
+    wrong = {"wrong": lambda run: "1.5" if run["x"].max() < found["peak"].mean() else 1}
+    failed = symdyn.sweep(block, "c=[5,8]", wrong, **asked)  # type: ignore[arg-type]
     assert "a function takes a run and returns a number" in failed.reasons[1]
+    assert "2 runs (1 failed: measure " in repr(failed)
     told = {
         r'measure=\{"peak": f\}': lambda: symdyn.sweep(block, "c=[5,8]", wrong["wrong"]),  # type: ignore[arg-type]
         "in Python a measure may be a function of a run": lambda: symdyn.sweep(block, "c=[5,8]", "overshoot(x)"),
@@ -336,6 +339,14 @@ OTHERWISE: dict[str, Callable[[], object]] = {
     ),
     "run[NAME][-1] is the last number of one": lambda: _run()[-1],  # type: ignore[call-overload]
     "run(run.t[-1]) has all columns at the end": lambda: _run().final,  # type: ignore[attr-defined]
+    "has no attribute 'thetta'; did you mean [\"theta\"]?": lambda: _run().thetta,  # type: ignore[attr-defined]
+    "; brackets take t, x, theta, x_dot, ...": lambda: _run().zwiebel,  # type: ignore[attr-defined]
+    "3 positional arguments but 4 were given; call it as revolute(name, parent, child, axis=,": (
+        lambda: revolute("j", "ground", "a", [0, 0, 1])  # type: ignore[call-arg, arg-type]
+    ),
+    "all 2 runs failed; the first: measure builtins.max: TypeError": (
+        lambda: symdyn.sweep(CART, "mp=[1,2]", max, until=0.1)
+    ),
     "'title'; it returns a figure of matplotlib": lambda: _run().plot(title="a"),  # type: ignore[call-arg]
     "symdyn.load(scene, backend=...) has it": lambda: symdyn.lambdify(CART, "mass_matrix", target="jax"),
 }

@@ -56,6 +56,11 @@ CART = symdyn.example("cart_pole")
         (["sweep", "BLOCK", "--over", "c=[5,8]", "--bind", "c=3", "--measure", "x"], "--bind: c is varied; leave it"),
         (["sweep", "BLOCK", "--over", "c=[5,8],x=[1,2]", "--over", "c=[1]", "--measure", "x"], "c is given twice"),
         (["info", "STIFF"], "it is of a spring of its own"),
+        (["simulate", "BLOCK", "--until", "1", "--start", "x=1", "x_dot=2"], 'text with commas, "x=1,x_dot=2"'),
+        (["simulate", "BLOCK", "--until", "1", "--start", "x=1 x_dot=2"], "commas stand between values by name"),
+        (["simulate", "BLOCK", "--until", "1", "--stop", "x=0"], "for x = 0 write x, for x = y x - y"),
+        (["equations", "BLOCK", "--format", "tex"], "did you mean latex?"),
+        (["walkthrough", "BLOCK", "-o", "no/such/x.html"], "there is no folder no/such"),
     ],
 )
 def test_the_shell_guesses_what_is_meant_or_nothing(
@@ -85,6 +90,20 @@ stiffness = 100
 [parameters]
 c = 1
 """
+
+
+def test_a_joint_of_no_type_is_one_fault_and_a_centre_without_a_mass_is_told(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    path = tmp_path / "a.toml"
+    path.write_text(SPRUNG.replace('"prismatic"', '"slider"').replace("c = 1", 'c = "1 N s/m"'))
+    assert main(["equations", str(path)]) == 1
+    assert 'type = "slider" is not a joint; did you mean prismatic?' in (told := capsys.readouterr().err)
+    assert "asked for" not in told
+    for mass, joint in (("com = [0, 0, 1]", True), ("com = [0, 0, 0]", False), ("mass = 1\ncom = [0, 0, 1]", False)):
+        path.write_text(SPRUNG.replace("mass = 1", mass))
+        assert main(["draw", str(path), "-o", str(tmp_path / "a.svg")]) == 0
+        assert ("bodies.block: has a centre of mass and no mass" in capsys.readouterr().err) == joint
 
 
 def test_what_was_silent_is_told(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

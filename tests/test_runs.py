@@ -96,7 +96,7 @@ def test_csv_reads_back_to_the_same_digits_here_and_where_it_is_given_as_a_motio
     back = Columns.read(tmp_path / "run.csv")
     assert np.array_equal(back.values["theta"], run["theta"])
     assert np.abs(inverse(ARM, str(tmp_path / "run.csv"), run.t)["F"] - run["F"]).max() < 1e-9
-    with pytest.raises(SymdynError, match=r"cannot write run\.csv there"):
+    with pytest.raises(SymdynError, match=r"there is no folder"):
         run.to_csv("/dev/null/run.csv")
 
 

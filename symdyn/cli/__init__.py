@@ -85,7 +85,7 @@ class Parser(argparse.ArgumentParser):
 
     def parse_known_args(self, *words: Any, **named: Any) -> Any:
         """Parse, knowing all that is taken; what looks like an option and is none is told what was meant."""
-        if self.get_default("parser") is not None:
+        if own := self.get_default("parser") is not None:
             before = [*takewhile(lambda word: word != "--", words[0])]
             self._refuse_unknown([word for word in before if word.startswith("--") and " " not in word])
             for word in before:  # argparse takes "--" away wherever it stands, and leaves a list of nothing
@@ -93,7 +93,10 @@ class Parser(argparse.ArgumentParser):
                     self.error(f"{word}: -- is no value; give one, such as ./-- for a file of that name")
         found, rest = super().parse_known_args(*words, **named)
         self._refuse_unknown([word for word in rest if word.startswith("-") and word not in ("-", "--")])
-        return found, self._taken_late(found, rest)
+        rest = self._taken_late(found, rest)
+        if own and rest and "=" in rest[0] and "=" in (given := words[0][words[0].index(rest[0]) - 1]):
+            self.error(f'{rest[0]}: several values are one text with commas, "{",".join((given, *rest))}"')
+        return found, rest
 
     def _taken_late(self, options: argparse.Namespace, rest: list[str]) -> list[str]:
         """Give files behind options to the list that takes any number of them, and return what nothing takes.

@@ -15,8 +15,8 @@ from symdyn.cli.scene_options import read_scene_to_move, split
 from symdyn.cli.talk import Waiting, answer, give, print_paths, print_text, say
 from symdyn.cli.trajectory_options import collected, flattened, pairs, reel
 from symdyn.draw import Reel
-from symdyn.emit import Contents, write_file
-from symdyn.errors import LinearizeError, choice
+from symdyn.emit import Contents, check_folder, write_file
+from symdyn.errors import LinearizeError, SimulateError, choice
 from symdyn.frozen import dataclass, replace
 from symdyn.linear import Margins, StateSpace, System, SystemsFile, locus_over, poles_in_words
 from symdyn.rounding import in_digits
@@ -158,11 +158,8 @@ def _matrix(name: str, M: Any) -> Lines:
 
 def _lqr(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
     found = system.lqr(options.lqr, options.dt)
-    lines = found.lines()
-    lines.append(
-        f"closed-loop poles: {poles_in_words(found.poles)}" + (" (of Phi - Gamma K)" if found.period else " 1/s")
-    )
-    lines += list(found.notes)
+    behind = "(of Phi - Gamma K)" if found.period else "1/s"
+    lines = [*found.lines(), f"closed-loop poles: {poles_in_words(found.poles)} {behind}", *found.notes]
     if options.gains:
         path = Path(options.gains)
         write_file(path, found.text())
@@ -175,9 +172,9 @@ def _lqr(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
 
 def _kalman(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
     found = system.kalman(options.kalman, options.dt)
-    lines = _matrix("L", found.L)
-    lines.append(f"filter poles: {poles_in_words(found.poles)}" + (" (of Phi - L C)" if found.period else " 1/s"))
-    return lines + list(found.notes), found.as_json()
+    behind = "(of Phi - L C)" if found.period else "1/s"
+    lines = [*_matrix("L", found.L), f"filter poles: {poles_in_words(found.poles)} {behind}", *found.notes]
+    return lines, found.as_json()
 
 
 # A row finds something of a system, tells it in lines, and as data for --json.
@@ -237,13 +234,12 @@ def check_flags(options: argparse.Namespace) -> None:
             ending = path.suffix.lower()
             if ending not in endings:
                 faults.add(f"--{option}", f"{path} is no {' or '.join(endings)} file")
-            elif not path.parent.is_dir():
-                faults.add(str(path), f"there is no folder {path.parent}")
-            elif option == "animate":
-                with faults.noted():
+                continue
+            with faults.noted():
+                check_folder(path, SimulateError)
+                if option == "animate":
                     CHECKS["film"](path, reel(options))
-            elif ending in PICTURES:
-                with faults.noted():
+                elif ending in PICTURES:
                     CHECKS["plot"](path)
     if not options.animate:
         with faults.noted():

@@ -11,6 +11,7 @@ from symdyn.cli import CTRL_C
 from symdyn.cli.scene_options import read_scene
 from symdyn.cli.talk import Bar, fail, give, print_paths, print_table, say, wrote
 from symdyn.cli.trajectory_options import controller, pairs, reported_forces
+from symdyn.emit import check_folder
 from symdyn.errors import SimulateError
 from symdyn.rounding import in_digits
 from symdyn.simulation import Problem, Run
@@ -22,6 +23,9 @@ TABLE = ".csv"
 DIGITS = 6
 FEW_DIGITS = 4  # of what comes of runs beside their summary
 
+AS_SAID = ("design", "count", "seed", "scheduler", "workers", "block", "function", "at")
+"""Options that are arguments of `symdyn.sweep`."""
+
 ROWS = 20  # of a grid that are shown one by one
 
 FAILED = 3
@@ -32,9 +36,7 @@ def run(options: argparse.Namespace) -> int:
     """Compute and tell."""
     scene = read_scene(options)
     file = None if options.output is None else Path(options.output)
-    if file is not None:
-        _check(file)
-    _check_outcome(options)
+    _check_outcome(file, options)
     start, rates = pairs(options.start, "--start"), pairs(options.start_rates, "--start-rates")
     problem = Problem(scene, reported_forces(scene, options), start, rates)
     run = {name: one for name, one in vars(options).items() if name in Run.Fields.__annotations__ and one is not None}
@@ -44,17 +46,10 @@ def run(options: argparse.Namespace) -> int:
             options.over,
             options.measure,
             feedback=controller(scene, options),
-            design=options.design,
-            count=options.count,
-            seed=options.seed,
             output=file if file is not None and file.suffix == SUFFIX else None,
-            scheduler=options.scheduler,
-            workers=options.workers,
-            block=options.block,
-            function=options.function,
-            at=options.at,
             progress=progress,
             say=say,
+            **{name: getattr(options, name) for name in AS_SAID},
             **run,
         )
     if file is not None:
@@ -68,14 +63,6 @@ def run(options: argparse.Namespace) -> int:
         fail(f"no run has measures; run 0: {why}")
         return 1
     return 0 if runs.complete else CTRL_C
-
-
-def _check(file: Path) -> None:
-    """Raise SimulateError for a file that could not be written in the end."""
-    if file.suffix not in (SUFFIX, TABLE):
-        raise SimulateError(f"{file}: sweeps are kept in {SUFFIX} stores, or written as {TABLE} tables")
-    if not file.parent.is_dir():
-        raise SimulateError(f"{file}: there is no folder {file.parent}")
 
 
 def summary(runs: Runs) -> dict[str, Any]:
@@ -126,8 +113,12 @@ def report(runs: Runs, options: argparse.Namespace, outcome: Callable[[], dict[s
         give(told | more | columns)
 
 
-def _check_outcome(options: argparse.Namespace) -> None:
-    """Raise SimulateError for what could not be told in the end."""
+def _check_outcome(file: Path | None, options: argparse.Namespace) -> None:
+    """Raise SimulateError for what could not be told, or written to a file, in the end."""
+    if file is not None and file.suffix not in (SUFFIX, TABLE):
+        raise SimulateError(f"{file}: sweeps are kept in {SUFFIX} stores, or written as {TABLE} tables")
+    if file is not None:
+        check_folder(file, SimulateError)
     check_study_plot(None if options.plot is None else Path(options.plot), options.plot_kind)
     if options.plot is None and options.plot_kind is not None:
         raise SimulateError("--plot-kind: of --plot FILE, which is not given")
@@ -170,13 +161,10 @@ def _indices(runs: Runs, quiet: bool) -> dict[str, Any]:
             for k, name in enumerate(found.names)
         }  # fmt: skip
         for name, one in told[measure].items():
-            shown = (
-                in_digits(one[key], FEW_DIGITS)
-                + " ("
-                + " … ".join(in_digits(x, 2) for x in one[f"{key}_interval"])
-                + ")"
-                for key in ("first", "total")
-            )
+            shown = []
+            for key in ("first", "total"):
+                span = " … ".join(in_digits(x, 2) for x in one[f"{key}_interval"])
+                shown.append(f"{in_digits(one[key], FEW_DIGITS)} ({span})")
             rows.append((measure, name, *shown))
     if rows and not quiet:
         heads = ("measure", "name", "first order", "total")

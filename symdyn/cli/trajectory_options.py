@@ -14,6 +14,7 @@ from pathlib import Path
 
 from symdyn.cli.talk import Bar, give, print_paths, say
 from symdyn.draw import Reel, film
+from symdyn.emit import check_folder
 from symdyn.errors import SimulateError, UnknownNameError
 from symdyn.scene import Scene, parse
 from symdyn.scene.values import Faults, FormulaError, split_commas
@@ -90,13 +91,8 @@ def check_outputs(scene: Scene, options: argparse.Namespace) -> None:
         lambda: reel(options),
         lambda: _check_chosen(scene, options),
         *(partial(OUTPUTS[key][0], Path(name), options) for key, name in files.items()),
-        *(partial(_check_folder, name) for name in files.values()),
+        *(partial(check_folder, Path(name), SimulateError) for name in files.values()),
     )
-
-
-def _check_folder(name: str) -> None:
-    if not Path(name).parent.is_dir():
-        raise SimulateError(f"{name}: there is no folder {Path(name).parent}")
 
 
 def _axes(named: str) -> None:

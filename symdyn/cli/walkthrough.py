@@ -7,7 +7,7 @@ from pathlib import Path
 
 from symdyn.cli.scene_options import read_scene, split
 from symdyn.cli.talk import Waiting, print_paths
-from symdyn.emit import write
+from symdyn.emit import check_folder, write
 from symdyn.emit.code import page_stem
 from symdyn.errors import EmitError, choice
 from symdyn.teach import Handout
@@ -63,6 +63,8 @@ def check_output(options: argparse.Namespace) -> None:
             f"--variants are of a question for a learning platform; give --format {' or '.join(Handout.platforms)}"
         )
     target = Path(options.output)
+    if target.suffix and not target.is_dir():
+        check_folder(target)
     ending = ENDINGS.get(target.suffix.lower(), "md")
     if options.math_editor and not (practised(options) and "html" in (options.format or (ending,))):
         raise EmitError("--math-editor is for a page that asks; give --format html and --exercises with it")

@@ -15,4 +15,4 @@ from .targets.fmu import packed as packed
 from .targets.gpu import budgets as budgets
 from .targets.json_graph import read_program as read_program
 from .targets.ufunc import Code as Code
-from .writing import Contents as Contents, write as write, write_file as write_file
+from .writing import Contents as Contents, check_folder as check_folder, write as write, write_file as write_file

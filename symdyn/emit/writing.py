@@ -11,16 +11,13 @@ from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from errno import EILSEQ, EISDIR, ENAMETOOLONG, ENOSPC
 from pathlib import Path, PurePosixPath
+from stat import S_ISDIR
 from typing import IO
 
-from symdyn.errors import EmitError, quoted
+from symdyn.errors import EmitError, SymdynError, quoted
 
 ELSEWHERE = "give a folder that you may write to"
-
-
 SPELLED = "give names of characters that UTF-8 has"
-
-
 WAYS_OUT: Mapping[int | None, str] = {
     EILSEQ: SPELLED,
     EISDIR: "give another name",
@@ -28,7 +25,6 @@ WAYS_OUT: Mapping[int | None, str] = {
     ENOSPC: "make room, or give a folder on another disk",
 }
 """What helps against what a system says, where it is not another folder."""
-
 
 IN_A_SHELL = "of a scene, symdyn generate SCENE --target c -o FOLDER writes code in a shell"
 Contents = str | bytes | Callable[[IO[bytes]], None]
@@ -91,13 +87,18 @@ def write_file(file: str | Path, contents: Contents) -> Path:
     path = Path(file)
     if path.name in ("", ".."):
         raise EmitError(f"file = {quoted(str(file))} is a folder; give the path of a file")
-    try:
-        os.stat(path.parent)
-    except (FileNotFoundError, NotADirectoryError):
-        raise EmitError(f"{path}: there is no folder {path.parent}; make it, or give another") from None
-    except (OSError, ValueError):
-        pass  # a name that no system has; `write` says why
+    check_folder(path)
     return write({path.name: contents}, path.parent)[0]
+
+
+def check_folder(path: Path, error: type[SymdynError] = EmitError) -> None:
+    """Raise an error where the folder of a file is not there."""
+    try:
+        there = S_ISDIR(os.stat(path.parent).st_mode)
+    except (OSError, ValueError) as fault:
+        there = not isinstance(fault, FileNotFoundError | NotADirectoryError)  # else `write` says why
+    if not there:
+        raise error(f"{path}: there is no folder {path.parent}; make it, or give another")
 
 
 def _aside(place: Path) -> Path:

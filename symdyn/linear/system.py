@@ -25,7 +25,7 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.draw import Reel
-from symdyn.emit import Contents, write_file
+from symdyn.emit import Contents, check_folder, write_file
 from symdyn.errors import EmitError, LinearizeError, beside
 from symdyn.frozen import dataclass, replace
 from symdyn.linear.compensator import Observer
@@ -273,8 +273,7 @@ class SystemsFile:
     def __post_init__(self) -> None:
         if self.path.suffix.lower() not in WRITERS:
             raise LinearizeError(f"{self.path}: linear systems are written to {' or '.join(WRITERS)} files")
-        if not self.path.parent.is_dir():
-            raise LinearizeError(f"{self.path}: there is no folder {self.path.parent}")
+        check_folder(self.path, LinearizeError)
 
     def write(self, systems: Sequence[Linearization]) -> None:
         """Write systems of the same states, inputs and outputs.

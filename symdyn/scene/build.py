@@ -341,6 +341,7 @@ class FrictionKeys(TypedDict, total=False):
 class JointKeys(TypedDict, total=False):
     """The keywords of `joint`; which of them a type takes is its row in `JOINTS`."""
 
+    axis: Three | None
     origin: Placement | None
     tip: Placement | None
     child_origin: Placement | None
@@ -359,7 +360,6 @@ class JointKeys(TypedDict, total=False):
     motion: Number | None
     locked: bool
     position: Number | None
-    axis: Three | None
     second_axis: Three | None
     pitch: Number
     length: Number
@@ -376,6 +376,7 @@ class Maker(Protocol):
         """Declare a joint; the arguments are those of `joint`."""
 
 
+@suggesting
 def joint(name: str, type: JointType | str, parent: str, child: str, **keys: Unpack[JointKeys]) -> Entry:
     """Declare a joint.
 
@@ -425,7 +426,7 @@ def _maker(type: str, text: str) -> Maker:
 
     made.__name__ = made.__qualname__ = type  # what a message calls it, and what pickles by its name
     made.__doc__ = f"Declare {text}; the arguments are those of `joint`."
-    return made
+    return suggesting(made)
 
 
 revolute = _maker("revolute", "a revolute joint")

@@ -21,6 +21,7 @@ import numpy as np
 
 from symdyn.arguments import check_arguments, native, with_fields
 from symdyn.bounds import BOUNDS
+from symdyn.emit import check_folder
 from symdyn.errors import SimulateError, StudyError, alike
 from symdyn.extras import install
 from symdyn.resources import version
@@ -35,7 +36,6 @@ from symdyn.study.runs import NOT_MADE, Runs
 from symdyn.study.store import ALL_FILES, HASH, HASHED, KINDS, SEAL, SUFFIX, InMemory, OnDisk, Store, seal
 
 FORMAT = "symdyn.study"
-
 
 FORMAT_VERSION = 4
 """1 had no checksums, 2 none of points, so that a changed store would be read; 3 had `reasons` by another name."""
@@ -53,8 +53,7 @@ LARGEST_HERE = 5 * 10**8
 def check_store(path: Path) -> None:
     """Raise StudyError where nothing can be kept: Zarr is missing, no folder, or something else stands there."""
     zarr()
-    if not path.parent.is_dir():
-        raise StudyError(f"{path}: there is no folder {path.parent}")
+    check_folder(path, StudyError)
     if path.exists():
         _opened(path, "r")
 
@@ -257,10 +256,6 @@ USUAL = "inverse_dynamics"
 Say = Callable[[str], None]
 
 
-def _is_empty(value: object) -> bool:
-    return isinstance(value, (tuple, list)) and not value
-
-
 @with_fields(Problem, Run)
 def sweep(
     scene: SceneLike | Problem,
@@ -333,13 +328,13 @@ def sweep(
     if workers is not None and workers < 1:
         faults.add("workers", f"{workers} is none; give 1 or more")
     if function is not None or at is not None:
-        unsaid = {name for name, one in fields.items() if one is None or one is False or _is_empty(one)}
+        unsaid = {k for k, x in fields.items() if x is None or x is False or (isinstance(x, tuple | list) and not x)}
         of_runs = [name for name in fields if name in vars(run) and name not in unsaid]
         for name in (*problem.given, *of_runs, *(() if feedback is None else ("feedback",))):
             faults.add(name.replace("_", " "), "of runs, and a function has none; leave it out")
         job = places_job(problem.scene, function or USUAL, at, over, measure, design, count, seed, block, faults)
-        return made(job, path, block is not None, scheduler, workers, progress, say)
-    job = runs_job(problem, run, over, measure, feedback, design, count, seed, block, faults)
+    else:
+        job = runs_job(problem, run, over, measure, feedback, design, count, seed, block, faults)
     return made(job, path, block is not None, scheduler, workers, progress, say)
 
 
@@ -365,7 +360,7 @@ def made(
     """Return the runs that a job makes, in memory or in a store; `fixed`: a store must have blocks of that size.
 
     Raises:
-        SimulateError: the store is of another sweep or cannot be written, or workers fail.
+        SimulateError: the store is of another sweep or cannot be written, workers or a measure's function fail always.
     """
     say = say or (lambda line: None)
     store, notes = store_of(job, path)
@@ -399,4 +394,7 @@ def made(
         told = f"{INTERRUPTED}: {len(runs) - runs.left} of {len(runs)} runs are there; {how}"
         say(told)
         return replace(runs, notes=(*notes, *of_runs, told))
-    return store.runs((*notes, *of_runs), perf_counter() - began)
+    runs = store.runs((*notes, *of_runs), perf_counter() - began)
+    if runs.failed == len(runs) and runs.reasons.get(0, "").startswith("measure "):
+        raise SimulateError(f"all {len(runs)} runs failed; the first: {runs.reasons[0]}")
+    return runs

@@ -106,7 +106,8 @@ class Runs(Shown):
 
     def __repr__(self) -> str:
         counts = {"not made": self.left, "failed": self.failed, "stopped": self.stopped}
-        otherwise = ", ".join(f"{count} {how}" for how, count in counts.items() if count)
+        why = next((f": {why}" for k, why in self.reasons.items() if self.codes[k] == FAILED), "")
+        otherwise = ", ".join(f"{count} {how}{why * (how == 'failed')}" for how, count in counts.items() if count)
         several = f"{len(self)} runs" + (f" ({otherwise})" if otherwise else "")
         over = f" over {listed(self.names)}" if self.names else ""
         measured = f"; {listed(self.measures)}" if self.measures else ""

@@ -316,23 +316,21 @@ def check(
     check_joints(draft, values, faults)
     check_elements(draft, values, faults)
     _formulas(draft, values, faults)
-    _units(draft, faults, dimensions and not draft.scene.dimensionless)
+    if not any(faults.told(where, "type = ") for where in (*draft.where["joints"], *draft.where["loops"])):
+        _units(draft, faults, dimensions and not draft.scene.dimensionless)  # a joint's type says what is in rad
     return tuple(_masses(draft, values, faults, allow_invalid_inertia))
 
 
 def _parameter_values(draft: Draft, faults: Faults) -> dict[str, Value]:
     values: dict[str, Value] = {}
-    for where, parameter in zip(draft.where["parameters"], draft.scene.parameters, strict=True):
-        value = None if parameter.value is None else _constant(where, parameter.value, faults)
-        if parameter.value is None or value is None:
-            continue
-        if parameter.positive and value <= 0:
-            faults.add(where, f"value = {shown(parameter.value)} is not positive; correct it or drop positive = true")
-        values[parameter.name] = value
-    for where, one in zip(draft.where["derived"], draft.scene.derived, strict=True):
-        known = None if one.value is None else one.value.known_at(values)
-        if one.value is not None and one.positive and known is not None and known <= 0:
-            faults.add(where, f"value = {shown(one.value)} is not positive; correct it or drop positive = true")
+    for kind in ("parameters", "derived"):
+        for where, one in zip(draft.where[kind], getattr(draft.scene, kind), strict=True):
+            if one.value is None:
+                continue
+            value = _constant(where, one.value, faults) if kind == "parameters" else one.value.known_at(values)
+            if value is not None and one.positive and value <= 0:
+                faults.add(where, f"value = {shown(one.value)} is not positive; correct it or drop positive = true")
+            values |= {} if value is None else {one.name: value}
     for where, letter in zip(draft.where["inputs"], draft.scene.inputs, strict=True):
         _constant(where, letter.value, faults)
     return values
@@ -390,7 +388,11 @@ def _units(draft: Draft, faults: Faults, dimensions: bool) -> None:
 
 def _masses(draft: Draft, values: Mapping[str, Value], faults: Faults, allow: bool) -> Iterator[str]:
     negative = set()
+    held = _rigid(draft.scene.joints)
     for where, body in zip(draft.where["bodies"], draft.scene.bodies, strict=True):
+        aside = any(x != Quantity.ZERO for x in body.com or ())
+        if aside and body.mass == Quantity.ZERO and held.get(body.name) != Scene.GROUND:
+            faults.note(where, "has a centre of mass and no mass, so that no weight acts there; write mass too")
         for fault in mass_faults(body, values):
             faults.add(where, fault)
             negative.add(body.name)

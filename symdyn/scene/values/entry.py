@@ -18,7 +18,6 @@ from symdyn.scene.values.quantity import NULL, FormulaError, Quantity, Vector, s
 
 T = TypeVar("T")
 
-
 MOST_FAULTS = 100
 """Faults that are told together; a file with more of them is broken as a whole, and looking on would only cost time."""
 
@@ -52,8 +51,12 @@ class Faults:
 
     def nameless(self, where: str, key: str, name: str) -> None:
         """Add a fault for an empty name; readers leave one behind where they have reported a fault already."""
-        if not name and not any(line.startswith(self._line(where, "") + ": ") for line in self.lines):
+        if not name and not self.told(where):
             self.add(where, f'{key} = "" names nothing; write a name')
+
+    def told(self, where: str, begin: str = "") -> bool:
+        """Tell whether a place has a fault, or one whose words begin so."""
+        return any(line.startswith(f"{self._line(where, '')}: {begin}") for line in self.lines)
 
     def note(self, where: str, what: str) -> None:
         """Add a note: where, what was found, what became of it."""

@@ -56,10 +56,7 @@ BINARY: Mapping[type[ast.operator], Callable[[Quantity, Quantity], Quantity]] = 
 }
 
 HINTS: Mapping[type[ast.AST], str] = {
-    ast.BitXor: "^ is not a power; write **",
     ast.FloorDiv: "// is not known; write /",
-    ast.Mod: "% is not known",
-    ast.MatMult: "@ is not known",
     ast.Compare: "a comparison is not a number; write if({}, 1, 0)",
     ast.IfExp: "a choice is a function; write if(x > y, a, b)",
     ast.BoolOp: "a condition is not a number; write if({}, 1, 0)",
@@ -85,8 +82,14 @@ _VALUE = re.compile(
     r"(?:[ ]?(?P<unit>[^\W\d_].*|[°%].*)|[ ](?P<other>1[ ]?/.*|\([^\W\d_][^()]*\)[ ]?(?:\^|\*\*).*))"
 )
 _FACTOR = r"(?:deg|°)[ ]?(?!(?:/[ ]?(?:s|ms|min)(?:[ ]?(?:\^|\*\*)[ ]?[23]|[²³])?[ ]?)+\Z)[*/·⋅×]"
-_SUM = r"[^eE^*(][+-]|,"
+_SUM = r"[^eE^*(][+-]|[,=]"
 _FOREIGN = re.compile(r"[^A-Za-z0-9_+\-*/()., <>=]|(?<![<>])=")
+_MEANT = {
+    "^": "^ is not a power; write **",
+    "=": "'=' has no place in a formula; for x = 0 write x, for x = y x - y; commas stand between values by name",
+}
+"""What is meant by signs that no formula has."""
+
 _QUOTED = re.compile(r"\btable ?\( ?([\"'])[A-Za-z0-9_./ -]{1,200}\1")
 _IF = re.compile(r"\bif(?= ?\()")
 IF = "if_"
@@ -230,10 +233,8 @@ class _BrokenError(FormulaError):
 
 def _formula(text: str) -> Quantity:
     foreign = _FOREIGN.search(_QUOTED.sub("", text))
-    if foreign and foreign.group() == "^":
-        raise _BrokenError(HINTS[ast.BitXor])
     if foreign:
-        raise _BrokenError(f"{foreign.group()!r} has no place in a formula")
+        raise _BrokenError(_MEANT.get(foreign.group(), f"{foreign.group()!r} has no place in a formula"))
     return _Reader(_IF.sub(IF, _DEGREES.sub("*deg", text))).read()
 
 
