@@ -25,7 +25,15 @@ from symdyn.dynamics.mechanism import TIME, quaternions
 from symdyn.errors import SceneError, SimulateError, suggestion
 from symdyn.frozen import dataclass, field, replace
 from symdyn.scene import Quantity, Scene, SceneUnits
-from symdyn.scene.values import Faults, acceleration_name, ask_for_units, force_unit, substituted, velocity_name
+from symdyn.scene.values import (
+    Faults,
+    acceleration_name,
+    ask_for_units,
+    force_unit,
+    split_commas,
+    substituted,
+    velocity_name,
+)
 from symdyn.simulation.prescribed.courses import ForceTable, formulas_of, rate_of, tables_of, with_its_rates
 from symdyn.simulation.prescribed.entries import Entries, read_entries
 from symdyn.simulation.prescribed.formulas_in_time import (
@@ -163,10 +171,10 @@ def read_forces(scene: Scene, entries: Entries) -> Forces:
 
     Args:
         scene: the mechanism, its parameters bound.
-        entries: `name=formula`, where the name is that of a drive, an input, a coordinate or a velocity; a .toml file
-            of such lines; or a .csv file of columns t and drives or coordinates. Formulas by name; beside text and
-            numbers these may be (times, values), or functions of t or of (t, q, u). A function of (t, q, u) that
-            returns all forces, then inputs. A data frame, data set or run. Or a list of any of these.
+        entries: `name=formula`, where the name is that of a drive, an input, a coordinate or a velocity, several with
+            commas between; a .toml file of them; or a .csv file of columns t and drives or coordinates. Formulas by
+            name; beside text and numbers these may be (times, values), or functions of t or of (t, q, u). A function of
+            (t, q, u) that returns all forces, then inputs. A data frame, data set or run. Or a list of any of these.
 
     Raises:
         SimulateError: with every fault, one line each.
@@ -239,7 +247,7 @@ def _ask(scene: Scene, entries: Entries) -> None:
         SimulateError: it does.
     """
     texts = [entries] if isinstance(entries, str) else entries if isinstance(entries, (list, tuple)) else ()
-    said = [one.partition("=") for one in texts if isinstance(one, str)]
+    said = [part.partition("=") for one in texts if isinstance(one, str) for part in split_commas(one)]
     try:
         ask_for_units(scene.inputs, [(name.strip(), text.strip()) for name, _, text in said], "forces")
     except SceneError as error:
