@@ -81,7 +81,7 @@ def known_in(units: Mapping[str, str]) -> Callable[[str], Dimension | None]:
 def analysed(scene: Scene, uses: Iterable[Use], more: Mapping[str, str] | None = None) -> Analysis:
     """Return what formulas of a scene tell of dimensions; with units of `more` letters, such as columns of runs."""
     units = declared_units(scene) | dict(more or {})
-    found = Analysis(known_in(units), units)
+    found = Analysis(known_in(units), units, frozenset(one.name for one in scene.parameters if one.unit))
     for use in uses:
         wanted = dimension_of(use.unit) if use.unit and not use.other else None
         found.add(TermPlace(use.where, use.key, use.quantity, use.unit, wanted))
