@@ -24,7 +24,7 @@ from symdyn.unlocked import cached_property
 AXES = "(?:xx|yy|zz|xy|xz|yz|yx|zx|zy|x|y|z)"
 
 ANGLES = {"th": "theta", "ph": "phi", "ps": "psi", "al": "alpha", "be": "beta", "ga": "gamma", "de": "delta"}
-"""Greek letters of angles by two of theirs; other names of two letters, a pressure ps too, are a letter and its index."""
+"""Greek letters of angles by two of theirs; other names of two letters are a letter and its index."""
 
 
 @dataclass(frozen=True)
@@ -104,9 +104,9 @@ def latex_symbols(scene: Scene, others: Iterable[str] = (), moving: Iterable[str
         found[name] = str(shown)
         return shown
 
-    for coordinate, unit in zip(scene.coordinates, SceneUnits(scene).coordinates, strict=True):
+    for joint, coordinate, unit in SceneUnits(scene).each_coordinate():
         greek = ANGLES.get(re.split("[0-9_]", coordinate)[0]) if unit == "rad" else None
-        latex = greek and str(PrintName.of_code(greek + coordinate[2:]))
+        latex = dict(joint.latex).get(coordinate) or (greek and str(PrintName.of_code(greek + coordinate[2:])))
         shown, rate = enter(coordinate, latex), velocity_name(coordinate)
         found[rate] = shown.accented("dot")
         if rate in velocities:
