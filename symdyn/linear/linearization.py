@@ -187,11 +187,7 @@ class Linearization(StateSpace):
         return found
 
     def to_control(self) -> Any:
-        """Return it as of any system; beside an input with rates states are z, as of `of_given`, and it alone is there.
-
-        Raises:
-            LinearizeError: an output follows a rate at once; python-control is not installed.
-        """
+        """Return it of inputs that are given alone, states beside one with rates being z; errors as of `step`."""
         return StateSpace.to_control(self._chosen(None, None))
 
     @property

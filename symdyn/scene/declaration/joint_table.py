@@ -135,9 +135,7 @@ NAMES = ("coordinate", "coordinates")
 
 LETTER = name_shape(letter=True)
 
-LETTERS: Shape = {"anyOf": [LETTER, {"type": "array", "items": LETTER}]}
-
-TEXTS: Shape = {"anyOf": [TEXT, {"type": "array", "items": TEXT}]}
+LETTERS, TEXTS = ({"anyOf": [one, {"type": "array", "items": one}]} for one in (LETTER, TEXT))
 
 COORDINATES = KeyGroup(
     {

@@ -33,7 +33,7 @@ from symdyn.scene.values import (
     split_commas,
     substituted,
     velocity_name,
-)
+)  # fmt: skip
 from symdyn.simulation.prescribed.courses import ForceTable, formulas_of, rate_of, tables_of, with_its_rates
 from symdyn.simulation.prescribed.entries import Entries, read_entries
 from symdyn.simulation.prescribed.formulas_in_time import (
