@@ -96,7 +96,7 @@ def _words(
     needed: Collection[str] | None,
 ) -> None:
     """Sort what a shell says: a file, or name=formula, several with commas between."""
-    for part in split_commas(entry) if "=" in entry else [entry]:
+    for part in split_commas(entry) if "=" in entry and what != "path" else [entry]:  # a point of a path has commas
         suffix = "" if "=" in part else Path(part).suffix.lower()
         if suffix == ".csv":
             specified_entries.tables.append(Columns.read(Path(part), needed))
