@@ -88,20 +88,15 @@ def read_entries(
 
 
 def _words(
-    entry: str,
-    what: str,
-    specified_entries: SpecifiedEntries,
-    plain: list[str],
-    faults: Faults,
-    needed: Collection[str] | None,
+    entry: str, what: str, found: SpecifiedEntries, plain: list[str], faults: Faults, needed: Collection[str] | None
 ) -> None:
     """Sort what a shell says: a file, or name=formula, several with commas between."""
     for part in split_commas(entry) if "=" in entry and what != "path" else [entry]:  # a point of a path has commas
         suffix = "" if "=" in part else Path(part).suffix.lower()
         if suffix == ".csv":
-            specified_entries.tables.append(Columns.read(Path(part), needed))
+            found.tables.append(Columns.read(Path(part), needed))
         elif suffix == ".toml":
-            specified_entries.texts += [(part, name, text) for name, text in _toml(Path(part), what, faults)]
+            found.texts += [(part, name, text) for name, text in _toml(Path(part), what, faults)]
         else:
             plain.append(part)
 

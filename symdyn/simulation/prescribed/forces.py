@@ -25,15 +25,7 @@ from symdyn.dynamics.mechanism import TIME, quaternions
 from symdyn.errors import SceneError, SimulateError, suggestion
 from symdyn.frozen import dataclass, field, replace
 from symdyn.scene import Quantity, Scene, SceneUnits
-from symdyn.scene.values import (
-    Faults,
-    acceleration_name,
-    ask_for_units,
-    force_unit,
-    split_commas,
-    substituted,
-    velocity_name,
-)  # fmt: skip
+from symdyn.scene.values import Faults, acceleration_name, ask_for_units, force_unit, substituted, velocity_name
 from symdyn.simulation.prescribed.courses import ForceTable, formulas_of, rate_of, tables_of, with_its_rates
 from symdyn.simulation.prescribed.entries import Entries, read_entries
 from symdyn.simulation.prescribed.formulas_in_time import (
@@ -247,9 +239,9 @@ def _ask(scene: Scene, entries: Entries) -> None:
         SimulateError: it does.
     """
     texts = [entries] if isinstance(entries, str) else entries if isinstance(entries, (list, tuple)) else ()
-    said = [part.partition("=") for one in texts if isinstance(one, str) for part in split_commas(one)]
+    said = read_entries([one for one in texts if isinstance(one, str) and "=" in one], "forces", Faults("")).texts
     try:
-        ask_for_units(scene.inputs, [(name.strip(), text.strip()) for name, _, text in said], "forces")
+        ask_for_units(scene.inputs, [(name, text) for _, name, text in said], "forces")
     except SceneError as error:
         raise SimulateError(error.faults) from None
 
