@@ -150,7 +150,7 @@ RATED = MOTOR.replace("value = 2", "value = 2\nrates = 1").replace(
             "beforehand; take it out, or solve from jump to jump, each with its own start"),
         (RATED, {"free": "V"}, "free: V: an input with rates follows from its rates; declare it as a state with its "
             'rate as an input, such as [states.x] rate = "v", and let v be free'),
-        (MOTOR.replace(f"value = {L}", 'value = "2*k"'), {"free": "L"}, "free: L is derived, L = 2*k; give k"),
+        (MOTOR.replace(f"value = {L}", 'value = "7*k"'), {"free": "L"}, "free: L is derived, L = 7*k; give k"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_asked_is_told(text: str, given: dict[str, Any], told: str) -> None:

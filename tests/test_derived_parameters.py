@@ -103,7 +103,7 @@ def test_formulas_of_a_run_may_name_what_is_derived(tmp_path: Path) -> None:
     [
         ('h = "k/2"', "uses the undefined symbol k"),
         ('h = "h/2"', "depends on itself: h -> h"),
-        ('h = "J/m"\n', None),
+        ('h = "J/(m*l)"\n', None),
         ('h = "theta"', "uses the undefined symbol theta"),
         ('h = { value = "l/2", unit = "mm" }', 'what is computed is; write "m"'),
         ('h = { value = "l*m", unit = "m" }', "is in kg m"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 from fractions import Fraction
@@ -47,6 +48,29 @@ def test_a_term_of_letters_alone_that_measures_something_else_is_refused(old: st
         pendulum(old, new)
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('com = [0, "-l", 0]', 'com = [0, "-m/2", 0]', r"com\[1\] = -m/2 is in kg, and m is asked for"),
+        ('com = [0, "-l", 0]', 'com = [0, "2*l + m/3", 0]', r"com\[1\] = .*m/3 is in kg, and m is asked for"),
+        ('com = [0, "-l", 0]', 'com = [0, "sqrt(2)*m", 0]', "is in kg, and m is asked for"),
+        ('"m*l**2/12", 0', '"pi*k**2*m/12", 0', r"inertia\[0\] = .* and kg m\^2 is asked for"),
+        ("-b*phi_dot - m*g*l", "-b*phi_dot - m*w*l/2", "is in kg m/s|m is asked for|is in N s"),
+    ],
+)
+def test_a_number_of_shapes_excuses_no_unit_that_is_said(old: str, new: str, words: str) -> None:
+    """With l in kilograms, l/2 passed without a word."""
+    with pytest.raises(SceneError, match=words):
+        pendulum(old, new)
+
+
+@pytest.mark.parametrize("left_out", ["l**2/4", "m/12", "0.1*k", "12*u", "u/2", "p*m/2", "m*l*phi/2", "phi_dot/2"])
+def test_a_number_that_may_stand_for_a_quantity_is_free(left_out: str) -> None:
+    """A mass or a length of 1, a gain of an input or of a coordinate, one beside a letter without a unit."""
+    own = "-b*phi_dot" if {"phi", "u"}.intersection(re.findall(r"[a-z]+", left_out)) else "m*l**2/12"
+    assert read_text(PENDULUM.replace(own, left_out), "p.toml")
+
+
 @pytest.mark.mends("30.control.1")
 @pytest.mark.parametrize(
     ("formula", "words"),
@@ -87,16 +111,16 @@ def test_formulas_of_stops_measures_and_costs_are_checked() -> None:
 def test_numbers_that_stand_as_factors_may_carry_a_dimension_and_are_listed(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    text = PENDULUM.replace("-b*phi_dot", "12*u - b*phi_dot - 0.5*l").replace('"-l", 0]\n[p', '"-m/2", 0]\n[p')
+    text = PENDULUM.replace("-b*phi_dot", "12*u - b*phi_dot - 0.7*l").replace('"-l", 0]\n[p', '"-u/2", 0]\n[p')
     (tmp_path / "p.toml").write_text(text.replace("phi - w*t", "phi - 3*t"))
 
     assert main(["info", "--units", str(tmp_path / "p.toml")]) == 0
 
     said = capsys.readouterr().out
     for line in (
-        "12 in joints.hinge: force = 12*u - b*phi_dot - l/2 - m*g*l*sin(phi - 3*t) would have to be N m/V",
-        "0.5 in joints.hinge: force = 12*u - b*phi_dot - l/2 - m*g*l*sin(phi - 3*t) would have to be N",
-        "3 in joints.hinge: force = 12*u - b*phi_dot - l/2 - m*g*l*sin(phi - 3*t) would have to be 1/s",
+        "12 in joints.hinge: force = 12*u - b*phi_dot - 0.7*l - m*g*l*sin(phi - 3*t) would have to be N m/V",
+        "0.7 in joints.hinge: force = 12*u - b*phi_dot - 0.7*l - m*g*l*sin(phi - 3*t) would have to be N",
+        "3 in joints.hinge: force = 12*u - b*phi_dot - 0.7*l - m*g*l*sin(phi - 3*t) would have to be 1/s",
         "1/12 in",
     ):
         assert (line in said) == (line != "1/12 in"), said

@@ -109,7 +109,7 @@ def test_functions_act_beside_a_sampled_controller_and_series_give_way(scene: Sc
 
 
 MISTAKES = [
-    ("tau1=1,", "^forces: tau1: .*a comma may stand between arguments only, as in atan2.*$"),
+    ("tau1=1,", '^forces: "" is neither a file nor name=formula$'),
     ("tau9=1", "^forces: tau9 is neither a drive nor a coordinate; did you mean tau2.$"),
     ({"tau9": math.sin}, "^forces: tau9 is neither a drive nor a coordinate; did you mean tau2.$"),
     ({"t": T, "tau9": T}, "^forces: tau9 is neither a drive nor a coordinate; did you mean tau2.$"),

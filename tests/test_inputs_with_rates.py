@@ -245,6 +245,29 @@ def test_transmissibility_is_den_hartogs(mass: symdyn.Scene) -> None:
     assert "mass: only inputs with rates move it, by which no regulator acts" in str(found.value)
 
 
+def test_python_control_is_handed_what_moves_by_rates_too() -> None:
+    """Inputs with one rate and with two beside a drive, against bode: what has B0 alone there is another system."""
+    pytest.importorskip("control")
+    driven = TABLE.replace("[inputs.zf]", "[inputs.y]\nrates = 1\n[inputs.zf]").replace(
+        "axis = [0, 0, 1]", "axis = [1, 0, 0]"
+    )
+    driven = driven.replace(
+        "drive = false", 'drive = "M"\ndamping = 0.02\nforce = "-3*(theta - y) - 0.1*(theta_dot - y_dot)"'
+    )
+    lin = symdyn.linearize(read_text(driven), outputs=["theta", "z"])
+    theirs, omega = lin.to_control(), np.array([0.3, 4.0, 30.0, 500.0])
+
+    assert (lin.inputs.names, theirs.input_labels) == (("M", "y", "y_dot", "zf", "zf_dot", "zf_ddot"), ["M", "y", "zf"])
+    for name in theirs.input_labels:
+        for output in lin.outputs.names:
+            exact = lin.bode(output, name, omega).response[:, 0, 0]
+            assert_allclose([theirs[output, name](1j * w) for w in omega], exact, rtol=1e-9, atol=1e-12)
+    assert_allclose(theirs.A, lin.A)
+    for improper in ("theta_dot", "theta_ddot"):
+        with pytest.raises(LinearizeError, match=f"{improper} follows a rate of (y|zf) at once"):
+            symdyn.linearize(read_text(driven), outputs=["theta", improper]).to_control()
+
+
 def test_a_full_car_answers_four_roads_as_by_hand() -> None:
     """H = (K + iωC - ω²M)⁻¹ B of heave, pitch, roll and four wheels: Rajamani, Vehicle Dynamics, section 10."""
     car, omega = symdyn.example("full_car"), np.geomspace(0.5, 200, 30)

@@ -271,6 +271,20 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
         ArgumentError,
         lambda: symdyn.collocation(CART, until=1, N=5),  # type: ignore[call-arg]
     ),
+    'theta = 179 is in rad; write "179 deg" for degrees': (
+        LinearizeError,
+        lambda: symdyn.linearize(CART, start="theta=179"),
+    ),
+    """noise: 0.01 is one number for 2: x, theta; give all, or by name, as in {"x": 0.1}""": (
+        SimulateError,
+        lambda: symdyn.simulate(
+            CART, until=0.1, feedback=symdyn.Feedback(symdyn.linearize(CART).lqg(period=0.01), noise=0.01)
+        ),
+    ),
+    "gravity: is a parameter here; write what acts, gravity = [0, 0, -9.81], above all tables": (
+        SceneError,
+        lambda: read_text("[parameters]\ngravity = [0, -9.81, 0]\n[bodies.a]"),
+    ),
     "write rates = 1 in [inputs.base]": (SceneError, lambda: _on_a_base("-k*x - c*(x_dot - base_dot)", "")),
     "base disturbs, as there is a drive to control by: tau1; base controls where its joint has drive = false": (
         LinearizeError,
@@ -462,7 +476,7 @@ def test_what_one_writes_who_knows_another_tool_works(words: str) -> None:
     ("motion", "told"),
     [
         ("hinge=sin(t)", "hinge is not a coordinate, but a joint: it has theta"),
-        ("x=t,theta=sin(t)", 'one of {"x": "t", "theta": "sin(t)"}'),
+        ("x=t;theta=sin(t)", "';' has no place in a formula"),
         ("theta=minjerk(0,1,2)", "a motion has quintic(a, b, T)"),
         ("theta=angle.csv", "theta: a file is given alone, angle.csv"),
     ],

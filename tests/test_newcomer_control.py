@@ -89,7 +89,7 @@ WRONG_CONTROLLERS: dict[str, tuple[object, dict[str, object]]] = {
         [[1, 1, 1, 1]],
         {"reference": {"xx": 1}},
     ),
-    "0.1 has 1 entries": ([[1, 1, 1, 1]], {"reference": 0.1}),
+    "0.1 is one number for 4": ([[1, 1, 1, 1]], {"reference": 0.1}),
 }
 
 

@@ -189,8 +189,23 @@ def test_a_log_without_forces_is_sent_to_output_error() -> None:
     t = np.linspace(0, 1, 50)
     with pytest.raises(IdentifyError, match="output_error finds parameters where forces are not measured"):
         symdyn.identify(symdyn.example("pendulum"), {"t": t, "q1": np.sin(t)})
-    with pytest.raises(SimulateError, match=r'x: each is one of \{"x": "t", "theta": 0\}'):
-        symdyn.inverse(CART, "x=t, theta=0", [0, 1])
+
+
+@pytest.mark.parametrize("forces", ["tau1=atan2(t, 2),tau2=cos(3*t)", ["tau1=atan2(t, 2)", "tau2=cos(3*t)"]])
+def test_one_text_says_several_forces_or_laws(forces: str | list[str]) -> None:
+    arm, options = symdyn.example("double_pendulum"), {"until": 0.1, "every": 0.05, "start": "q1=0.3"}
+    each = {"tau1": "atan2(t, 2)", "tau2": "cos(3*t)"}
+    assert (
+        symdyn.simulate(arm, forces=forces, **options).q.tolist()
+        == symdyn.simulate(arm, forces=each, **options).q.tolist()
+    )
+    assert symdyn.inverse(CART, "x=max(t, 0), theta=0", [0, 1])["x"][1] == 1
+    for wrong, words in {
+        "tau1=1;tau2=2": "';' has no place",
+        "tau1=1,5": '"5" is neither a file nor name=formula',
+    }.items():
+        with pytest.raises(SimulateError, match=words):
+            symdyn.simulate(arm, forces=wrong, **options)
 
 
 def test_a_road_may_step_where_no_rate_of_it_acts() -> None:

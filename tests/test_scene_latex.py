@@ -6,9 +6,10 @@ import re
 
 import pytest
 
+import symdyn
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.errors import SceneError
-from symdyn.scene import Scene
+from symdyn.scene import Scene, body, fixed, prismatic, revolute, scene, universal, write_text
 from symdyn.scene.toml import read_text
 from symdyn.scene.values.grammar import check_latex
 
@@ -70,3 +71,27 @@ def test_what_would_break_a_document_is_refused_with_place_and_reason(latex: str
 def test_the_error_says_what_is_allowed() -> None:
     allowed = r"letters, digits, _ ^ ', Greek, accents such as \hat{k}, fonts such as \mathrm{a}, \text{max}"
     assert check_latex("$k$") == f"holds $, which no symbol in a formula needs; a symbol has {allowed}"
+
+
+def test_coordinates_are_printed_as_their_joint_says() -> None:
+    """One symbol, or one for each coordinate, in TOML and in Python, there and back; else by the rule of names."""
+    joints = [
+        revolute("a", "ground", "x", coordinate="th1", latex=r"\vartheta"),
+        prismatic("b", "x", "y", coordinate="al"),
+        universal("c", "y", "z", coordinates=["ph", "be_2"], latex=["u", r"\beta_{\mathrm{c}}"]),
+        revolute("d", "z", "w", coordinate="ps"),
+    ]
+    one = scene(
+        "s", parameters={"th": 1}, bodies=[body(name, mass=1, inertia=[1, 1, 1]) for name in "xyzw"], joints=joints
+    )
+    shown = {"th1": r"\vartheta", "al": "a_l", "ph": "u", "be_2": r"\beta_{\mathrm{c}}", "ps": r"\psi", "th": "t_h"}
+
+    assert {name: latex_symbols(one)[name] for name in shown} == shown
+    assert latex_symbols(one)["th1_dot"] == r"\dot{\vartheta}"
+    assert read_text(write_text(one, "toml").text, "s.toml") == one
+    assert r"\ddot{\vartheta}" in symdyn.equations(one).latex()
+    for latex, words in {"$x$": "holds", 3: "is not text", ("a", "b"): "has 2 names; a revolute joint has 1"}.items():
+        with pytest.raises(SceneError, match=words):
+            scene("s", bodies=[body("x", mass=1)], joints=[revolute("a", "ground", "x", latex=latex)])  # type: ignore[arg-type]
+    with pytest.raises(SceneError, match='latex = "a" has no meaning for a fixed joint'):
+        scene("s", bodies=[body("x", mass=1)], joints=[fixed("a", "ground", "x", latex="a")])

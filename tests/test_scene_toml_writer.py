@@ -70,7 +70,7 @@ def test_all_that_a_scene_can_say_reads_back():
             body("b", mass=1, com=[1, 2, 3], inertia=[1, 1, 1], about="frame", allow_invalid_inertia=True),
             body(
                 "c",
-                particles=[Particle(Quantity.number(2), (Quantity.number(1), Quantity.number(0), parse("-m/2")))],
+                particles=[Particle(Quantity.number(2), (Quantity.number(1), Quantity.number(0), parse("-plain/2")))],
                 about="frame",
             ),
         ],

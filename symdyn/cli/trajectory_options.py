@@ -148,7 +148,8 @@ def reported_forces(scene: Scene, options: argparse.Namespace) -> list[str]:
     """Return what --forces says; of a formula for an input that is in another unit than SI's, say that it is in SI."""
     entries = flattened(options.forces)
     chosen = {one.name: one for one in scene.inputs if one.written}
-    said = [(name.strip(), text.strip()) for name, _, text in (one.partition("=") for one in entries)]
+    parts = (part.partition("=") for one in entries for part in split_commas(one))
+    said = [(name.strip(), text.strip()) for name, _, text in parts]
     for name in dict.fromkeys(name for name, text in said if name in chosen and _names_something(text)):
         say(f"{name} is in {chosen[name].unit} here, its file says {chosen[name].written}")
     return entries

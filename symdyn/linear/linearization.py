@@ -18,7 +18,7 @@ Eigenvalues that are zero are no modes and no sign of instability. They are coun
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Literal, NoReturn
+from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 import numpy as np
 import numpy.typing as npt
@@ -185,6 +185,10 @@ class Linearization(StateSpace):
             told = f"{self.name}: {found.outputs.names[i]} follows a rate of {found.inputs.names[k]} at once"
             raise LinearizeError(f"{told}, which only bode and nyquist can tell; ask for these, or for another output")
         return found
+
+    def to_control(self) -> Any:
+        """Return it of inputs that are given alone, states beside one with rates being z; errors as of `step`."""
+        return StateSpace.to_control(self._chosen(None, None))
 
     @property
     def velocities(self) -> list[int]:

@@ -287,7 +287,8 @@ def _out_of_balance(requested: Prepared, system: Linearization, off: Sequence[in
     sizes = {k: scene.in_shown_unit(f"{system.point.udot[k]:.6g}", units[k]) for k in off}
     told = ", ".join(f"{acceleration_name(scene.first_order[k])} = {size}" for k, size in sizes.items())
     what = "equilibrium" if still else "steady motion"
-    words = f"{scene.name}: no {what} at this point: {told}{_precession(system, off)}"
+    of_start = "".join(f" ({note})" for note in system.notes if note.startswith("start: "))
+    words = f"{scene.name}: no {what} at this point: {told}{of_start}{_precession(system, off)}"
     point = system.point
     rest = nearest(requested, point.q, point.u, point.t) if still else None
     place = rest[0] if rest else None if still else _balanced(requested, system)

@@ -347,6 +347,7 @@ class JointKeys(TypedDict, total=False):
     child_origin: Placement | None
     coordinate: str | None
     coordinates: Sequence[str] | None
+    latex: str | Sequence[str] | None
     drive: str | bool | Sequence[str | bool]
     force: Number | Sequence[Number] | None
     mimic: MimicKeys | Mapping[str, Number | str] | None
@@ -392,6 +393,7 @@ def joint(name: str, type: JointType | str, parent: str, child: str, **keys: Unp
         tip: from the moved joint frame to the child's body frame; or child_origin: from that to the joint frame.
         coordinate: name of q of a joint that has one; q1, q2, ... when left out.
         coordinates: names of all of its q; a quaternion's four are (w, x, y, z).
+        latex: how q is printed; a list for several.
         drive: name of the driving force or torque; True for tau1, tau2, ..., False: none; a list of these for several.
         force: generalized force beside the drive, N m or N, in what moves, inputs and t; a list for several.
         mimic: {"joint": name, "ratio": 1, "offset": 0}, position = ratio · position of that joint + offset, in place

@@ -198,6 +198,10 @@ def _declaration(root: Mapping[str, object], source: str, faults: Faults) -> Dec
     for key in root:
         if key not in keys:
             faults.add("", f"unknown key {show(key)}; {suggestion(key, keys)}")
+    inside = root.get("parameters")
+    if "gravity" not in root and isinstance(inside, Mapping) and "gravity" in inside:
+        tell = faults.add if isinstance(inside["gravity"], list) or inside["gravity"] == "none" else faults.note
+        tell("parameters.gravity", "is a parameter here; write what acts, gravity = [0, 0, -9.81], above all tables")
     name = root.get("name", _default_name(source))
     if not isinstance(name, str):
         faults.add("", f'name = {show(name)} is not text; write one such as name = "two_link"')

@@ -51,7 +51,7 @@ class Problem(Suggesting):
 
     Args:
         scene: the mechanism; it keeps the values of its parameters but for those that are given.
-        forces: driving forces and inputs, formulas in t, coordinates and velocities such as "tau1=-2*q1-q1_dot", or a
+        forces: driving forces and inputs, formulas in t, coordinates and velocities such as "tau1=-2*q1, tau2=1", or a
             .toml or .csv file. From `read_forces`, or what that takes.
         start: where it starts, such as "q1=0.3,q2=pi/2", in place of the scene's. By coordinate or velocity; or all.
         start_rates: velocities there, such as "q1=2". Formulas by velocity.

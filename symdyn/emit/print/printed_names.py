@@ -23,6 +23,9 @@ from symdyn.unlocked import cached_property
 
 AXES = "(?:xx|yy|zz|xy|xz|yz|yx|zx|zy|x|y|z)"
 
+ANGLES = {"th": "theta", "ph": "phi", "ps": "psi", "al": "alpha", "be": "beta", "ga": "gamma", "de": "delta"}
+"""Greek letters of angles by two of theirs; other names of two letters are a letter and its index."""
+
 
 @dataclass(frozen=True)
 class PrintName:
@@ -50,10 +53,8 @@ class PrintName:
         if not words or not name[0].isalpha():
             return cls(f"\\mathtt{{{in_latex(name)}}}")
         first, *rest = words
-        if first in GREEK:
-            head = f"\\{first}"
-        elif len(first) == 1:
-            head = first
+        if first in GREEK or len(first) == 1:
+            head = _upright(first)
         elif len(first) == 2 or re.fullmatch(f"[Im]{AXES}", first):
             head, rest = first[0], [first[1:], *rest]
         else:
@@ -103,8 +104,10 @@ def latex_symbols(scene: Scene, others: Iterable[str] = (), moving: Iterable[str
         found[name] = str(shown)
         return shown
 
-    for coordinate in scene.coordinates:
-        shown, rate = enter(coordinate), velocity_name(coordinate)
+    for joint, coordinate, unit in SceneUnits(scene).each_coordinate():
+        greek = ANGLES.get(re.split("[0-9_]", coordinate)[0]) if unit == "rad" else None
+        latex = dict(joint.latex).get(coordinate) or (greek and str(PrintName.of_code(greek + coordinate[2:])))
+        shown, rate = enter(coordinate, latex), velocity_name(coordinate)
         found[rate] = shown.accented("dot")
         if rate in velocities:
             found[acceleration_name(rate)] = shown.accented("ddot")

@@ -81,7 +81,7 @@ def known_in(units: Mapping[str, str]) -> Callable[[str], Dimension | None]:
 def analysed(scene: Scene, uses: Iterable[Use], more: Mapping[str, str] | None = None) -> Analysis:
     """Return what formulas of a scene tell of dimensions; with units of `more` letters, such as columns of runs."""
     units = declared_units(scene) | dict(more or {})
-    found = Analysis(known_in(units), units)
+    found = Analysis(known_in(units), units, frozenset(one.name for one in scene.parameters if one.unit))
     for use in uses:
         wanted = dimension_of(use.unit) if use.unit and not use.other else None
         found.add(TermPlace(use.where, use.key, use.quantity, use.unit, wanted))
@@ -119,7 +119,7 @@ def _cycles(scene: Scene, uses: Iterable[Use]) -> Iterator[tuple[Use, str]]:
 
 def alone(formula: Quantity) -> str:
     """Return the letter that a formula is, its sign apart; "" where it is more."""
-    while formula.op is Op.NEG:
+    while formula.op in (Op.ABS, Op.NEG):
         (formula,) = formula.args
     return str(formula.value) if formula.op is Op.SYMBOL else ""
 
@@ -289,7 +289,7 @@ class SceneUnits:
             called: the name of what it stands for.
         """
         units = self.letters | dict(columns)
-        names = [_alone(term) for term in terms(formula)]
+        names = [alone(term) for term in terms(formula)]
         if self.scene.dimensionless:
             return self.inferred.get(names[0], "")
         energy = any(units.get(name) == JOULE for name in names) or ENERGY.search(called)
@@ -344,13 +344,6 @@ def _unit_of(name: str, known: Analysis) -> str:
 def _analysis(scene: Scene) -> Analysis:
     """Return what the formulas of a scene tell of the dimensions of its letters."""
     return analysed(scene, (use for use in uses(draft_of(scene)) if use.quantity.symbols))
-
-
-def _alone(term: Quantity) -> str:
-    """Return the name of a letter that stands alone in a term, but for its sign; else ""."""
-    while term.op in (Op.ABS, Op.NEG):
-        term = term.args[0]
-    return str(term.value) if term.op is Op.SYMBOL else ""
 
 
 def _looked_at(scene: Scene, formula: Quantity, units: Mapping[str, str]) -> str:

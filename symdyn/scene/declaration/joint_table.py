@@ -23,7 +23,7 @@ from symdyn.scene.values.folding import mul
 from symdyn.scene.values.joint import Joint, velocity_name
 from symdyn.scene.values.key import Key, KeyGroup, Part, fields_of, keys_of, number, optional, raw_of, shape_of, word
 from symdyn.scene.values.quantity import NULL, FormulaError, Quantity, spell
-from symdyn.scene.values.shape import ANYTHING, FLAG, NUMBER, Shape, choice_of, described, name_shape, not_both
+from symdyn.scene.values.shape import ANYTHING, FLAG, NUMBER, TEXT, Shape, choice_of, described, name_shape, not_both
 
 PARENT = word("parent", 'name of the body that carries it, or "ground"', 'the body that carries it, or "ground"')
 
@@ -85,27 +85,31 @@ def _either(table: EntryReader, one: str, several: str) -> str:
 
 def _coordinates(table: EntryReader, at: Standing) -> dict[str, Any]:
     names = _coordinate_names(table, at)
-    return {"coordinates": names, "velocities": _velocities(at.joint, names)}
+    latex = tuple(zip(names, _texts(table, "latex", at, ()), strict=False))
+    return {"coordinates": names, "velocities": _velocities(at.joint, names), "latex": latex}
 
 
 def _coordinate_names(table: EntryReader, at: Standing) -> tuple[str, ...]:
     default = at.letters
-    key = _either(table, *COORDINATES.keys)
-    if key not in table:
-        if JOINTS[at.joint.type].names_coordinates:
-            table.fault('coordinates is missing; name those that its steps use, such as coordinates = ["u"]')
-        return default
-    if key == COORDINATES.keys[0] and len(default) == 1:
+    key = _either(table, *NAMES)
+    if key not in table and JOINTS[at.joint.type].names_coordinates:
+        table.fault('coordinates is missing; name those that its steps use, such as coordinates = ["u"]')
+    if key in table and key == NAMES[0] and len(default) == 1:
         return (table.text(key, default[0]),)
-    names = as_list(table.raw[key])
-    wrong = [name for name in names if not isinstance(name, str)]
+    return _texts(table, key, at, default)
+
+
+def _texts(table: EntryReader, key: str, at: Standing, otherwise: tuple[str, ...]) -> tuple[str, ...]:
+    """Return a text for each coordinate; something else where the key is not given or does not fit."""
+    given, n = as_list(table.raw.get(key)), len(at.letters)
+    wrong = [one for one in given if not isinstance(one, str)]
     if wrong:
-        table.fault(f"{key}: {show(wrong[0])} is not text; put it in quotes, such as {key} = [{show(default[0])}]")
-        return default
-    if len(names) != len(default):
-        table.fault(f"{key} = {show(table.raw[key])} has {len(names)} names; {at.has(len(default), 'coordinates')}")
-        return default
-    return tuple(str(name) for name in names)
+        table.fault(f"{key}: {show(wrong[0])} is not text; put it in quotes, such as {key} = [{show(at.letters[0])}]")
+    elif key in table and len(given) != n:
+        table.fault(f"{key} = {show(table.raw[key])} has {len(given)} names; {at.has(n, 'coordinates')}")
+    elif key in table:
+        return tuple(map(str, given))
+    return otherwise
 
 
 def _velocities(joint: Joint, coordinates: Sequence[str]) -> tuple[str, ...]:
@@ -123,21 +127,25 @@ def _velocities(joint: Joint, coordinates: Sequence[str]) -> tuple[str, ...]:
 
 def _said_coordinates(joint: Joint, at: Standing) -> dict[str, object]:
     made_up = joint.coordinates == at.letters and not JOINTS[joint.type].names_coordinates
-    return {} if made_up else _one_or_more(COORDINATES.keys, joint.coordinates)
+    shown = _one_or_more(("latex",), [x for q in joint.coordinates for name, x in joint.latex if name == q])
+    return ({} if made_up else _one_or_more(NAMES, joint.coordinates)) | shown
 
+
+NAMES = ("coordinate", "coordinates")
 
 LETTER = name_shape(letter=True)
 
-LETTERS: Shape = {"anyOf": [LETTER, {"type": "array", "items": LETTER}]}
+LETTERS, TEXTS = ({"anyOf": [one, {"type": "array", "items": one}]} for one in (LETTER, TEXT))
 
 COORDINATES = KeyGroup(
     {
         "coordinate": described("name of q; q1, q2, ... when left out", LETTERS),
         "coordinates": described("names of q of a joint that has several", LETTERS),
+        "latex": described("symbol of q in printed equations; of several, a list", TEXTS),
     },
     _coordinates,
     _said_coordinates,
-    rules=not_both([("coordinate", "coordinates")]),
+    rules=not_both([NAMES]),
 )
 
 
@@ -232,9 +240,7 @@ FOLLOWED = KeyGroup(
             {**shape_of(MIMIC), "oneOf": [{"required": [key]} for key in ("joint", "coordinate", RATIOS.name)]},
         )
     },
-    said=lambda joint, at: said_mimic(
-        joint.coupling, at.leaders
-    ),  # read by `read_mimic`, of all joints of a scene together
+    said=lambda joint, at: said_mimic(joint.coupling, at.leaders),  # `read_mimic` reads all joints together
 )
 
 ROTOR = (number("inertia"), Key("gear", EntryReader.quantity, Quantity.ONE))

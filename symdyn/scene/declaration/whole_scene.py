@@ -48,10 +48,11 @@ def check_names(draft: Draft, faults: Faults) -> None:
             if family == "frame" and one.name == Scene.GROUND:
                 faults.add(where, "ground is the name of what does not move; choose another")
     places = (where for kind in ("parameters", "inputs", "states") for where in draft.where[kind])
-    for where, letter in zip(places, scene.letters, strict=True):
-        fault = check_latex(letter.latex) if letter.latex else None
-        if fault:
-            faults.add(where, f"latex = {show(letter.latex)} {fault}")
+    printed = [(where, letter.latex) for where, letter in zip(places, scene.letters, strict=True)]
+    joints = zip(draft.where["joints"], scene.joints, strict=True)
+    for where, latex in (*printed, *((where, latex) for where, joint in joints for _, latex in joint.latex)):
+        if latex and (fault := check_latex(latex)):
+            faults.add(where, f"latex = {show(latex)} {fault}")
     for kind in ("inputs", "outputs", "states", "signals"):
         for where, column in zip(draft.where[kind], getattr(scene, kind), strict=True):
             if LETTERS.has_column(column.name):

@@ -5,7 +5,8 @@ where metres are asked for is in metres: each of these is an equation between pr
 whose dimension is not known is an unknown of these equations, which are linear in the exponents, so that elimination
 tells it. A number that stands as a factor, pi among them, may carry a dimension: an equation with such a number is
 taken last, tells letters as if the number were plain, and where that cannot be it tells what the number would have to
-be. Where a letter that says no unit stands in places of two dimensions, nothing is refused: they are told.
+be; a factor of shapes, such as 1/12 beside parameters that all say units, excuses none of them. Where a letter that
+says no unit stands in places of two dimensions, nothing is refused: they are told.
 
 Quantities that were written with a unit are checked alone: whether it fits where they stand, and how they are written
 again. Where a run gives a bare number to a letter that is in its writer's unit, "500 mm", it is asked for.
@@ -137,6 +138,7 @@ class Analysis:
     Attributes:
         known: the dimension of a letter, None where no one says it.
         units: of letters, as they say them, for messages.
+        said: parameters whose units are said.
         certain: the dimensions that terms of letters alone tell.
         pairs: all of them, as `add` found them.
         inferred: unknown letters in terms of others.
@@ -148,6 +150,7 @@ class Analysis:
 
     known: Callable[[str], Dimension | None]
     units: Mapping[str, str] = field(default_factory=dict)
+    said: frozenset[str] = frozenset()
     certain: dict[str, Dimension] = field(default_factory=dict)
     pairs: list[Pair] = field(default_factory=list)
     inferred: dict[str, Measure] = field(default_factory=dict)
@@ -244,7 +247,15 @@ class Analysis:
         elif left.dimension != NUMBER and number is None:
             (self.disagreeing if ratio.letters else self.wrong).append(pair)
         elif left.dimension != NUMBER and number is not None:
-            self.carried.append(Carried(pair.place, number, left.dimension ** (Fraction(-1) / own)))
+            carried = Carried(pair.place, number, left.dimension ** (Fraction(-1) / own))
+            letters = [_measured(one) for one in (pair.one, pair.other) if one is not None]
+            plain = all(_of_shapes(one) for one, _ in ratio.numbers) and all(
+                set() < one <= self.said for one in letters
+            )
+            if plain and min(carried.dimension.exponents) < 0:  # else a mass or a length of 1 may be left out
+                self.wrong.append(pair)
+            else:
+                self.carried.append(carried)
 
     def _measure(self, q: Quantity, place: TermPlace | None) -> Measure:
         """Return what an expression measures; of a place, equations of its parts are written down."""
@@ -308,6 +319,18 @@ class Analysis:
                 if k != first
             ]
         return measures[first]
+
+
+def _of_shapes(number: Quantity) -> bool:
+    """Tell whether a number is 2, pi or a fraction of areas, volumes and inertias, as 1/2, 2/5, 1/12; 0.1 is none."""
+    found = fraction(number) or Fraction(0)
+    return number.op is Op.PI or abs(found) == 2 or found.denominator in (2, 3, 4, 5, 6, 8, 12)
+
+
+def _measured(q: Quantity) -> set[str]:
+    """Return the letters of a formula that tell what it measures: none in sines."""
+    inner = () if q.op in PLAIN else map(_measured, q.args)
+    return {str(q.value)} if q.op is Op.SYMBOL else set[str]().union(*inner)
 
 
 def _only_pi(measure: Measure) -> bool:

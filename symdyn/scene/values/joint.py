@@ -236,6 +236,7 @@ class Joint:
         locked: that it was declared to move and then locked: now a fixed joint; not compared.
         text: a description, which lessons and pictures call it by.
         texts: the same in other languages: ("sk", description).
+        latex: how coordinates are printed where that is said: (name, LaTeX).
     """
 
     name: str
@@ -261,6 +262,7 @@ class Joint:
     locked: bool = field(default=False, compare=False)
     text: str = ""
     texts: tuple[tuple[str, str], ...] = ()
+    latex: tuple[tuple[str, str], ...] = ()
 
     def shaped(self, **values: Any) -> Joint:
         """Return the joint with other values of keys of its type."""

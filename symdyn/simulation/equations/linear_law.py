@@ -133,7 +133,9 @@ def by_signal(given: object, names: Sequence[str], where: str, faults: Faults) -
     one = not isinstance(given, Iterable) or isinstance(given, str) or getattr(given, "ndim", None) == 0
     each: list[object] = [given] if one else list(given)  # type: ignore[call-overload]
     if len(each) != len(names):
-        faults.add(where, f"{quoted(given)} has {len(each)} entries for {len(names)}: {', '.join(names)}")
+        some = "is one number" if one else f"has {len(each)} entries"
+        by_name = f'give all, or by name, as in {{"{names[0]}": 0.1}}' if names else "leave it out"
+        faults.add(where, f"{quoted(given)} {some} for {len(names)}: {', '.join(names)}; {by_name}")
     return dict(zip(names, each, strict=False))
 
 

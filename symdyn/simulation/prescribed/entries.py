@@ -1,6 +1,6 @@
 """What forces and motions are said in: words, files, tables, arrays over time, functions, and any mixture of these.
 
-    "F=2*t"                          a formula or a law, as in a shell
+    "F=2*t, M=3"                     formulas or laws, as in a shell
     "run.csv", "laws.toml"           files
     {"F": "2*t", "M": 3}             formulas, of SymPy too, and numbers by name
     {"F": (t, x)}, {"t": t, "F": x}  numbers over rising times
@@ -26,7 +26,7 @@ from symdyn.arguments import is_sympy
 from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import quoted
 from symdyn.scene import Quantity, tables_of
-from symdyn.scene.values import Faults, FormulaError, formula_text, show
+from symdyn.scene.values import Faults, FormulaError, formula_text, show, split_commas
 from symdyn.simulation.prescribed.formulas_in_time import Columns, columns_of, read_file, words
 
 
@@ -88,21 +88,17 @@ def read_entries(
 
 
 def _words(
-    entry: str,
-    what: str,
-    specified_entries: SpecifiedEntries,
-    plain: list[str],
-    faults: Faults,
-    needed: Collection[str] | None,
+    entry: str, what: str, found: SpecifiedEntries, plain: list[str], faults: Faults, needed: Collection[str] | None
 ) -> None:
-    """Sort what a shell says: a file, or name=formula."""
-    suffix = "" if "=" in entry else Path(entry).suffix.lower()
-    if suffix == ".csv":
-        specified_entries.tables.append(Columns.read(Path(entry), needed))
-    elif suffix == ".toml":
-        specified_entries.texts += [(entry, name, text) for name, text in _toml(Path(entry), what, faults)]
-    else:
-        plain.append(entry)
+    """Sort what a shell says: a file, or name=formula, several with commas between."""
+    for part in split_commas(entry) if "=" in entry and what != "path" else [entry]:  # a point of a path has commas
+        suffix = "" if "=" in part else Path(part).suffix.lower()
+        if suffix == ".csv":
+            found.tables.append(Columns.read(Path(part), needed))
+        elif suffix == ".toml":
+            found.texts += [(part, name, text) for name, text in _toml(Path(part), what, faults)]
+        else:
+            plain.append(part)
 
 
 def _by_name(entries: Mapping[Any, Any], what: str, specified_entries: SpecifiedEntries, faults: Faults) -> None:

@@ -163,10 +163,10 @@ def read_forces(scene: Scene, entries: Entries) -> Forces:
 
     Args:
         scene: the mechanism, its parameters bound.
-        entries: `name=formula`, where the name is that of a drive, an input, a coordinate or a velocity; a .toml file
-            of such lines; or a .csv file of columns t and drives or coordinates. Formulas by name; beside text and
-            numbers these may be (times, values), or functions of t or of (t, q, u). A function of (t, q, u) that
-            returns all forces, then inputs. A data frame, data set or run. Or a list of any of these.
+        entries: `name=formula`, where the name is that of a drive, an input, a coordinate or a velocity, several with
+            commas between; a .toml file of them; or a .csv file of columns t and drives or coordinates. Formulas by
+            name; beside text and numbers these may be (times, values), or functions of t or of (t, q, u). A function of
+            (t, q, u) that returns all forces, then inputs. A data frame, data set or run. Or a list of any of these.
 
     Raises:
         SimulateError: with every fault, one line each.
@@ -239,9 +239,9 @@ def _ask(scene: Scene, entries: Entries) -> None:
         SimulateError: it does.
     """
     texts = [entries] if isinstance(entries, str) else entries if isinstance(entries, (list, tuple)) else ()
-    said = [one.partition("=") for one in texts if isinstance(one, str)]
+    said = read_entries([one for one in texts if isinstance(one, str) and "=" in one], "forces", Faults("")).texts
     try:
-        ask_for_units(scene.inputs, [(name.strip(), text.strip()) for name, _, text in said], "forces")
+        ask_for_units(scene.inputs, [(name, text) for _, name, text in said], "forces")
     except SceneError as error:
         raise SimulateError(error.faults) from None
 

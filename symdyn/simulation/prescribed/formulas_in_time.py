@@ -144,10 +144,6 @@ def number_of(formula: Quantity, values: Mapping[str, Quantity], where: str, fau
     return float(value)
 
 
-_SECOND = re.compile(r"\s*[,;]\s*(\w+)\s*=(?!=)\s*")
-"""Where a second formula begins, that stands in one argument with the first."""
-
-
 def words(entries: Iterable[str], what: str, faults: Faults) -> dict[str, str]:
     """Return name and text of every `name=text` in order; what is none is a fault of the option `what`."""
     found: dict[str, str] = {}
@@ -163,12 +159,6 @@ def words(entries: Iterable[str], what: str, faults: Faults) -> dict[str, str]:
             faults.add(what, f"{name} is given twice, as {found[name]} and as {text}")
         elif what in ("forces", "motion") and text.endswith((".csv", ".toml")):
             faults.add(what, f"{name}: a file is given alone, {text}; its columns are called after what they are")
-        elif (more := _SECOND.search(text)) is not None:
-            each = f"{name}={text[: more.start()]}", f"{more[1]}={text[more.end() :]}"
-            python = argument(what, True) == f"{what}=True"
-            by_name = argument(what, dict(one.split("=", 1) for one in each)).partition("=")[2]
-            own = f"one of {by_name}" if python else f'an argument of its own: "{each[0]}" "{each[1]}"'
-            faults.add(what, f"{name}: each is {own}")
         else:
             found[name] = text
     return found
