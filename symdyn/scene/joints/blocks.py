@@ -390,7 +390,7 @@ def chosen(which: str, joint: Joint, graph: Graph) -> tuple[Vec, ...]:
 
 
 def directions(axis: Vector, graph: Graph) -> tuple[Vec, Vec, Vec]:
-    """Return two directions across an axis and the axis itself, the columns of A; none is opposite to one of the frame."""
+    """Return two directions across an axis and the axis itself, the columns of A; those of the frame, if they are."""
     e, u = Mat.identity(graph), unit(axis, graph)
     for k in range(3):
         if u[k] in (graph.one, graph.constant(-1)):

@@ -142,7 +142,8 @@ def _response(one: Forced, chosen: Chosen) -> Step:
         blocks.append(Formula("", symbols[0], right=form))
         phase = lesson.called("forced:delta", Letter("delta"))
         lag = Form.product((shortened(lesson, rate * d), stiff.power(-1)))
-        blocks.append(lesson.say("forced.phase", lag=lag, delta=phase))
+        own = shortened(lesson, k / m)
+        blocks.append(lesson.say("forced.phase", lag=lag, delta=phase, square=at.power(2), own=own))
         peak = lowest(k / m - d**2 / m**2 / 2)
         blocks.append(lesson.say("forced.peak", square=at.power(2), peak=shortened(lesson, peak)))
     else:

@@ -18,7 +18,7 @@ from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute
 from symdyn.teach.derivations.constrained import Condition, Constrained
 from symdyn.teach.derivations.precession import NO_FORM, shortened
 from symdyn.teach.derivations.short_sines import in_sines
-from symdyn.teach.derivations.solved import LONGEST, quotient, short_form
+from symdyn.teach.derivations.solved import LONGEST, plus_first, quotient, short_form
 from symdyn.teach.derivations.velocities import length
 from symdyn.teach.document import Block, Formula, Step
 from symdyn.teach.lesson import named
@@ -60,13 +60,13 @@ def integral(lesson: Constrained, tie: Condition) -> Form | None:
         return None
     total = graph.zero
     try:
-        for x, slope in zip(q, tie.slopes, strict=True):
-            total = total + _over(lesson, slope - gradient(total, [x])[0], x)
+        for x, node in zip(q, tie.nodes, strict=False):
+            total = total + _over(lesson, lesson.tie_form(node).express(graph) - gradient(total, [x])[0], x)
         off = [a - b for a, b in zip(tie.slopes, gradient(total, q), strict=True)]
         rates = graph.total(b * u for b, u in zip(gradient(total, q), lesson.state.qd, strict=True))
         pushed = graph.total(b * u for b, u in zip(gradient(rates, q), lesson.state.qd, strict=True))
         exact = all(map(lesson.vanishes, (*off, tie.bias - pushed)))
-        return shortened(lesson, total) if exact else None
+        return plus_first(shortened(lesson, total)) if exact else None
     except NO_FORM:
         return None
 

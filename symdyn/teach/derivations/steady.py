@@ -56,6 +56,8 @@ def steady_step(lesson: Lesson, left: Reduced) -> Step | None:
             if kind == "steady.wave":
                 bounds.append(places["value"])
                 blocks += _reached(left, factored, **places)
+            elif kind == "steady.place":
+                blocks += _straight(left, bounds, places["value"])
             else:
                 blocks.append(lesson.say(kind, **places))
     blocks += _numbers(lesson, left)
@@ -68,7 +70,7 @@ def steady_step(lesson: Lesson, left: Reduced) -> Step | None:
 
 
 def level_places(factored: Form, r: Symbol, rates: Set[str]) -> Iterator[tuple[str, dict[str, Form]]]:
-    """Yield what each factor says: r or sin r = 0, cos r is a quotient, or, of rates, r is any."""
+    """Yield what each factor says: r or sin r = 0, r or cos r is a quotient, or, of rates, r is any."""
     for factor in factored.factors:
         inner = factor.base if isinstance(factor, Power) else factor
         if isinstance(factor, Power) and factor.exponent < 0:
@@ -82,11 +84,11 @@ def level_places(factored: Form, r: Symbol, rates: Set[str]) -> Iterator[tuple[s
         elif r.name not in names and (flat := _flat(inner)):
             yield "steady.flat", {"square": flat[0], "least": flat[1], "q": r}
         waves = {one for one in inner.walk() if isinstance(one, Function) and r in one.args}
-        if not waves or any(one == r for one in _without(inner, r).walk()):
+        if r.name not in names or (waves and any(one == r for one in _without(inner, r).walk())):
             continue
-        if len(waves) != 1 or not all(wave.op in (Op.SIN, Op.COS) for wave in waves):
+        if len(waves) > 1 or not all(wave.op in (Op.SIN, Op.COS) for wave in waves):
             continue
-        (wave,) = waves
+        wave = next(iter(waves), r)
         if inner == wave:
             yield "steady.zero", {"wave": wave}
             continue
@@ -98,8 +100,8 @@ def level_places(factored: Form, r: Symbol, rates: Set[str]) -> Iterator[tuple[s
         below = Form.sum(one for one in under if one is not None)
         if _negative(above) and above != Number.ZERO:  # no sign in front that the other side could take
             above, below = above.negative, below.negative
-        value = Form.product((above, _taken_out(below).power(-1)))
-        yield "steady.wave", {"wave": wave, "value": value}
+        value = Form.product((above, plus_first(_taken_out(below)).power(-1)))
+        yield "steady.place" if wave == r else "steady.wave", {"wave": wave, "value": value}
 
 
 def _flat(factor: Form) -> tuple[Form, Form] | None:
@@ -133,8 +135,8 @@ def _below(form: Form) -> tuple[Form, ...]:
     return form.base.power(-form.exponent).factors if isinstance(form, Power) and form.exponent < 0 else ()
 
 
-def _swing(left: Reduced, value: Form) -> Form | None:
-    """Return W''/m where cos r has a value, the square of the frequency of small swings there; None if not short."""
+def _swing(left: Reduced, wave: Form, value: Form) -> Form | None:
+    """Return W''/m where r or cos r has a value, the square of the frequency of small swings; None if not short."""
     lesson, q, qd = left.lesson, left.q, left.lesson.state.qd[left.r]
     (m,) = gradient(gradient(lesson.energy.K, [qd])[0], [qd])
     (bent,) = gradient(gradient(left.static, [q])[0], [q])
@@ -142,7 +144,7 @@ def _swing(left: Reduced, value: Form) -> Form | None:
         node = Ratios.form_of(bent / m).express(lesson.graph)  # in cosines, where the sine stands squared
     except (OverflowError, ZeroDivisionError):
         return None
-    (there,) = substitute([node], {lesson.graph.cos(q): value.express(lesson.graph)})
+    (there,) = substitute([node], {wave.express(lesson.graph): value.express(lesson.graph)})
     form = None if q in reachable([there]) else in_sines(lesson, there)
     return plus_first(form) if form is not None and length(form) <= LONGEST else None
 
@@ -163,9 +165,27 @@ def _reached(left: Reduced, factored: Form, wave: Form, value: Form) -> Iterator
         yield lesson.say("steady.critical", value=f"{lesson.written(critical)} rad/s")
     else:
         yield lesson.say("steady.wave", wave=wave, value=plain(lesson, value, factored))
-    if left.led and isinstance(wave, Function) and wave.op is Op.COS and (square := _swing(left, value)):
-        omega = lesson.name("steady:omega", "omega", "s", node=None)
-        yield lesson.say("steady.omega", q=q, square=omega.power(2), value=square)
+    if left.led and isinstance(wave, Function) and wave.op is Op.COS and (square := _swing(left, wave, value)):
+        yield from _swings(lesson, q, square)
+
+
+def _straight(left: Reduced, bounds: list[Form], value: Form) -> Iterator[Words]:
+    """Yield where r is, how fast it swings about it, and up to which rate, whose ratio goes to the bounds."""
+    lesson, q = left.lesson, named(left.q)
+    yield lesson.say("steady.place", wave=q, value=value)
+    if square := _swing(left, q, value) if left.led else None:
+        yield from _swings(lesson, q, square)
+        for term, least in filter(None, [_flat(square)]):
+            bounds.append(quotient([least], [term]))
+            critical = math.sqrt(left.chosen.of(least.express(lesson.graph))[0])
+            yield lesson.say("steady.until", square=term, least=least)
+            yield lesson.say("steady.critical", value=f"{lesson.written(critical)} rad/s")
+
+
+def _swings(lesson: Lesson, q: Symbol, square: Form) -> Iterator[Words]:
+    """Yield the frequency of small swings."""
+    omega = lesson.name("steady:omega", "omega", "s", node=None)
+    yield lesson.say("steady.omega", q=q, square=omega.power(2), value=square)
 
 
 def _without(form: Form, r: Symbol) -> Form:

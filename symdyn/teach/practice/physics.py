@@ -286,10 +286,11 @@ class OpenQuestions(PhysicsQuestions):
         lesson, r = self.lesson, named(left.q)
         (slope,) = gradient(left.static, [left.q])
         rates = {str(lesson.state.qd[k].value) for k in left.cyclic}
-        found = [x for key, x in level_places(Ratios.form_of(slope), r, rates) if key == "steady.wave"]
-        if len(found) == 1:
+        asks = {"steady.wave": "steady", "steady.place": "steady.place"}
+        found = [(asks[key], x) for key, x in level_places(Ratios.form_of(slope), r, rates) if key in asks]
+        for ask, place in found if len(found) == 1 else ():
             others = together([named(lesson.state.q[k]) for k in (*left.cyclic, *left.led)])
-            yield from self.blank("steady", found[0]["wave"], found[0]["value"], "steady", q=r, others=others)
+            yield from self.blank("steady", place["wave"], place["value"], ask, q=r, others=others)
 
     # What stays, limits, signs, units
 
