@@ -224,13 +224,7 @@ def _numbers(lesson: Lesson, left: Reduced) -> list[Block]:
     """Return the table of steady motions for the values of the lesson."""
     if told := elsewhere(lesson, "steady"):
         return [told]
-    if not left.turns:
-        here = left.chosen.values[left.q]
-        span = 2 * abs(here) + 1.0
-        found = left.level(here - span, here + span)
-    else:
-        found = left.level(-math.pi, math.pi)
-    if not found:
+    if not (found := left.places):
         return [lesson.say("steady.nowhere")]
     units = SceneUnits(lesson.scene).coordinates
     unit = units[left.r]
