@@ -382,20 +382,17 @@ def forbidding(shifts: str, turns: str = "none") -> Forbids:
 
 def chosen(which: str, joint: Joint, graph: Graph) -> tuple[Vec, ...]:
     """Return the directions of the joint frame that a word means."""
-    e = Mat.identity(graph)
     if which in ("all", "none"):
-        return tuple(e) if which == "all" else ()
+        return Mat.identity(graph) if which == "all" else ()
     x, y, axis = directions(joint.axis, graph)
-    return (x, y) if which == "across" else (next((e[k] for k in range(3) if axis[k] is graph.constant(-1)), axis),)
+    return (x, y) if which == "across" else (axis,)
 
 
 def directions(axis: Vector, graph: Graph) -> tuple[Vec, Vec, Vec]:
-    """Return two directions across an axis and the axis itself, the columns of A; those of the frame, if they are."""
+    """Return two directions across an axis and one along it, the columns of A: of the frame, where the axis is one."""
     e, u = Mat.identity(graph), unit(axis, graph)
-    for k in range(3):
-        if u[k] in (graph.one, graph.constant(-1)):
-            return (e[k - 2], e[k - 1], u) if u[k] is graph.one else (e[k - 1], e[k - 2], u)
-    return Mat.towards(u).T
+    k = next((k for k in range(3) if u[k] in (graph.one, graph.constant(-1))), None)
+    return Mat.towards(u).T if k is None else (e[k - 2], e[k - 1], e[k])
 
 
 def forces(*along: Vec) -> tuple[Wrench, ...]:

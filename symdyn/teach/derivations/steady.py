@@ -240,7 +240,7 @@ def _numbers(lesson: Lesson, left: Reduced) -> list[Block]:
         rows.append([lesson.scene.in_shown_unit(lesson.written(place), unit), *rates, kind, time])
     heads: list[str | Symbol] = [named(left.q), *(named(lesson.state.qd[k]) for k in left.cyclic)]
     key = "steady.numbers.led" if left.led else "steady.numbers.free"
-    return [lesson.say(key), lesson.table([*heads, "equilibria.kind", "steady.next"], rows)]
+    return [lesson.say(key), lesson.table([*heads, "table.kind", "steady.next"], rows)]
 
 
 def _rates(left: Reduced, place: float) -> list[float]:

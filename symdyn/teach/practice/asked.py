@@ -155,11 +155,8 @@ class TiedQuestions(PhysicsQuestions):
         if terms and self.scene.shown_unit("kg") == "kg":
             k, term = terms[0]
             q, right = Symbol(self.scene.velocities[k]), force_unit(SceneUnits(self.scene).velocities[k])
-            why = self.say("unit.power", rate=q)
-            units = [(unit, unit == right) for unit in ("N", "N m", "N s", "kg m²")]
-            options = [Option(Words((unit,)), same, Words(()) if same else why) for unit, same in units]
-            ask = self.say("unit.term", term=term.split_sign()[1], i=str(k + 1))
-            yield from self.choice("unit", ask, options)
+            why = dict.fromkeys(("N", "N m", "N s", "kg m²"), self.say("unit.power", rate=q))
+            yield from self.units_of(right, why, self.say("unit.term", term=term.split_sign()[1], i=str(k + 1)))
 
     def conserved(self) -> Asked:
         """What stays while no drive acts: what the lesson tells, and momenta that the conditions or energies change."""

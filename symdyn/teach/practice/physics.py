@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from itertools import product
@@ -110,8 +110,12 @@ class PhysicsQuestions:
             return
         right, force = coefficient_unit("qdd", (i + 1, j + 1), [x == "m" for x in rates]), force_unit(rates[i])
         why = {one: self.say("unit.no", unit=one, rate=f"{rates[j]}/s²", force=force) for one in (*UNITS, force)}
+        yield from self.units_of(right, why, self.say("unit", name=Symbol(key), i=str(i + 1), rate=rate))
+
+    def units_of(self, right: str, why: Mapping[str, Words], ask: Words) -> Asked:
+        """Yield which of some units is right, by why it is none."""
         options = [Option(Words((one,)), one == right, Words(()) if one == right else no) for one, no in why.items()]
-        yield from self.choice("unit", self.say("unit", name=Symbol(key), i=str(i + 1), rate=rate), options)
+        yield from self.choice("unit", ask, options)
 
     def placed(self, at: Iterable[tuple[Symbol, str | Form]]) -> Words:
         """Return a position: "q1 = 0, q2 = 0.5 rad"."""
@@ -285,8 +289,7 @@ class OpenQuestions(PhysicsQuestions):
         waved = forced(self.lesson) if self.rests.why == "driven" else None
         if waved is not None and len(waved.free) == 1:
             own = shortened(self.lesson, waved.K[0][0] / waved.M[0][0])
-            square, damped = self.chosen.of(own.express(self.lesson.graph)), not waved.D[0][0].is_zero
-            yield from self.frequency(square, [own], damped, "frequency.free")
+            yield from self.frequency(self.chosen.of(own.express(self.lesson.graph)), [own], True, "frequency.rest")
         if len(stable) != 1:
             return
         near = stable[0].near.of(stable[0].near.moved)
@@ -305,11 +308,10 @@ class OpenQuestions(PhysicsQuestions):
         lesson, r = self.lesson, named(left.q)
         (slope,) = gradient(left.static, [left.q])
         rates = {str(lesson.state.qd[k].value) for k in left.cyclic}
-        asks = {"steady.wave": "steady", "steady.place": "steady.place"}
-        found = [(asks[key], x) for key, x in level_places(Ratios.form_of(slope), r, rates) if key in asks]
-        for ask, place in found if len(found) == 1 else ():
+        found = [x for _, x in level_places(Ratios.form_of(slope), r, rates) if "value" in x]
+        if len(found) == 1:
             others = together([named(lesson.state.q[k]) for k in (*left.cyclic, *left.led)])
-            yield from self.blank("steady", place["wave"], place["value"], ask, q=r, others=others)
+            yield from self.blank("steady", found[0]["wave"], found[0]["value"], "steady", q=r, others=others)
 
     # What stays, limits, signs, units
 

@@ -245,13 +245,10 @@ class Diagnosis:
 
     def number(self, key: str, right: Form, typed: Expr, enough: float) -> str:
         """Return the rule that a wrong answer forgets where a number is one, right to a part of itself; "" for none."""
-        rough = not any(x.op is Op.SYMBOL for x in reachable([typed]))
-        for one in self.of(key, right):
-            rows = self.points.values([typed, one.node])
-            if all(_close(*row) for row in rows) or (rough and self.points.near(typed, one.node, enough)):
-                return one.rule
-        mine, own = zip(*self.points.values([typed, right.express(typed.graph)], [0, SCALED]), strict=True)
-        return "" if rough or self.points.fits(mine, own) else "dimension"
+        if not any(x.op is Op.SYMBOL for x in reachable([typed])):
+            return next((one.rule for one in self.of(key, right) if self.points.near(typed, one.node, enough)), "")
+        found = self.value(key, Form.of(typed), right, lambda *_: True)
+        return found.rule if found else ""
 
     def balance(self, i: int, form: Form) -> Mistake | None:
         """Return the mistake that an equation is, times any factor that is free of rates; None for none."""
