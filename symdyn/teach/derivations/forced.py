@@ -158,8 +158,7 @@ def _response(one: Forced, chosen: Chosen) -> Step:
             blocks.append(lesson.say("forced.resonances"))
     blocks += _curve(one, chosen)
     claim = lesson.say("forced.response", rate=at, amplitudes=together(symbols))
-    tries = () if tried is None else (tried,)
-    reason = lesson.say("forced.response.reason")
+    reason, tries = lesson.say("forced.response.reason"), tuple(filter(None, [tried]))
     return Step("forced.response", claim, tuple(blocks), reason, show=("plots", "forces"), tries=tries)
 
 

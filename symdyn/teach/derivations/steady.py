@@ -53,11 +53,8 @@ def steady_step(lesson: Lesson, left: Reduced) -> Step | None:
         ]
         turning = {str(lesson.state.qd[k].value) for k in left.cyclic}
         for kind, places in level_places(factored, r, turning):
-            if kind == "steady.wave":
-                bounds.append(places["value"])
-                blocks += _reached(left, factored, **places)
-            elif kind == "steady.place":
-                blocks += _straight(left, bounds, places["value"])
+            if kind in ("steady.wave", "steady.place"):
+                blocks += _reached(left, factored, bounds, **places)
             else:
                 blocks.append(lesson.say(kind, **places))
     blocks += _numbers(lesson, left)
@@ -104,11 +101,17 @@ def level_places(factored: Form, r: Symbol, rates: Set[str]) -> Iterator[tuple[s
         yield "steady.place" if wave == r else "steady.wave", {"wave": wave, "value": value}
 
 
-def _flat(factor: Form) -> tuple[Form, Form] | None:
-    """Return the square of a parameter and what it is where a difference is zero; None of what is none."""
+def _flat(factor: Form, falls: bool = False) -> tuple[Form, Form] | None:
+    """Return the square of a parameter, taken away if it falls, and what it is where a difference is zero, or None."""
     terms = [term.split_sign() for term in factor.terms]
     for (sign, term), (other, rest) in permutations(terms, 2) if len(terms) == 2 else ():
-        if sign * other < 0 and isinstance(term, Power) and term.exponent == 2 and isinstance(term.base, Symbol):
+        if (
+            sign * other < 0
+            and not (falls and sign > 0)
+            and isinstance(term, Power)
+            and term.exponent == 2
+            and isinstance(term.base, Symbol)
+        ):
             return term, Form.product((Number(Fraction(abs(other))), rest))
     return None
 
@@ -149,8 +152,8 @@ def _swing(left: Reduced, wave: Form, value: Form) -> Form | None:
     return plus_first(form) if form is not None and length(form) <= LONGEST else None
 
 
-def _reached(left: Reduced, factored: Form, wave: Form, value: Form) -> Iterator[Words]:
-    """Yield where a sine has a value, from which rate on if that is told, and how fast it swings about it."""
+def _reached(left: Reduced, factored: Form, bounds: list[Form], wave: Form, value: Form) -> Iterator[Words]:
+    """Yield where r or a sine has a value, from or up to which rate if that is told, and how fast it swings there."""
     lesson, q = left.lesson, named(left.q)
     positive = {one.name for one in lesson.scene.parameters if one.positive}
     divisors = [x for x in value.factors if isinstance(x, Power) and x.exponent == -1]
@@ -159,33 +162,25 @@ def _reached(left: Reduced, factored: Form, wave: Form, value: Form) -> Iterator
     squares = [x for x in below if isinstance(x, Power) and x.exponent == 2 and isinstance(x.base, Symbol)]
     others = Form.product(x for x in below if x not in squares)
     least = Form.product((*above, *([] if others == Number.ONE else [others.power(-1)])))
-    if len(squares) == 1 and len(Form.product(above).terms) == 1 and positive.issuperset(least.symbols):
+    square = _swing(left, wave, value) if left.led and wave in (q, Function(Op.COS, (q,))) else None
+    flat = _flat(square, falls=True) if wave == q and square is not None else None
+    flat = flat if flat and positive.issuperset(flat[1].symbols) else None
+    bounds += [value] if wave != q else [quotient(flat[1:], flat[:1])] if flat else []
+    if wave == q:
+        yield lesson.say("steady.place", wave=wave, value=value)
+    elif len(squares) == 1 and len(Form.product(above).terms) == 1 and positive.issuperset(least.symbols):
         yield lesson.say("steady.from", wave=wave, value=value, square=squares[0], least=least)
-        critical = math.sqrt(left.chosen.of(least.express(lesson.graph))[0])
-        yield lesson.say("steady.critical", value=f"{lesson.written(critical)} rad/s")
+        flat = squares[0], least
     else:
         yield lesson.say("steady.wave", wave=wave, value=plain(lesson, value, factored))
-    if left.led and isinstance(wave, Function) and wave.op is Op.COS and (square := _swing(left, wave, value)):
-        yield from _swings(lesson, q, square)
-
-
-def _straight(left: Reduced, bounds: list[Form], value: Form) -> Iterator[Words]:
-    """Yield where r is, how fast it swings about it, and up to which rate, whose ratio goes to the bounds."""
-    lesson, q = left.lesson, named(left.q)
-    yield lesson.say("steady.place", wave=q, value=value)
-    if square := _swing(left, q, value) if left.led else None:
-        yield from _swings(lesson, q, square)
-        for term, least in filter(None, [_flat(square)]):
-            bounds.append(quotient([least], [term]))
-            critical = math.sqrt(left.chosen.of(least.express(lesson.graph))[0])
-            yield lesson.say("steady.until", square=term, least=least)
-            yield lesson.say("steady.critical", value=f"{lesson.written(critical)} rad/s")
-
-
-def _swings(lesson: Lesson, q: Symbol, square: Form) -> Iterator[Words]:
-    """Yield the frequency of small swings."""
-    omega = lesson.name("steady:omega", "omega", "s", node=None)
-    yield lesson.say("steady.omega", q=q, square=omega.power(2), value=square)
+    if wave == q and flat:
+        yield lesson.say("steady.until", square=flat[0], least=flat[1])
+    if flat:
+        critical = math.sqrt(left.chosen.of(flat[1].express(lesson.graph))[0])
+        yield lesson.say("steady.critical", value=f"{lesson.written(critical)} rad/s")
+    if square is not None:
+        omega = lesson.name("steady:omega", "omega", "s", node=None)
+        yield lesson.say("steady.omega", q=q, square=omega.power(2), value=square)
 
 
 def _without(form: Form, r: Symbol) -> Form:
