@@ -81,7 +81,7 @@ def level_places(factored: Form, r: Symbol, rates: Set[str]) -> Iterator[tuple[s
         elif r.name not in names and (flat := _flat(inner)):
             yield "steady.flat", {"square": flat[0], "least": flat[1], "q": r}
         waves = {one for one in inner.walk() if isinstance(one, Function) and r in one.args}
-        if r.name not in names or (waves and any(one == r for one in _without(inner, r).walk())):
+        if r.name not in names or (waves and r in inner.exchanged(dict.fromkeys(waves, Number.ZERO)).walk()):
             continue
         if len(waves) > 1 or not all(wave.op in (Op.SIN, Op.COS) for wave in waves):
             continue
@@ -181,13 +181,6 @@ def _reached(left: Reduced, factored: Form, bounds: list[Form], wave: Form, valu
     if square is not None:
         omega = lesson.name("steady:omega", "omega", "s", node=None)
         yield lesson.say("steady.omega", q=q, square=omega.power(2), value=square)
-
-
-def _without(form: Form, r: Symbol) -> Form:
-    """Return a form with its waves of r taken as symbols of their own."""
-    if isinstance(form, Function) and r in form.args:
-        return Number.ZERO
-    return form.with_parts(_without(part, r) for part in form.parts)
 
 
 def _divided(term: Form, wave: Form) -> Form | None:
