@@ -24,6 +24,7 @@ try {
         return {
           moved: !play || time.textContent !== before,
           over: document.documentElement.scrollWidth - innerWidth,
+          short: [...document.querySelectorAll("mo:has(+ mtable)")].filter(one => one.checkVisibility() && one.getBoundingClientRect().height < 0.8 * one.nextElementSibling.getBoundingClientRect().height).length,
           flat: [...document.querySelectorAll("math")].filter(one => one.checkVisibility() && !one.getBoundingClientRect().height).length,
         };
       }));

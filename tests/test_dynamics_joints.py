@@ -147,6 +147,19 @@ def test_what_a_joint_forbids(kind: str) -> None:
         assert np.linalg.matrix_rank(np.array(values(rows)).reshape(-1, 6)) == len(wrenches)
 
 
+@pytest.mark.parametrize("kind", ["revolute", "prismatic", "cylindrical", "planar", "point_on_line", "point_on_plane"])
+@pytest.mark.parametrize("axis", [(0, 0, 1), (0, 0, -1), (1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0)], ids=str)
+def test_what_is_named_after_an_axis_of_its_frame_acts_along_it(kind: str, axis: tuple[int, ...]) -> None:
+    """F_guide_z and multiplier_hinge_mz of joints about x were those along -z."""
+    one, graph = jointed("revolute", kind), Graph()
+    x, y, z = (Quantity.number(part) for part in axis)
+    joint = one.joints[1].shaped(axis=(x, y, z))
+    wrenches = JOINTS[kind].forbids.wrenches(joint, joint_motion(joint, graph).placement)
+
+    for part in (part for wrench in wrenches for part in wrench):
+        assert all(entry is graph.zero or entry is graph.one for entry in part)
+
+
 @pytest.mark.parametrize("kind", [kind for kind, row in JOINTS.items() if row.turned is not None])
 def test_a_coordinate_starts_where_it_did_when_its_joint_is_turned_round(kind: str) -> None:
     joint, turned = jointed("revolute", kind).joints[1], JOINTS[kind].turned

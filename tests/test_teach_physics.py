@@ -93,6 +93,39 @@ shaft = { type = "prismatic", parent = "ground", child = "cage", axis = [0, 0, 1
 )
 
 
+TUBE = """
+name = "tube"
+gravity = "none"
+[parameters]
+m = { value = 2, unit = "kg", positive = true }
+k = { value = 50, unit = "N/m", positive = true }
+R = { value = 0.5, unit = "m", positive = true }
+Omega = { value = 3, unit = "rad/s", positive = true }
+[bodies]
+tube = {}
+ball = { mass = "m" }
+[joints.shaft]
+type = "revolute"
+parent = "ground"
+child = "tube"
+axis = [0, 0, 1]
+coordinate = "psi"
+motion = "Omega*t"
+drive = "T"
+[joints.bore]
+type = "prismatic"
+parent = "tube"
+child = "ball"
+axis = [1, 0, 0]
+coordinate = "r"
+drive = false
+[springs.coil]
+joint = "bore"
+stiffness = "k"
+free = "R"
+"""
+
+
 def scene(name: str) -> Scene:
     texts = {"pendulum": PENDULUM, "hoop": HOOP, "weight": WEIGHT, "hung": HUNG}
     return read_text(texts[name], "toml") if name in texts else read(EXAMPLES / f"{name}.toml")
@@ -203,6 +236,42 @@ def test_a_loop_is_asked_what_stays_and_which_way_its_drive_holds_it() -> None:
     assert [x for x, yes in chosen("four_bar", "conserved").items() if yes] == ["the energy K: + P:"]
 
 
+RULES = language_of("en").mistakes
+WRONG = (
+    ("g/l", "root"),
+    ("2*pi*sqrt(l/g)", "period"),
+    ("0.3525", "hertz"),
+    ("sqrt(l/g)", "overturned"),
+    ("2.837", "period"),
+)
+PULLED = (
+    ("m*g", "centripetal"),
+    ("m*(g - l*theta'^2)", "centripetal"),
+    ("m*g + m*l*theta'^2/2", "arm"),
+    ("m*g + m*l*theta'", "dimension"),
+)
+
+
+def test_a_wrong_frequency_and_a_wrong_reaction_are_told_what_they_are() -> None:
+    document = asked("pendulum")
+    for key, rows in (("frequency", WRONG), ("reaction", PULLED)):
+        for text, rule in rows:
+            assert RULES[rule] in judge(document, f"physics:{key}", text), text
+
+
+def test_a_ball_in_a_turning_tube_and_a_forced_mass_are_asked_by_their_own_letters() -> None:
+    """k a/(k - m Ω²) and √(k/m), by hand: no coordinate turns, and a force in time hides the rest."""
+    forced = WEIGHT.replace("drive = false", 'drive = false, force = "m*g*cos(w*t)"').replace("[0, 0, 1]", "[1, 0, 0]")
+    forced = forced.replace("g = {", 'w = { value = 3, unit = "rad/s", positive = true }\ng = {')
+    told = {}
+    for name, text in (("tube", TUBE), ("forced", forced)):
+        blocks = with_exercises(lesson_of(read_text(text, "toml")), ask=["physics"]).blocks()
+        told |= {f"{name}{block.key}": symbolic(block) for _, block in blocks if isinstance(block, Blank)}
+    assert sp.simplify(told["tubephysics:steady"] - k * R / (k - m * Omega**2)) == 0
+    assert float(told["tubephysics:frequency"]) == pytest.approx(4.0)  # the root of 50/2 - 9
+    assert sp.simplify(told["forcedphysics:frequency"] ** 2 - k / m) == 0
+
+
 @pytest.mark.parametrize("language", languages())
 def test_letters_are_judged_with_reasons(language: str) -> None:
     document, words = asked("pendulum", language), language_of(language).lesson
@@ -281,6 +350,10 @@ def test_a_page_counts_judges_choices_and_jumps_by_the_keyboard(browser: Any, tm
                 for letter, option in block.lettered.items():
                     form.locator(f'input[value="{letter}"]').set_checked(option.right)
             else:
+                for text, rule in WRONG if block.key == "physics:frequency" else PULLED:
+                    form.locator("input").fill(text)
+                    form.locator("button").click()
+                    assert RULES[rule] in form.locator(".verdict").inner_text(), text
                 form.locator("input").fill("2.215" if block.key == "physics:frequency" else text_of(block.answer))
             assert (
                 page.locator("#part-after-rests article:not([hidden]), #part-numbers article:not([hidden])").count()

@@ -92,7 +92,7 @@ def test_a_bead_on_a_turning_parabola_has_its_equation_with_the_rate_put_in() ->
 def test_a_bead_on_a_turning_parabola_has_its_threshold_and_its_condition_integrated() -> None:
     text = page("parabola")
     assert "changes its sign at $\\Omega^2$ = $2 a g$, for the values of the lesson at $\\Omega$ = 6.264 rad/s" in text
-    assert "$c_1$ = d/dt ($-a r^2 + z$)" in text
+    assert "$c_1$ = d/dt ($z - a r^2$)" in text
 
 
 def test_a_bead_on_a_wire_given_by_formulas_rests_everywhere_at_the_threshold() -> None:

@@ -129,6 +129,10 @@ class Form:
         """Return the form with other forms in place of symbols."""
         return self.with_parts(part.substitute(known) for part in self.parts)
 
+    def exchanged(self, swaps: Mapping[Form, Form]) -> Form:
+        """Return the form with others in place of some that it is made of, the whole before its parts."""
+        return swaps[self] if self in swaps else self.with_parts(part.exchanged(swaps) for part in self.parts)
+
     def express(self, graph: Graph) -> Expr:
         """Return the form as a node of `graph`; symbols keep their names."""
         raise NotImplementedError

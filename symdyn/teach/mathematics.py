@@ -285,7 +285,8 @@ def _inner(latex: str) -> str:
     text = _ALONE.sub(r"\1", text)
     text = _THIN_BEFORE.sub("\\1\u2009", _THIN_AFTER.sub("\\1\u2009\\2", text))
     text = _THIN_RAISED.sub("\\1\u2005\\2", text)  # as wide, in smaller type
-    return _ACCENTED.sub(_dotted, text)
+    text = _ACCENTED.sub(_dotted, text)
+    return f"<mrow>{text}</mrow>" if "<mtable" in text else text  # Firefox stretches no bracket in math itself
 
 
 def _dotted(match: re.Match[str]) -> str:

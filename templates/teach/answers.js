@@ -200,7 +200,8 @@ const Answers = (() => {
   // Which rule a wrong value forgets, by what such a mistake is worth at a few points
   function mistaken(key, at, changes, lettered) {
     const mine = changes ? [at[0] - at[1], at[2] - at[3]] : at;
-    const row = (mistakes[key] || []).find(one => (lettered ? [3] : [3, 5]).some(k => one.length > k + 1 && close(mine[k - 3], one[k]) && close(mine[k - 2], one[k + 1])));
+    const rough = rounded.includes(key) && at.every(x => x === at[0]) ? one => one.length > 6 && [5, 6].every(k => Math.abs(at[0] - one[k]) <= enough * Math.abs(one[k])) : () => false;
+    const row = (mistakes[key] || []).find(one => rough(one) || (lettered ? [3] : [3, 5]).some(k => one.length > k + 1 && close(mine[k - 3], one[k]) && close(mine[k - 2], one[k + 1])));
     return row && forgot(row);
   }
   // Whether lengths, masses and times in other units change a value as they change the result, where that can be told

@@ -389,8 +389,10 @@ def chosen(which: str, joint: Joint, graph: Graph) -> tuple[Vec, ...]:
 
 
 def directions(axis: Vector, graph: Graph) -> tuple[Vec, Vec, Vec]:
-    """Return two directions across an axis and the axis itself, the columns of A."""
-    return Mat.towards(unit(axis, graph)).T
+    """Return two directions across an axis and one along it, the columns of A: of the frame, where the axis is one."""
+    e, u = Mat.identity(graph), unit(axis, graph)
+    k = next((k for k in range(3) if u[k] in (graph.one, graph.constant(-1))), None)
+    return Mat.towards(u).T if k is None else (e[k - 2], e[k - 1], e[k])
 
 
 def forces(*along: Vec) -> tuple[Wrench, ...]:

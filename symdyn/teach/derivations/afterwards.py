@@ -105,7 +105,7 @@ def comparison_step(lesson: Lesson, page: Printable, chosen: Chosen) -> Step | N
     changes = [0.0 if abs(x) < none else x for x in found.balance.tolist()]
     left = [lesson.scene.in_shown_unit(lesson.about(x), "J") for x in changes]
     rows = [(name, left[k], "–" if not k else lesson.written(apart[k])) for k, name in enumerate(names)]
-    table = lesson.table(("compare.which", "compare.balance", "compare.apart"), rows)
+    table = lesson.table(("near.mode.kind", "compare.balance", "compare.apart"), rows)
     claim = lesson.say("compare", number=str(len(names)), seconds=lesson.written(last))
     show = ("coriolis", "centrifugal", "ghost")
     blocks = (picture, lesson.say("compare.energy", total=Form.sum((Symbol("K:"), Symbol("P:")))), table)

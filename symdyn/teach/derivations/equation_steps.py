@@ -126,7 +126,7 @@ def _products(lesson: Lesson, i: int) -> Table[Words]:
         for term in _M(lesson, i, j).terms:
             changing = Form.sum(_with_rate(part, _qd(lesson, j)) for part in rate_of(term, rates).terms)
             rows.append((Form.product((term, _qd(lesson, j))), changing, Form.product((term, _qdd(lesson, j)))))
-    return lesson.table(("rate.term", "rate.coefficient", "rate.acceleration"), rows)
+    return lesson.table(("velocity.term", "rate.coefficient", "rate.acceleration"), rows)
 
 
 def _products_by_name(lesson: Lesson, i: int) -> Table[Words]:
@@ -141,7 +141,7 @@ def _products_by_name(lesson: Lesson, i: int) -> Table[Words]:
             change = Number.ZERO if still else Form.product((lesson.rate(key, node), rates[0]))
             rows.append((Form.product((Symbol(key), rates[0])), change,
                          Form.product((Symbol(key), rates[1]))))  # fmt: skip
-    return lesson.table(("rate.term", "rate.coefficient", "rate.acceleration"), rows)
+    return lesson.table(("velocity.term", "rate.coefficient", "rate.acceleration"), rows)
 
 
 def _with_rate(term: Form, rate: Symbol) -> Form:

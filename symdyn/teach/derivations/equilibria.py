@@ -147,7 +147,7 @@ def equilibrium_step(lesson: Lesson, rests: Rests) -> Step:
         )
         for place in rests.places
     ]
-    table = lesson.table((*map(named, rests.q), "equilibria.kind", "equilibria.how"), rows)
+    table = lesson.table((*map(named, rests.q), "table.kind", "equilibria.how"), rows)
     idle: list[Form] = [named(q) for q in lesson.state.q if q not in rests.q]
     apart = [lesson.say("equilibria.idle", names=together(idle))] if idle else []
     blocks: list[Block] = [table, *rests.searched, *apart, *rests.families]
@@ -226,7 +226,7 @@ def _places(
         row += [lesson.say(f"closed.{one.stability.verdict}"), eigenvalues(_moving(one), lesson.written)]
     heads: list[str | Symbol] = [*(Symbol(scene.coordinates[k]) for k in shown), *["closed.attitude"] * len(told)]
     if systems:
-        heads += [*(Symbol(one.name) for one in scene.states), "equilibria.kind", "closed.values"]
+        heads += [*(Symbol(one.name) for one in scene.states), "table.kind", "closed.values"]
     return lesson.table(heads, rows)
 
 

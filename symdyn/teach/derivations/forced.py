@@ -23,7 +23,8 @@ from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute
 from symdyn.scene import SceneUnits
 from symdyn.teach.derivations.charts import SOLID, Curve, Panel, chart
 from symdyn.teach.derivations.precession import NO_FORM, lowest, shortened
-from symdyn.teach.derivations.solved import motions_put_in, vanishing
+from symdyn.teach.derivations.reduced import at_bound
+from symdyn.teach.derivations.solved import motions_put_in, quotient, vanishing
 from symdyn.teach.document import Block, Formula, Letter, Picture, Step
 from symdyn.teach.lesson import Lesson, named, together
 from symdyn.teach.shown_state import Chosen
@@ -131,6 +132,8 @@ def _response(one: Forced, chosen: Chosen) -> Step:
         lesson.called(f"forced:X:{k + 1}", Letter("X", (str(k + 1),) if len(one.free) > 1 else ())) for k in one.free
     ]
     blocks, at = list[Block](), Form.of(rate)
+    own = shortened(lesson, lowest(one.K[0][0] / one.M[0][0]))
+    tried = at_bound(lesson, chosen, quotient([own], [at.power(2)])) if len(one.free) == 1 else None
     if damped and len(one.free) > 1:
         blocks.append(lesson.say("forced.undamped"))
     if damped and len(one.free) == 1:
@@ -142,7 +145,7 @@ def _response(one: Forced, chosen: Chosen) -> Step:
         blocks.append(Formula("", symbols[0], right=form))
         phase = lesson.called("forced:delta", Letter("delta"))
         lag = Form.product((shortened(lesson, rate * d), stiff.power(-1)))
-        blocks.append(lesson.say("forced.phase", lag=lag, delta=phase))
+        blocks.append(lesson.say("forced.phase", lag=lag, delta=phase, square=at.power(2), own=own))
         peak = lowest(k / m - d**2 / m**2 / 2)
         blocks.append(lesson.say("forced.peak", square=at.power(2), peak=shortened(lesson, peak)))
     else:
@@ -150,13 +153,13 @@ def _response(one: Forced, chosen: Chosen) -> Step:
             Formula("", x, right=shortened(lesson, node)) for x, node in zip(symbols, one.amplitudes, strict=True)
         ]
         if len(one.free) == 1:
-            own = shortened(lesson, one.K[0][0] / one.M[0][0])
             blocks.append(lesson.say("forced.resonance", square=at.power(2), own=own))
         else:
             blocks.append(lesson.say("forced.resonances"))
     blocks += _curve(one, chosen)
     claim = lesson.say("forced.response", rate=at, amplitudes=together(symbols))
-    return Step("forced.response", claim, tuple(blocks), lesson.say("forced.response.reason"), show=("plots", "forces"))
+    reason, tries = lesson.say("forced.response.reason"), tuple(filter(None, [tried]))
+    return Step("forced.response", claim, tuple(blocks), reason, show=("plots", "forces"), tries=tries)
 
 
 def _curve(one: Forced, chosen: Chosen) -> list[Block]:

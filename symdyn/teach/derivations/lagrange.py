@@ -302,7 +302,7 @@ def _forces(lesson: Lesson, page: Printable) -> Step:
 def _said(lesson: Lesson, i: int, slides: bool) -> Words:
     joint = next(one for one in lesson.scene.joints if lesson.scene.coordinates[i] in one.coordinates)
     drive = lesson.scene.drives[i]
-    key = ("generalized.driven" if drive else "generalized.passive") + (".slide" if slides else "")
+    key = f"generalized.driven{'.slide' if slides else ''}" if drive else "generalized.passive"
     places = {"drive": Symbol(drive)} if drive else {}
     return lesson.say(key, q=named(lesson.state.q[i]), joint=joint.name, **places)
 

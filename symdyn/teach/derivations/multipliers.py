@@ -182,7 +182,7 @@ def tied_power_steps(lesson: Constrained, right: Sequence[Form], chosen: Chosen)
     reason = lesson.say("tied.power.reason" if lesson.ties else "power.reason")
     numbers = lesson.say("tied.power.numbers", left=symbol, value=lesson.equals(value), done=lesson.about(done))
     return [
-        Step("power", lesson.say("tied.power"), blocks, reason, show=("energies",)),
+        Step("power", lesson.say("power"), blocks, reason, show=("energies",)),
         Step("power.numbers", numbers, ()),
     ]
 

@@ -66,6 +66,13 @@ class Reduced:
         return SceneUnits(self.lesson.scene).coordinates[self.r] == "rad"
 
     @property
+    def places(self) -> list[tuple[float, float, float]]:
+        """What is level of a whole turn, or of a slide about where the lesson has it."""
+        here = self.chosen.values[self.q]
+        low, high = (-math.pi, math.pi) if self.turns else (here - 2 * abs(here) - 1, here + 2 * abs(here) + 1)
+        return self.level(low, high)
+
+    @property
     def couples(self) -> bool:
         """Whether the others have a say: their inertia depends on it."""
         lesson = self.lesson

@@ -18,7 +18,7 @@ from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute
 from symdyn.teach.derivations.constrained import Condition, Constrained
 from symdyn.teach.derivations.precession import NO_FORM, shortened
 from symdyn.teach.derivations.short_sines import in_sines
-from symdyn.teach.derivations.solved import LONGEST, quotient, short_form
+from symdyn.teach.derivations.solved import LONGEST, plus_first, quotient, short_form
 from symdyn.teach.derivations.velocities import length
 from symdyn.teach.document import Block, Formula, Step
 from symdyn.teach.lesson import named
@@ -60,13 +60,13 @@ def integral(lesson: Constrained, tie: Condition) -> Form | None:
         return None
     total = graph.zero
     try:
-        for x, slope in zip(q, tie.slopes, strict=True):
-            total = total + _over(lesson, slope - gradient(total, [x])[0], x)
+        for x, node in zip(q, tie.nodes, strict=False):
+            total = total + _over(lesson, lesson.tie_form(node).express(graph) - gradient(total, [x])[0], x)
         off = [a - b for a, b in zip(tie.slopes, gradient(total, q), strict=True)]
         rates = graph.total(b * u for b, u in zip(gradient(total, q), lesson.state.qd, strict=True))
         pushed = graph.total(b * u for b, u in zip(gradient(rates, q), lesson.state.qd, strict=True))
         exact = all(map(lesson.vanishes, (*off, tie.bias - pushed)))
-        return shortened(lesson, total) if exact else None
+        return plus_first(shortened(lesson, total)) if exact else None
     except NO_FORM:
         return None
 
@@ -99,11 +99,11 @@ def solutions(lesson: Constrained, unknown: Sequence[Symbol]) -> dict[Form, Form
     found, at = dict[Form, Form](), lesson.assembled(0)
     while True:
         for form in forms:
-            one = _solved(lesson, _put_in(form, found), {x.name for x in unknown}, at)
+            one = _solved(lesson, form.exchanged(found), {x.name for x in unknown}, at)
             if one is not None:
                 break
         else:
-            left = [_put_in(form, found) for form in forms]
+            left = [form.exchanged(found) for form in forms]
             pairs = (_polar(lesson, *pair, {x.name for x in unknown}, at) for pair in permutations(left, 2))
             return found | next(filter(None, pairs), {})
         forms.remove(form)
@@ -129,7 +129,7 @@ def _polar(
     letters = [graph.symbol(f"solved:{k}") for k in range(2)]
     waves = [Function(op, (u,)) for op in (Op.COS, Op.SIN)]
     put: dict[Form, Form] = {wave: Symbol(str(y.value)) for wave, y in zip(waves, letters, strict=True)}
-    nodes = [_put_in(form, put).express(graph) for form in (first, second)]
+    nodes = [form.exchanged(put).express(graph) for form in (first, second)]
     (p, across), (e, along) = (gradient(node, letters) for node in nodes)
     f, g = substitute(nodes, dict.fromkeys(letters, graph.zero))
     s, q = slide.express(graph), x.express(graph)
@@ -182,7 +182,7 @@ def _other_angle(lesson: Constrained, first: Form, second: Form, u: Form, x: Sym
     waves = [Function(op, (one,)) for one in (u, x) for op in (Op.COS, Op.SIN)]
     letters = [graph.symbol(f"solved:{k}") for k in range(4)]
     put: dict[Form, Form] = {wave: Symbol(str(letter.value)) for wave, letter in zip(waves, letters, strict=True)}
-    f, g = (_put_in(form, put).express(graph) for form in (first, second))
+    f, g = (form.exchanged(put).express(graph) for form in (first, second))
     (s, other), (none, same) = (gradient(node, letters[:2]) for node in (f, g))
     if not (other.is_zero and none.is_zero) or set(letters).intersection(reachable([s, same])):
         return None
@@ -224,13 +224,6 @@ def _told(wave: Form, found: Solutions) -> bool:
     return isinstance(wave, Function) and any(x in found for x in wave.args)
 
 
-def _put_in(form: Form, found: Solutions) -> Form:
-    """Return a form with solutions put in, whole waves first."""
-    if form in found:
-        return found[form]
-    return form.with_parts(_put_in(part, found) for part in form.parts) if form.parts else form
-
-
 def _worth(lesson: Constrained, form: Form, at: Mapping[Expr, float]) -> float:
     return float(evaluate([form.express(lesson.graph)], Floats(), at)[0])
 
@@ -248,7 +241,7 @@ def _solved(lesson: Constrained, form: Form, unknown: set[str], at: Mapping[Expr
             continue
         (atom,) = atoms
         letter = lesson.graph.symbol("solved:")
-        node = _put_in(whole, {atom: Symbol("solved:")}).express(lesson.graph)
+        node = whole.exchanged({atom: Symbol("solved:")}).express(lesson.graph)
         (slope,) = gradient(node, [letter])
         if slope.is_zero or letter in reachable([slope]):
             return None

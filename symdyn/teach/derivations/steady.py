@@ -53,9 +53,8 @@ def steady_step(lesson: Lesson, left: Reduced) -> Step | None:
         ]
         turning = {str(lesson.state.qd[k].value) for k in left.cyclic}
         for kind, places in level_places(factored, r, turning):
-            if kind == "steady.wave":
-                bounds.append(places["value"])
-                blocks += _reached(left, factored, **places)
+            if kind in ("steady.wave", "steady.place"):
+                blocks += _reached(left, factored, bounds, **places)
             else:
                 blocks.append(lesson.say(kind, **places))
     blocks += _numbers(lesson, left)
@@ -68,7 +67,7 @@ def steady_step(lesson: Lesson, left: Reduced) -> Step | None:
 
 
 def level_places(factored: Form, r: Symbol, rates: Set[str]) -> Iterator[tuple[str, dict[str, Form]]]:
-    """Yield what each factor says: r or sin r = 0, cos r is a quotient, or, of rates, r is any."""
+    """Yield what each factor says: r or sin r = 0, r or cos r is a quotient, or, of rates, r is any."""
     for factor in factored.factors:
         inner = factor.base if isinstance(factor, Power) else factor
         if isinstance(factor, Power) and factor.exponent < 0:
@@ -82,11 +81,11 @@ def level_places(factored: Form, r: Symbol, rates: Set[str]) -> Iterator[tuple[s
         elif r.name not in names and (flat := _flat(inner)):
             yield "steady.flat", {"square": flat[0], "least": flat[1], "q": r}
         waves = {one for one in inner.walk() if isinstance(one, Function) and r in one.args}
-        if not waves or any(one == r for one in _without(inner, r).walk()):
+        if r.name not in names or (waves and r in inner.exchanged(dict.fromkeys(waves, Number.ZERO)).walk()):
             continue
-        if len(waves) != 1 or not all(wave.op in (Op.SIN, Op.COS) for wave in waves):
+        if len(waves) > 1 or not all(wave.op in (Op.SIN, Op.COS) for wave in waves):
             continue
-        (wave,) = waves
+        wave = next(iter(waves), r)
         if inner == wave:
             yield "steady.zero", {"wave": wave}
             continue
@@ -98,15 +97,21 @@ def level_places(factored: Form, r: Symbol, rates: Set[str]) -> Iterator[tuple[s
         below = Form.sum(one for one in under if one is not None)
         if _negative(above) and above != Number.ZERO:  # no sign in front that the other side could take
             above, below = above.negative, below.negative
-        value = Form.product((above, _taken_out(below).power(-1)))
-        yield "steady.wave", {"wave": wave, "value": value}
+        value = Form.product((above, plus_first(_taken_out(below)).power(-1)))
+        yield "steady.place" if wave == r else "steady.wave", {"wave": wave, "value": value}
 
 
-def _flat(factor: Form) -> tuple[Form, Form] | None:
-    """Return the square of a parameter and what it is where a difference is zero; None of what is none."""
+def _flat(factor: Form, falls: bool = False) -> tuple[Form, Form] | None:
+    """Return the square of a parameter, taken away if it falls, and what it is where a difference is zero, or None."""
     terms = [term.split_sign() for term in factor.terms]
     for (sign, term), (other, rest) in permutations(terms, 2) if len(terms) == 2 else ():
-        if sign * other < 0 and isinstance(term, Power) and term.exponent == 2 and isinstance(term.base, Symbol):
+        if (
+            sign * other < 0
+            and not (falls and sign > 0)
+            and isinstance(term, Power)
+            and term.exponent == 2
+            and isinstance(term.base, Symbol)
+        ):
             return term, Form.product((Number(Fraction(abs(other))), rest))
     return None
 
@@ -133,8 +138,8 @@ def _below(form: Form) -> tuple[Form, ...]:
     return form.base.power(-form.exponent).factors if isinstance(form, Power) and form.exponent < 0 else ()
 
 
-def _swing(left: Reduced, value: Form) -> Form | None:
-    """Return W''/m where cos r has a value, the square of the frequency of small swings there; None if not short."""
+def _swing(left: Reduced, wave: Form, value: Form) -> Form | None:
+    """Return W''/m where r or cos r has a value, the square of the frequency of small swings; None if not short."""
     lesson, q, qd = left.lesson, left.q, left.lesson.state.qd[left.r]
     (m,) = gradient(gradient(lesson.energy.K, [qd])[0], [qd])
     (bent,) = gradient(gradient(left.static, [q])[0], [q])
@@ -142,13 +147,13 @@ def _swing(left: Reduced, value: Form) -> Form | None:
         node = Ratios.form_of(bent / m).express(lesson.graph)  # in cosines, where the sine stands squared
     except (OverflowError, ZeroDivisionError):
         return None
-    (there,) = substitute([node], {lesson.graph.cos(q): value.express(lesson.graph)})
+    (there,) = substitute([node], {wave.express(lesson.graph): value.express(lesson.graph)})
     form = None if q in reachable([there]) else in_sines(lesson, there)
     return plus_first(form) if form is not None and length(form) <= LONGEST else None
 
 
-def _reached(left: Reduced, factored: Form, wave: Form, value: Form) -> Iterator[Words]:
-    """Yield where a sine has a value, from which rate on if that is told, and how fast it swings about it."""
+def _reached(left: Reduced, factored: Form, bounds: list[Form], wave: Form, value: Form) -> Iterator[Words]:
+    """Yield where r or a sine has a value, from or up to which rate if that is told, and how fast it swings there."""
     lesson, q = left.lesson, named(left.q)
     positive = {one.name for one in lesson.scene.parameters if one.positive}
     divisors = [x for x in value.factors if isinstance(x, Power) and x.exponent == -1]
@@ -157,22 +162,25 @@ def _reached(left: Reduced, factored: Form, wave: Form, value: Form) -> Iterator
     squares = [x for x in below if isinstance(x, Power) and x.exponent == 2 and isinstance(x.base, Symbol)]
     others = Form.product(x for x in below if x not in squares)
     least = Form.product((*above, *([] if others == Number.ONE else [others.power(-1)])))
-    if len(squares) == 1 and len(Form.product(above).terms) == 1 and positive.issuperset(least.symbols):
+    square = _swing(left, wave, value) if left.led and wave in (q, Function(Op.COS, (q,))) else None
+    flat = _flat(square, falls=True) if wave == q and square is not None else None
+    flat = flat if flat and positive.issuperset(flat[1].symbols) else None
+    bounds += [value] if wave != q else [quotient(flat[1:], flat[:1])] if flat else []
+    if wave == q:
+        yield lesson.say("steady.place", wave=wave, value=value)
+    elif len(squares) == 1 and len(Form.product(above).terms) == 1 and positive.issuperset(least.symbols):
         yield lesson.say("steady.from", wave=wave, value=value, square=squares[0], least=least)
-        critical = math.sqrt(left.chosen.of(least.express(lesson.graph))[0])
-        yield lesson.say("steady.critical", value=f"{lesson.written(critical)} rad/s")
+        flat = squares[0], least
     else:
         yield lesson.say("steady.wave", wave=wave, value=plain(lesson, value, factored))
-    if left.led and isinstance(wave, Function) and wave.op is Op.COS and (square := _swing(left, value)):
+    if wave == q and flat:
+        yield lesson.say("steady.until", square=flat[0], least=flat[1])
+    if flat:
+        critical = math.sqrt(left.chosen.of(flat[1].express(lesson.graph))[0])
+        yield lesson.say("steady.critical", value=f"{lesson.written(critical)} rad/s")
+    if square is not None:
         omega = lesson.name("steady:omega", "omega", "s", node=None)
         yield lesson.say("steady.omega", q=q, square=omega.power(2), value=square)
-
-
-def _without(form: Form, r: Symbol) -> Form:
-    """Return a form with its waves of r taken as symbols of their own."""
-    if isinstance(form, Function) and r in form.args:
-        return Number.ZERO
-    return form.with_parts(_without(part, r) for part in form.parts)
 
 
 def _divided(term: Form, wave: Form) -> Form | None:
@@ -204,13 +212,7 @@ def _numbers(lesson: Lesson, left: Reduced) -> list[Block]:
     """Return the table of steady motions for the values of the lesson."""
     if told := elsewhere(lesson, "steady"):
         return [told]
-    if not left.turns:
-        here = left.chosen.values[left.q]
-        span = 2 * abs(here) + 1.0
-        found = left.level(here - span, here + span)
-    else:
-        found = left.level(-math.pi, math.pi)
-    if not found:
+    if not (found := left.places):
         return [lesson.say("steady.nowhere")]
     units = SceneUnits(lesson.scene).coordinates
     unit = units[left.r]
@@ -226,7 +228,7 @@ def _numbers(lesson: Lesson, left: Reduced) -> list[Block]:
         rows.append([lesson.scene.in_shown_unit(lesson.written(place), unit), *rates, kind, time])
     heads: list[str | Symbol] = [named(left.q), *(named(lesson.state.qd[k]) for k in left.cyclic)]
     key = "steady.numbers.led" if left.led else "steady.numbers.free"
-    return [lesson.say(key), lesson.table([*heads, "equilibria.kind", "steady.next"], rows)]
+    return [lesson.say(key), lesson.table([*heads, "table.kind", "steady.next"], rows)]
 
 
 def _rates(left: Reduced, place: float) -> list[float]:

@@ -163,7 +163,7 @@ def _rests(left: OneLeft, chosen: Chosen) -> list[Step]:
     symbol = lesson.slope(P.name, r.name, slope)
     blocks: list[Block] = [
         Formula(symbol.name, waves_first(lesson, form)),
-        lesson.table([*(named(state.q[k]) for k in left.shown), "equilibria.kind"], rows),
+        lesson.table([*(named(state.q[k]) for k in left.shown), "table.kind"], rows),
         lesson.say("tied.singular"),
     ]
     claim = lesson.say("tied.rests", r=r)

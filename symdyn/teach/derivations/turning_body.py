@@ -132,7 +132,7 @@ def _spins(lesson: Turning, chosen: Chosen) -> list[Step]:
         rows = [_spin(lesson, own, k, chosen) for k in range(3)]
         shown = [row for row in rows if row is not None]
         if len(shown) == 3:
-            table = lesson.table(("turning.axis", "turning.square", "equilibria.kind"), shown)
+            table = lesson.table(("turning.axis", "turning.square", "table.kind"), shown)
             claim = lesson.say("turning.spins", joint=joint.name)
             steps.append(Step(f"spins:{joint.name}", claim, (table,), lesson.say("turning.spins.reason")))
     return steps

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.linalg import null_space
 
 from symdyn import linear
-from symdyn.algebra import Form, Symbol
+from symdyn.algebra import Symbol
 from symdyn.dynamics.mechanism import TIME
 from symdyn.graph import reachable, substitute, tangents
 from symdyn.scene import SceneUnits, without_hidden_zeros
@@ -57,15 +57,9 @@ class TurningQuestions(PhysicsQuestions):
         """Where it rests stably, of the rests that the lesson tells in words."""
         if elsewhere(self.prose, "rests"):
             return
-        found, options = linear.rests(self.scene), list[Option]()
         tables = [step.blocks[0] for part in self.document.sections for step in part.steps if step.key == "equilibria"]
         rows = tables[0].rows if tables and isinstance(tables[0], Table) else ()
-        for row, system in zip(rows, found.systems, strict=False):
-            grows = max((mode.value.real for mode in system.modes), default=0.0)
-            calm = system.stability.verdict in ("stable", "oscillating")
-            why = Words(()) if calm else self.say("stable.grows", rate=self.prose.written(grows))
-            options.append(Option(row[0], calm, why))
-        yield from self.choice("stable", self.say("stable.of", several=self.say("several")), options)
+        yield from self.stably((row[0] for row in rows), linear.rests(self.scene).systems)
 
     def spin(self) -> Asked:
         """About which axes a spin is stable."""
@@ -100,10 +94,7 @@ class TurningQuestions(PhysicsQuestions):
             options.append(Option(self.say("conserved.own", momentum=Symbol(f"p:{i + 1}")), k in found.body, why))
         timed = lesson.graph.symbol(TIME) in reachable([lesson.L, *lesson.acting])
         calm = not timed and all(x.is_zero for x in lesson.acting)
-        total = Form.sum((Symbol("K:"), Symbol("P:")))
-        why = Words(()) if calm else self.say("conserved.timed")
-        options.append(Option(self.say("conserved.energy", total=total), calm, why))
-        yield from self.choice("conserved", self.say("conserved", several=self.say("several")), options)
+        yield from self.stays(options, Words(()) if calm else self.say("conserved.timed"))
 
     def limit(self) -> Asked:
         """What is left without gravity."""
@@ -151,14 +142,10 @@ class TiedQuestions(PhysicsQuestions):
         """Which places of rest are stable, in numbers."""
         if elsewhere(self.prose, "rests"):
             return
-        found, options = linear.rests(self.scene), list[Option]()
+        found = linear.rests(self.scene)
         shown = [k for k, name in enumerate(self.scene.coordinates) if name not in found.idle]
-        for place, system in zip(found.places, found.systems, strict=False):
-            grows = max((mode.value.real for mode in system.modes), default=0.0)
-            calm = system.stability.verdict in ("stable", "oscillating")
-            why = Words(()) if calm else self.say("stable.grows", rate=self.prose.written(grows))
-            options.append(Option(self.placed(self.value(k, float(place.q[k])) for k in shown), calm, why))
-        yield from self.choice("stable", self.say("stable.of", several=self.say("several")), options[:MOST])
+        places = (self.placed(self.value(k, float(place.q[k])) for k in shown) for place in found.places)
+        yield from self.stably(places, found.systems)
 
     def unit(self) -> Asked:
         """Which unit the first term with a multiplier has in the equation of a coordinate."""
@@ -168,11 +155,8 @@ class TiedQuestions(PhysicsQuestions):
         if terms and self.scene.shown_unit("kg") == "kg":
             k, term = terms[0]
             q, right = Symbol(self.scene.velocities[k]), force_unit(SceneUnits(self.scene).velocities[k])
-            why = self.say("unit.power", rate=q)
-            units = [(unit, unit == right) for unit in ("N", "N m", "N s", "kg m²")]
-            options = [Option(Words((unit,)), same, Words(()) if same else why) for unit, same in units]
-            ask = self.say("unit.term", term=term.split_sign()[1], i=str(k + 1))
-            yield from self.choice("unit", ask, options)
+            why = dict.fromkeys(("N", "N m", "N s", "kg m²"), self.say("unit.power", rate=q))
+            yield from self.units_of(right, why, self.say("unit.term", term=term.split_sign()[1], i=str(k + 1)))
 
     def conserved(self) -> Asked:
         """What stays while no drive acts: what the lesson tells, and momenta that the conditions or energies change."""
@@ -187,13 +171,7 @@ class TiedQuestions(PhysicsQuestions):
                 why = self.say("conserved.tied" if level else "conserved.slope", q=q)
                 if not level or any(not zero(lesson, tie.slopes[k]) for tie in lesson.ties):
                     options.append(Option(self.say("conserved.momentum", q=q), False, why))
-        total, calm = Form.sum((Symbol("K:"), Symbol("P:"))), "energy" in steps
-        why = Words(()) if calm else self.say("conserved.outside")
-        options.append(Option(self.say("conserved.energy", total=total), calm, why))
-        nothing = not momenta and not calm
-        why = Words(()) if nothing else self.say("conserved.some")
-        options.append(Option(self.say("conserved.none"), nothing, why))
-        yield from self.choice("conserved", self.say("conserved", several=self.say("several")), options)
+        yield from self.stays(options, Words(()) if "energy" in steps else self.say("conserved.outside"))
 
     def sense(self) -> Asked:
         """Which sign the one drive has that holds the mechanism at rest where the lesson shows it."""

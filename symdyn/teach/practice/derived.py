@@ -189,7 +189,7 @@ def _given(scene: Scene, language: str) -> Step:
         inertia = row(_turned(mass, placed[mass.body.name].R, graph)) if mass.spins else Words(("0",))
         bodies.append((Words((f"{mass.tag} {mass.body.name}",)), m, at, inertia))
     heads = [[Words((texts[key],)) for key in keys] for keys in (
-        ("table.joint", "given.through", "given.axis"), ("given.body", "given.mass", "given.at", "given.inertia"),
+        ("table.joint", "given.through", "turning.axis"), ("given.body", "given.mass", "given.at", "given.inertia"),
     )]  # fmt: skip
     tables = (Table(tuple(heads[0]), tuple(joints)), Table(tuple(heads[1]), tuple(bodies)))
     reason = texts["given.closed" if scene.loops else "given.reason"]

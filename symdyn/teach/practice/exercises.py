@@ -43,7 +43,7 @@ from symdyn.teach.practice.asked import with_physics
 from symdyn.teach.practice.derived import with_given
 from symdyn.teach.practice.physics import PHYSICS
 from symdyn.teach.student.course import acting
-from symdyn.teach.student.diagnosis import BOUND, points_of
+from symdyn.teach.student.diagnosis import Diagnosis
 from symdyn.teach.student.grammar import Names, Target
 from symdyn.teach.student.mistakes import FREE
 from symdyn.teach.student.statements import read_formula
@@ -397,7 +397,8 @@ def judge(document: Document, key: str, text: str) -> str:
         return words["fault.quantity"].format(text=named[0])
     graph = Graph()
     typed, right = form.express(graph), asked.answer.express(graph)
-    if asked.left.startswith(ROUNDED) and _is_near(document.scene, typed, right):
+    rounded, diagnosis = asked.left.startswith(ROUNDED), Diagnosis(document.scene.as_parameters())
+    if rounded and diagnosis.points.near(typed, right, ENOUGH):
         return words["answer.right"]
     same, turned = (
         Claim("same", "typed", "answer", (typed,), (right,)),
@@ -409,17 +410,13 @@ def judge(document: Document, key: str, text: str) -> str:
     verdicts = [finding.verdict in Verdict.HOLD for finding in findings]
     if not verdicts[0] and _lies_elsewhere(document.scene, asked, typed, right):
         return words["answer.shifted"]
+    if rounded and not verdicts[0] and (rule := diagnosis.number(asked.left, asked.answer, typed, ENOUGH)):
+        return words["answer.mistake"].format(rule=language_of(document.language).mistakes[rule])
     return words["answer.right" if verdicts[0] else "answer.turned" if verdicts[1] else "answer.wrong"]
 
 
 ROUNDED, ENOUGH = f"{PHYSICS}:", 5e-3
 """What keys of quantities begin with that may be given as a number, in the scene's own numbers; to which part of it."""
-
-
-def _is_near(scene: Scene, typed: Expr, right: Expr) -> bool:
-    """Whether a value is the right one, for the parameters of the scene, to three digits or so."""
-    rows = points_of(scene).values([typed, right])[BOUND:]
-    return bool(rows) and all(abs(mine - x) <= ENOUGH * abs(x) for mine, x in rows)
 
 
 def _judged_choice(document: Document, asked: Choice, text: str) -> str:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from itertools import product
@@ -22,7 +22,9 @@ from symdyn.scene import SceneUnits
 from symdyn.scene.values import force_unit
 from symdyn.teach.derivations.equation_steps import coefficient_unit
 from symdyn.teach.derivations.equilibria import FAULTS, QUARTERS, Rests, places_of_rest
+from symdyn.teach.derivations.forced import forced
 from symdyn.teach.derivations.limits import forgotten, smaller_by, vanishing
+from symdyn.teach.derivations.precession import shortened
 from symdyn.teach.derivations.reduced import Reduced, cyclic_of, led_by, reduced, zero
 from symdyn.teach.derivations.solved import short_form
 from symdyn.teach.derivations.steady import level_places
@@ -108,8 +110,12 @@ class PhysicsQuestions:
             return
         right, force = coefficient_unit("qdd", (i + 1, j + 1), [x == "m" for x in rates]), force_unit(rates[i])
         why = {one: self.say("unit.no", unit=one, rate=f"{rates[j]}/s²", force=force) for one in (*UNITS, force)}
+        yield from self.units_of(right, why, self.say("unit", name=Symbol(key), i=str(i + 1), rate=rate))
+
+    def units_of(self, right: str, why: Mapping[str, Words], ask: Words) -> Asked:
+        """Yield which of some units is right, by why it is none."""
         options = [Option(Words((one,)), one == right, Words(()) if one == right else no) for one, no in why.items()]
-        yield from self.choice("unit", self.say("unit", name=Symbol(key), i=str(i + 1), rate=rate), options)
+        yield from self.choice("unit", ask, options)
 
     def placed(self, at: Iterable[tuple[Symbol, str | Form]]) -> Words:
         """Return a position: "q1 = 0, q2 = 0.5 rad"."""
@@ -118,6 +124,24 @@ class PhysicsQuestions:
     def value(self, k: int, x: float) -> tuple[Symbol, str]:
         """Return a coordinate and its value with its unit, as `placed` takes them."""
         return Symbol(self.scene.coordinates[k]), self.scene.in_shown_unit(self.prose.written(x), self.units[k])
+
+    def stays(self, options: Sequence[Option], why: Words, *more: Option) -> Asked:
+        """Yield what is conserved: some momenta, the energy unless `why` says why not, what stands in its place."""
+        total = Form.sum((Symbol("K:"), Symbol("P:")))
+        told = [*options, Option(self.say("conserved.energy", total=total), not why.parts, why), *more]
+        nothing = not any(option.right for option in told)
+        told.append(Option(self.say("conserved.none"), nothing, Words(()) if nothing else self.say("conserved.some")))
+        yield from self.choice("conserved", self.say("conserved", several=self.say("several")), told)
+
+    def stably(self, places: Iterable[Words], systems: Iterable[linear.Linearization]) -> Asked:
+        """Yield which of some places of rest are stable."""
+        options = list[Option]()
+        for place, system in zip(places, systems, strict=False):
+            grows = max((mode.value.real for mode in system.modes), default=0.0)
+            calm = system.stability.verdict in ("stable", "oscillating")
+            why = Words(()) if calm else self.say("stable.grows", rate=self.prose.written(grows))
+            options.append(Option(place, calm, why))
+        yield from self.choice("stable", self.say("stable.of", several=self.say("several")), options[:MOST])
 
     def of_sign(
         self, key: str, sign: int, why: Words, drive: Symbol, q: Symbol, at: Iterable[tuple[int, float]]
@@ -158,13 +182,8 @@ class OpenQuestions(PhysicsQuestions):
 
     def kinds(self) -> Iterable[Callable[[], Asked]]:
         """Return what yields questions, in their order."""
-        if not {"equilibria", "energy", "steady"} & self.steps and not any(
-            key.startswith("solved") for key in self.steps
-        ):
-            return []
-        alone = [self.sense, self.reaction]
-        if not {"equilibria", "steady"} & self.steps:
-            return alone
+        if not {"equilibria", "energy", "steady"} & self.steps:
+            return [self.sense, self.reaction] if any(key.startswith("solved") for key in self.steps) else []
         first = [self.rest, self.swing, self.steady, self.critical]
         return [*first, self.conserved, self.limit, self.sense, self.unit, self.reaction]
 
@@ -263,11 +282,14 @@ class OpenQuestions(PhysicsQuestions):
     def swing(self) -> Asked:
         """Which frequency small oscillations have about the stable place, at rest or while another motion goes on."""
         stable, left = [place for place in self.rests.places if place.kind == "stable"], self.left
-        if self.rests.why == "driven" and left is not None and left.turns:
-            level = left.level(-math.pi, math.pi)
-            squares = [curvature / m for _, curvature, m in level if curvature > 0 and m > 0]
+        if self.rests.why == "driven" and left is not None and left.couples:
+            squares = [curvature / m for _, curvature, m in left.places if curvature > 0 and m > 0]
             if squares and max(squares) - min(squares) < 1e-6 * max(squares):
                 yield from self.frequency(squares[:1], (), False, "frequency.steady")
+        waved = forced(self.lesson) if self.rests.why == "driven" else None
+        if waved is not None and len(waved.free) == 1:
+            own = shortened(self.lesson, waved.K[0][0] / waved.M[0][0])
+            yield from self.frequency(self.chosen.of(own.express(self.lesson.graph)), [own], True, "frequency.rest")
         if len(stable) != 1:
             return
         near = stable[0].near.of(stable[0].near.moved)
@@ -286,7 +308,7 @@ class OpenQuestions(PhysicsQuestions):
         lesson, r = self.lesson, named(left.q)
         (slope,) = gradient(left.static, [left.q])
         rates = {str(lesson.state.qd[k].value) for k in left.cyclic}
-        found = [x for key, x in level_places(Ratios.form_of(slope), r, rates) if key == "steady.wave"]
+        found = [x for _, x in level_places(Ratios.form_of(slope), r, rates) if "value" in x]
         if len(found) == 1:
             others = together([named(lesson.state.q[k]) for k in (*left.cyclic, *left.led)])
             yield from self.blank("steady", found[0]["wave"], found[0]["value"], "steady", q=r, others=others)
@@ -312,15 +334,9 @@ class OpenQuestions(PhysicsQuestions):
         timed = lesson.graph.symbol(TIME) in reachable([lesson.L, *acting])
         why = self.say("conserved.work") if led else self.say("conserved.timed") if timed else Words(())
         why = self.say("conserved.spent", names=together(some)) if some and not why.parts else why
-        total = Form.sum((Symbol("K:"), Symbol("P:")))
-        options.append(Option(self.say("conserved.energy", total=total), not why.parts, why))
-        stays = [b for _, b in self.document.blocks() if isinstance(b, Formula) and b.left == "h:"]
-        if led and stays:
-            options.append(Option(Words((stays[0].form,)), True, self.say("conserved.jacobi")))
-        nothing = not any(option.right for option in options)
-        why = Words(()) if nothing else self.say("conserved.some")
-        options.append(Option(self.say("conserved.none"), nothing, why))
-        yield from self.choice("conserved", self.say("conserved", several=self.say("several")), options)
+        stays = [b.form for _, b in self.document.blocks() if led and isinstance(b, Formula) and b.left == "h:"]
+        more = (Option(Words((one,)), True, self.say("conserved.jacobi")) for one in stays[:1])
+        yield from self.stays(options, why, *more)
 
     def limit(self) -> Asked:
         """What is left as one parameter vanishes: the first that takes a body, or a coordinate, away."""

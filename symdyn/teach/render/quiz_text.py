@@ -101,7 +101,7 @@ class Html:
         rows = tuple(
             (rf"\({latex[name]}\)", f"<code>{in_html(new)}</code>") for name, new in letters.items() if name in latex
         )
-        return Table((words["quiz.symbol"], words["quiz.typed"]), rows).html(str)
+        return Table((words["table.symbol"], words["quiz.typed"]), rows).html(str)
 
     @staticmethod
     def _display(latex: str) -> str:

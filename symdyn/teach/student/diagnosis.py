@@ -45,6 +45,11 @@ class Points:
     at: tuple[Mapping[str, float], ...]
     scaled: bool
 
+    def near(self, one: Expr, other: Expr, enough: float) -> bool:
+        """Whether a value is another one to a part of that, for the parameters of the scene."""
+        rows = self.values([one, other])[BOUND:]
+        return bool(rows) and all(abs(mine - x) <= enough * abs(x) for mine, x in rows)
+
     def marks(self, free: bool = False) -> list[int]:
         """Return the points that mark a value, two and two; where it goes to and from, if a constant is free."""
         return [DRAWN, 0, DRAWN + 1, 1] if free else [0, 1, *range(BOUND, len(self.at))[:2]]
@@ -237,6 +242,13 @@ class Diagnosis:
         nodes = [form.express(self._graph), right.express(self._graph)]
         values, own = (list(row) for row in zip(*self.points.values(nodes, at), strict=True))
         return None if self.points.fits(values, own) else Mistake("dimension", nodes[0])
+
+    def number(self, key: str, right: Form, typed: Expr, enough: float) -> str:
+        """Return the rule that a wrong answer forgets where a number is one, right to a part of itself; "" for none."""
+        if not any(x.op is Op.SYMBOL for x in reachable([typed])):
+            return next((one.rule for one in self.of(key, right) if self.points.near(typed, one.node, enough)), "")
+        found = self.value(key, Form.of(typed), right, lambda *_: True)
+        return found.rule if found else ""
 
     def balance(self, i: int, form: Form) -> Mistake | None:
         """Return the mistake that an equation is, times any factor that is free of rates; None for none."""

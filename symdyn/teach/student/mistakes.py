@@ -166,6 +166,19 @@ STEPS: tuple[tuple[str, Callable[[Course, str], Iterator[Wrong]]], ...] = (
 """What a key begins with, and the steps to such a quantity that go wrong."""
 
 
+def _of_physics(course: Course, key: str, right: Expr) -> Iterator[Wrong]:
+    """Yield what the answer to a question of physics is taken for: ω² or a period, a part of a force, a quotient."""
+    graph, turn = course.graph, 2 * course.graph.pi
+    if key == "physics:frequency":
+        yield from (("root", right**2), ("period", turn / right), ("hertz", right / turn))
+    elif key == "physics:reaction":
+        (still,) = substitute([right], dict.fromkeys(course.state.qd, graph.zero))
+        yield from (("centripetal", one) for one in (still, right - still, 2 * still - right))
+        yield from (("arm", one) for one in (2 * right - still, (right + still) / 2))
+    if key.startswith("physics:"):
+        yield "overturned", 1 / right
+
+
 def _uncoupled(course: Course, i: int) -> Iterator[Wrong]:
     """Yield equations of one joint alone, with a mass taken for another one: a simple pendulum."""
     zero, state = course.graph.zero, course.state
@@ -359,4 +372,5 @@ def _every(course: Course, key: str, right: Expr) -> Iterator[Mistake]:
                 yield Mistake(rule, value, of)
         for treated in (_uncoupled, _undivided) if key.startswith("tau:") else ():
             yield from (Mistake(rule, node) for rule, node in treated(course, _number(key)))
-    yield from (Mistake(rule, node) for rule, node in wrong_terms(course, right))
+    wrong = (*_of_physics(course, key, right), *wrong_terms(course, right))
+    yield from (Mistake(rule, node) for rule, node in wrong)

@@ -12,7 +12,7 @@ from dataclasses import replace
 from fractions import Fraction
 from itertools import permutations
 
-from symdyn.algebra import Form, Function, Number, Power, Product, Sum, Symbol
+from symdyn.algebra import Form, Function, Number, Power, Symbol
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, reachable, substitute
 from symdyn.scene import SceneUnits
@@ -265,22 +265,23 @@ def wrong_terms(course: Course, right: Expr) -> Iterator[Wrong]:
         return
     with suppress(DerivationError):
         form = Form.sum(split_terms(form, course.scene))
-    held = {x for x in form.walk() if isinstance(x, Function) and x.op in (Op.SIN, Op.COS)}
+    still = {x: x for x in form.walk() if isinstance(x, Function)}
+    held = {x for x in still if x.op in (Op.SIN, Op.COS)}
     angles = sorted({x.args for x in held}, key=str)
     both = {Op.SIN: Op.COS, Op.COS: Op.SIN}
     swaps: dict[Form, Form]
     for ops in ({Op.SIN: Op.COS}, {Op.COS: Op.SIN}, both):
         for of in (angles, *([one] for one in angles if len(angles) > 1)):  # of all angles, and of one
             swaps = {x: Function(ops[x.op], x.args) for x in held if x.op in ops and x.args in of}
-            other = _exchanged(form, swaps).express(graph)
+            other = form.exchanged(still | swaps).express(graph)
             yield from (("trig", other), ("trig", -other)) if swaps else ()
     for mine, theirs in permutations(angles, 2):
         swaps = {x: Function(x.op, theirs) for x in held if x.args == mine}
-        yield ("absolute", _exchanged(form, swaps).express(graph))
+        yield ("absolute", form.exchanged(still | swaps).express(graph))
     for one in course.scene.parameters:
         name = Symbol(one.name)
         for here, there in ((name, Number.ONE), (name.power(2), name)):
-            yield ("power", _exchanged(form, {here: there}).express(graph))
+            yield ("power", form.exchanged(still | {here: there}).express(graph))
 
 
 def _swaps(course: Course, node: Expr) -> Iterator[dict[Expr, Expr]]:
@@ -302,17 +303,6 @@ def _swaps(course: Course, node: Expr) -> Iterator[dict[Expr, Expr]]:
                 if own & set(theirs):
                     yield there | dict(zip(theirs, mine, strict=True))
                 yield there
-
-
-def _exchanged(form: Form, swaps: Mapping[Form, Form]) -> Form:
-    """Return a form with other factors in it: sines for cosines, and so on."""
-    if form in swaps:
-        return swaps[form]
-    if isinstance(form, Sum):
-        return Form.sum(_exchanged(one, swaps) for one in form.terms)
-    if isinstance(form, Product):
-        return Form.product(_exchanged(one, swaps) for one in form.factors)
-    return _exchanged(form.base, swaps).power(form.exponent) if isinstance(form, Power) else form
 
 
 def used(node: Expr, symbols: Sequence[Expr]) -> list[Expr]:
