@@ -392,8 +392,7 @@ def joint(name: str, type: JointType | str, parent: str, child: str, **keys: Unp
         origin: from the parent's body frame to the joint frame: {"xyz": .., "rpy": ..}, [x, y, z], steps or a Pose.
         tip: from the moved joint frame to the child's body frame; or child_origin: from that to the joint frame.
         coordinate: name of q of a joint that has one; q1, q2, ... when left out.
-        coordinates: names of all of its q; a quaternion's four are (w, x, y, z).
-        latex: how q is printed; a list for several.
+        coordinates: names of all of its q, a quaternion's as (w, x, y, z); latex: how q is printed, a list for several.
         drive: name of the driving force or torque; True for tau1, tau2, ..., False: none; a list of these for several.
         force: generalized force beside the drive, N m or N, in what moves, inputs and t; a list for several.
         mimic: {"joint": name, "ratio": 1, "offset": 0}, position = ratio · position of that joint + offset, in place
