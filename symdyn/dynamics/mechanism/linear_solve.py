@@ -18,6 +18,7 @@ Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 6.5, tab
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from math import isqrt
 from random import Random
 
 from symdyn.algebra import FiniteField, Needs, Redraw
@@ -53,6 +54,8 @@ class RowSolve:
         steps: in order.
         beside: entries of the result, row by row, that are no part of the solution; None for those that are.
         switched: whether a state may have many factors that are zero, so that looking pays.
+        turned: where the result is square, and the rows that are solved for plus the same, turned: what is added to
+            entries of that, by their places; None elsewhere.
     """
 
     scene: Scene
@@ -61,6 +64,7 @@ class RowSolve:
     steps: tuple[RowStep, ...]
     beside: tuple[tuple[Expr | None, ...], ...]
     switched: bool = False
+    turned: tuple[tuple[int, Expr], ...] | None = None
 
     @property
     def width(self) -> int:
@@ -76,6 +80,15 @@ class RowSolve:
         """What rows are multiplied by, each once, in the order in which it is first taken."""
         all_of_it = (one for step in self.steps for one in (step.scale, *(factor for factor, _ in step.terms)))
         return tuple(dict.fromkeys(all_of_it))
+
+    @staticmethod
+    def added(rows: Sequence[Expr], more: Iterable[tuple[int, Expr]]) -> list[Expr]:
+        """Return the entries of a square matrix plus the same, turned, and plus `more` at some places."""
+        N = isqrt(len(rows))
+        found = [rows[N * i + j] + rows[N * j + i] for i in range(N) for j in range(N)]
+        for place, entry in more:
+            found[place] = found[place] + entry
+        return found
 
     @staticmethod
     def stepped(x: Expr, scale: Expr, taken: Iterable[tuple[Expr, Expr]]) -> Expr:

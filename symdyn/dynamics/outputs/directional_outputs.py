@@ -23,15 +23,17 @@ from functools import partial
 from itertools import chain
 
 from symdyn.dynamics.loops.manifold import Seeds
+from symdyn.dynamics.mechanism.linear_solve import RowSolve, RowStep
 from symdyn.dynamics.outputs import implicit
 from symdyn.dynamics.outputs.derivative_outputs import EACH, derived, differentiable, entries_of, rows_of
 from symdyn.dynamics.outputs.named_functions import WEIGHTS, direction
 from symdyn.dynamics.outputs.output import Formulation, Output
+from symdyn.dynamics.outputs.recursive_derivatives import forward_with_factors
 from symdyn.dynamics.outputs.result_labels import Axis
 from symdyn.dynamics.outputs.tangent_space import FREE, SWEEPS, TangentSpace, cheaper, forward, reverse
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, LocalPartials, tangents
+from symdyn.graph import Expr, LocalPartials, substitute, tangents
 
 Ways = Sequence[str]
 """Arguments along which an output is differentiated."""
@@ -107,8 +109,13 @@ def vjp_of_columns(w: Workspace, row: Output, along: Ways, *place: str) -> list[
 
 
 def hessian(sweep: str, first: Way, w: Workspace, row: Output, along: Ways, *place: str) -> list[Expr]:
-    """Return H row by row, from wᵀ J; its lower half from the upper one by brackets: X_k X_j = X_j X_k + [X_k, X_j]."""
-    directions, slopes = FREE.seeds(w, "", along), first(w, row, along, *place)
+    """Return H row by row, from wᵀ J."""
+    return _bent(sweep, w, first(w, row, along, *place), along)
+
+
+def _bent(sweep: str, w: Workspace, slopes: Sequence[Expr], along: Ways) -> list[Expr]:
+    """Return X_j X_k φ from X_k φ, the lower half from the upper one by brackets: X_k X_j = X_j X_k + [X_k, X_j]."""
+    directions = FREE.seeds(w, "", along)
     N = len(directions)
 
     def entries(read: LocalPartials) -> list[Expr]:
@@ -121,6 +128,45 @@ def hessian(sweep: str, first: Way, w: Workspace, row: Output, along: Ways, *pla
         return [entry for line in H for entry in line]
 
     return cheaper(w, slopes, entries)
+
+
+def _decided_in_rows(w: Workspace) -> RowSolve:
+    """Return what H of λᵀ q̈ is solved from: rows J of forward dynamics behind T, which D J is taken from; H = T + Tᵀ.
+
+    H = -(X_j X_k μᵀ τ + Σ_m (D_km J_mj + D_jm J_mk)) with μ = M⁻¹ λ, and D_km = X_k (M μ)_m, at μ and q̈ that are held.
+    """
+    n, free, one, known = w.state.n, w.prescribed.free, w.graph.one, w.once(forward_with_factors)
+    N, given, mu, along = 3 * n, direction(w.graph, WEIGHTS, n), direction(w.graph, "mu", n), ("q", "qd", "qdd")
+    zeros = [w.graph.zero] * N
+    values = dict(zip((*w.state.qdd, *mu), (*known.accelerations, *zeros[:n]), strict=True))
+    for i, (value,) in zip(free, known.factors.solve([[given[i]] for i in free]), strict=True):
+        values[mu[i]] = value
+    slopes = pulled_back(w, w.forces(list(w.state.qdd)), mu, FREE, "", along)
+    entries = substitute(_bent("reverse", w, slopes, along), values)
+    H = [entries[N * k : N * (k + 1)] for k in range(N)]
+    every = range(2 * n)
+    sides = [(k, (*zeros[:k], -(H[k][k] * (one / 2)), *(-x for x in H[k][k + 1 : 2 * n]), *zeros[:n])) for k in every]
+    turned = [(N * j + k, H[k][j] - H[j][k]) for k in every for j in every[k + 1 :] if H[j][k] is not H[k][j]]
+    for k, i in enumerate(free):
+        sides.append((N + k, (*known.rows[k], *zeros[:i], one, *zeros[i + 1 : n])))
+    steps = [RowStep(N + s.row, s.scale, tuple((f, N + k) for f, k in s.terms)) for s in known.factors.steps()]
+    for k in every:
+        D = tuple((H[k][2 * n + i], N + m) for m, i in enumerate(free) if not H[k][2 * n + i].is_zero)
+        steps += [RowStep(k, one, D)] if D else []
+    return RowSolve(w.scene, tuple(sides), N + len(free), tuple(steps), ((None,) * N,) * N, turned=tuple(turned))
+
+
+def _decided_hessian(w: Workspace) -> list[Expr]:
+    """Return H of λᵀ q̈ from the same, J as it is without rows."""
+    found: RowSolve = w.once(_decided_in_rows)
+    J, N = w.once(forward_with_factors).jacobians, len(found.beside)
+    rows = {k: [w.graph.zero] * N for k in range(N)} | {k: list(side) for k, side in found.sides}
+    for k, i in enumerate(w.prescribed.free, N):
+        rows[k] = [*J["q"][i], *J["qd"][i], *J["tau"][i]]
+    for step in found.steps:
+        for j, x in enumerate(rows[step.row] if step.row < N else ()):
+            rows[step.row][j] = found.stepped(x, step.scale, ((D, rows[m][j]) for D, m in step.terms))
+    return found.added([x for k in range(N) for x in rows[k]], found.turned or ())
 
 
 def hessian_by_columns(w: Workspace, row: Output, along: Ways, *place: str) -> list[Expr]:
@@ -189,12 +235,16 @@ VJPS: dict[str, dict[str, Way]] = {"forward_dynamics": {"solved": _decided(impli
 """Ways to wᵀ J of an output beside a sweep, by its name and theirs."""
 
 
+HESSIANS = {"forward_dynamics": {"implicit": Formulation(_decided_hessian, solve=lambda w: w.once(_decided_in_rows))}}
+"""Ways to H of an output beside sweeps, likewise."""
+
+
 def _slopes(name: str) -> dict[str, Way]:
     """Return the ways to wᵀ J that do not go by J."""
     return {**VJPS.get(name, {}), "reverse": vjp}
 
 
-def _formulations(name: str, row: Output, ways: Mapping[str, Way]) -> dict[str, Formulation]:
+def _formulations(name: str, row: Output, ways: Mapping[str, Way | Formulation]) -> dict[str, Formulation]:
     """Return ways along all arguments of an output."""
     along = differentiable(row)
     if not along:
@@ -203,10 +253,10 @@ def _formulations(name: str, row: Output, ways: Mapping[str, Way]) -> dict[str, 
     def formulation(way: Way) -> Formulation:
         return Formulation(lambda w, *place: way(w, row, along, *place))
 
-    return {one: formulation(way) for one, way in ways.items()}
+    return {one: way if isinstance(way, Formulation) else formulation(way) for one, way in ways.items()}
 
 
-def _row(name: str, row: Output, text: str, ways: Mapping[str, Way], **changes: object) -> Output:
+def _row(name: str, row: Output, text: str, ways: Mapping[str, Way | Formulation], **changes: object) -> Output:
     """Return a row of derivatives along all arguments of an output; {d} in its text is J, block by block."""
     formulations, along = _formulations(name, row, ways), differentiable(row)
     text = f"{text.format(d=FREE.jacobian(row.result, along), f=row.result)}, of {row.text}"
@@ -287,6 +337,7 @@ def _hessian_row(name: str, row: Output) -> Output:
         row,
         f"second derivatives along the directions of {{d}}{_of_sum(row)}; {ORDER}",
         {
+            **HESSIANS.get(name, {}),
             **{f"{way} over {of}": partial(hessian, way, ways[of]) for of in ways for way in ("reverse", "forward")},
             "columns": hessian_by_columns,
         },

@@ -185,7 +185,8 @@ class Forward:
     """Derivatives of forward dynamics, and what they are solved from, of velocities whose motion is not prescribed.
 
     Attributes:
-        slopes: the derivatives.
+        jacobians: the derivatives.
+        accelerations: what is differentiated.
         factors: of M.
         rows: right sides -X τ, a column for each of `RIGHT_SIDES`.
         inverse: M⁻¹.
@@ -193,6 +194,7 @@ class Forward:
     """
 
     jacobians: Jacobians
+    accelerations: list[Expr]
     factors: Factored
     rows: Matrix
     inverse: Matrix
@@ -223,7 +225,7 @@ def forward_with_factors(w: Workspace) -> Forward:
         found["q"][i], found["qd"][i] = row[:n], row[n:]
         for j, value in zip(free, by_force, strict=True):
             found["tau"][i][j] = value
-    return Forward(found, factors, rows, inverse, by_inverse)
+    return Forward(found, accelerations, factors, rows, inverse, by_inverse)
 
 
 def _factored(w: Workspace, slopes: Jacobians) -> Factored:

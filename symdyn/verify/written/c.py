@@ -8,7 +8,9 @@
     <function>_places            which entry of a block's result each entry of the result is; one after the last is zero
 
     <function>_solved            a loop, which is fixed text, over <function>_steps: how many columns, then of every
-                                 step the row, its scale, how many terms, and factor and row of each, by places of r; or
+                                 step the row, its scale, how many terms, and factor and row of each, by places of r,
+                                 and <function>_turned where the result is the first rows plus the same, turned: how
+                                 many rows, then places of the result and of what is added there; or
                                  over pairs of velocities by <function>_chains: of each how many it depends on, how
                                  many of these are of other joints, and all of them
 
@@ -332,8 +334,8 @@ class CStatements(CReader):
         if ways := _places(self.file, f"{self.expected.name}_chains"):
             self._paired(node, ways, arguments)
             return
-        table = _places(self.file, f"{self.expected.name}_steps")
-        r = self.value(arguments[0]) if len(arguments) == 1 else None
+        table, turned = (_places(self.file, f"{self.expected.name}_{of}") for of in ("steps", "turned"))
+        r = self.value(arguments[0]) if len(arguments) == 1 + bool(turned) else None
         if table is None or not (isinstance(r, Pointer) and isinstance(r.memory, Work) and r.index == Index(0)):
             raise unread(node, "is no loop over rows")
         (width, *rest), at = table, 0
@@ -350,6 +352,14 @@ class CStatements(CReader):
                 x, *others = (r.load(Index(place + column)) for place in rows)
                 found = RowSolve.stepped(x, factors[0], zip(factors[1:], others, strict=True))
                 r.store(Index(step[0] + column), found, line_of(node))
+        if turned:
+            out, (N, *added), pitch = self.value(arguments[1]), turned, width
+            if not (isinstance(out, Pointer) and out.index == Index(0)) or len(added) % 2 or pitch < N:
+                raise unread(node, "has no place for a matrix and the same, turned")
+            rows = [r.load(Index(pitch * i + j)) for i in range(N) for j in range(N)]
+            more = ((to, r.load(Index(at))) for to, at in zip(added[::2], added[1::2], strict=True))
+            for place, entry in enumerate(RowSolve.added(rows, more)):
+                out.store(Index(place), entry, line_of(node))
 
     def _clear(self, node: Node, arguments: list[Node]) -> None:
         if len(arguments) != 3 or text_of(arguments[1]) != "0":

@@ -7,7 +7,8 @@ text.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import prod
+from itertools import chain
+from math import isqrt, prod
 
 from symdyn.emit.code.spelling import Printer, Real
 from symdyn.emit.code.target import ArgumentText, FunctionText, Page
@@ -36,6 +37,8 @@ class RowSolveText:
         vectors: how many of a row are computed side by side, as long as there are so many; one by one at last.
         copies: (to, from, count) of entries that stand side by side in the result and where it is found.
         switched: whether terms whose factors are zero are left out.
+        turned: where the result is rows plus the same, turned: how many there are, then places of it and where is what
+            is added there; () elsewhere.
     """
 
     size: int
@@ -43,6 +46,7 @@ class RowSolveText:
     vectors: tuple[int, ...]
     copies: tuple[tuple[int, int, int], ...]
     switched: bool = False
+    turned: tuple[int, ...] = ()
     each: int = 0
 
 
@@ -59,7 +63,7 @@ def row_solve_text(rows: RowLoop) -> RowSolveText:
         for number in (step.row, step.scale, len(step.terms), *(one for term in step.terms for one in term))
     ]
     copies: list[list[int]] = []
-    for to, place in enumerate(rows.places):
+    for to, place in enumerate(rows.places if rows.turned is None else ()):
         if copies and place == copies[-1][1] + copies[-1][2]:
             copies[-1][2] += 1
         else:
@@ -68,7 +72,8 @@ def row_solve_text(rows: RowLoop) -> RowSolveText:
     shares = -(-rows.vectors // UNDER_WAY)
     largest = -(-rows.vectors // shares)  # shares as equal as may be
     sizes = tuple(sorted({largest, rows.vectors - largest * (shares - 1), 1}, reverse=True))
-    return RowSolveText(len(rows.entries), tuple(table), sizes, told, rows.switched)
+    turned = () if rows.turned is None else (isqrt(len(rows.places)), *chain(*rows.turned))
+    return RowSolveText(len(rows.entries), tuple(table), sizes, told, rows.switched, turned)
 
 
 SPLIT = 2
