@@ -147,13 +147,10 @@ def _decided_in_rows(w: Workspace) -> RowSolve:
     every = range(2 * n)
     sides = [(k, (*zeros[:k], -(H[k][k] * (one / 2)), *(-x for x in H[k][k + 1 : 2 * n]), *zeros[:n])) for k in every]
     turned = [(N * j + k, H[k][j] - H[j][k]) for k in every for j in every[k + 1 :] if H[j][k] is not H[k][j]]
-    for k, i in enumerate(free):
-        sides.append((N + k, (*known.rows[k], *zeros[:i], one, *zeros[i + 1 : n])))
-    steps = [RowStep(N + s.row, s.scale, tuple((f, N + k) for f, k in s.terms)) for s in known.factors.steps()]
-    for k in every:
-        D = tuple((H[k][2 * n + i], N + m) for m, i in enumerate(free) if not H[k][2 * n + i].is_zero)
-        steps += [RowStep(k, one, D)] if D else []
-    return RowSolve(w.scene, tuple(sides), N + len(free), tuple(steps), ((None,) * N,) * N, turned=tuple(turned))
+    sides += [(N + k, (*known.rows[k], *zeros[:i], one, *zeros[i + 1 : n])) for k, i in enumerate(free)]
+    D = [tuple((x, N + m) for m, i in enumerate(free) if not (x := H[k][2 * n + i]).is_zero) for k in every]
+    steps = *known.factors.steps(range(N, N + n)), *(RowStep(k, one, D[k]) for k in every if D[k])
+    return RowSolve(w.scene, tuple(sides), N + len(free), steps, ((None,) * N,) * N, turned=tuple(turned))
 
 
 def _decided_hessian(w: Workspace) -> list[Expr]:
@@ -161,8 +158,7 @@ def _decided_hessian(w: Workspace) -> list[Expr]:
     found: RowSolve = w.once(_decided_in_rows)
     J, N = w.once(forward_with_factors).jacobians, len(found.beside)
     rows = {k: [w.graph.zero] * N for k in range(N)} | {k: list(side) for k, side in found.sides}
-    for k, i in enumerate(w.prescribed.free, N):
-        rows[k] = [*J["q"][i], *J["qd"][i], *J["tau"][i]]
+    rows |= {k: [*J["q"][i], *J["qd"][i], *J["tau"][i]] for k, i in enumerate(w.prescribed.free, N)}
     for step in found.steps:
         for j, x in enumerate(rows[step.row] if step.row < N else ()):
             rows[step.row][j] = found.stepped(x, step.scale, ((D, rows[m][j]) for D, m in step.terms))
@@ -229,14 +225,9 @@ def _decided(rule: Callable[..., list[Expr]]) -> Way:
 
 
 JVPS: dict[str, dict[str, Way]] = {"forward_dynamics": {"solved": _decided(implicit.jvp)}}
-"""Ways to J d of an output beside a sweep, by its name and theirs."""
-
 VJPS: dict[str, dict[str, Way]] = {"forward_dynamics": {"solved": _decided(implicit.vjp)}}
-"""Ways to wᵀ J of an output beside a sweep, by its name and theirs."""
-
-
 HESSIANS = {"forward_dynamics": {"implicit": Formulation(_decided_hessian, solve=lambda w: w.once(_decided_in_rows))}}
-"""Ways to H of an output beside sweeps, likewise."""
+"""Ways to J d, wᵀ J, and H of an output beside sweeps, by its name and theirs."""
 
 
 def _slopes(name: str) -> dict[str, Way]:
@@ -257,10 +248,14 @@ def _formulations(name: str, row: Output, ways: Mapping[str, Way | Formulation])
 
 
 def _row(name: str, row: Output, text: str, ways: Mapping[str, Way | Formulation], **changes: object) -> Output:
-    """Return a row of derivatives along all arguments of an output; {d} in its text is J, block by block."""
-    formulations, along = _formulations(name, row, ways), differentiable(row)
+    """Return a row of second derivatives, of a sum with weights; {d} in its text is J, block by block."""
+    along, of = differentiable(row), {"arguments": _given(row, WEIGHTS), "weighs": rows_of(row)}
+    of |= {
+        "units": f"{row.units}{_times(row)}, per units of what moves",
+        "formulations": _formulations(name, row, ways),
+    }
     text = f"{text.format(d=FREE.jacobian(row.result, along), f=row.result)}, of {row.text}"
-    return derived(row, along, text=text, formulations=formulations, **changes)
+    return derived(row, along, text=text, **{**of, **changes})
 
 
 def _given(row: Output, *more: str) -> tuple[str, ...]:
@@ -341,11 +336,8 @@ def _hessian_row(name: str, row: Output) -> Output:
             **{f"{way} over {of}": partial(hessian, way, ways[of]) for of in ways for way in ("reverse", "forward")},
             "columns": hessian_by_columns,
         },
-        arguments=_given(row, WEIGHTS),
-        weighs=rows_of(row),
         axes=(_columns(row), _columns(row)),
         result="H",
-        units=f"{row.units}{_times(row)}, per units of what moves",
         size=row.size.columns(1.5),
     )
 
@@ -360,10 +352,8 @@ def _hessian_vector_row(name: str, row: Output) -> Output:
             "reverse over forward": hessian_vector_backwards,
         },
         arguments=_given(row, WEIGHTS, *_directions(row)),
-        weighs=rows_of(row),
         axes=(_columns(row),),
         result="Hd",
-        units=f"{row.units}{_times(row)}, per units of what moves",
         size=row.size.times(5),
     )
 
@@ -375,6 +365,8 @@ def _tensor_row(name: str, row: Output) -> Output:
         "second derivatives along the directions of {d}; entry i, k, j: X_j X_k {f}_i, not symmetric where quaternions "
         "turn",
         {way: partial(tensor, way, name) for way in SWEEPS},
+        arguments=row.arguments,
+        weighs=row.weighs,
         axes=(rows_of(row), _columns(row), _columns(row)),
         result=f"dd{row.result}",
         units=f"{row.units}, per units of what moves",

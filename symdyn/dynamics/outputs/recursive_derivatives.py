@@ -72,10 +72,7 @@ def forward_solve(w: Workspace, along: Sequence[str]) -> RowSolve | None:
         steps = [RowStep(i, one, some) for i, some in zip(free, terms, strict=True)]
     else:
         at = list(zip(free, sides, strict=True))
-        steps = [
-            RowStep(free[step.row], step.scale, tuple((factor, free[k]) for factor, k in step.terms))
-            for step in found.factors.steps()
-        ]
+        steps = [*found.factors.steps(free)]
     beside = tuple(
         tuple(None if i in free and name in solved else entry for name in along for entry in found.jacobians[name][i])
         for i in range(n)
@@ -205,8 +202,8 @@ def forward_with_factors(w: Workspace) -> Forward:
     """Return the derivatives of forward dynamics; prescribed accelerations depend on no argument."""
     slopes, given, n = w.once(_inverse_to_solve), w.prescribed, w.state.n
     free = given.free
-    _factored(w, w.once(_inverse))  # sees that a branch has no mass, whatever sweeps have made of M
-    factors = _factored(w, slopes)
+    factored_mass(w, w.once(_inverse)["qdd"])  # sees that a branch has no mass, whatever sweeps have made of M
+    factors = factored_mass(w, slopes["qdd"])
     bias = w.forces(given.entered(w.zeros))
     accelerations = given.entered(w.zeros)
     for i, (value,) in zip(free, factors.solve([[w.state.tau[i] - bias[i]] for i in free]), strict=True):
@@ -228,11 +225,11 @@ def forward_with_factors(w: Workspace) -> Forward:
     return Forward(found, accelerations, factors, rows, inverse, by_inverse)
 
 
-def _factored(w: Workspace, slopes: Jacobians) -> Factored:
-    """Return the factors of M where no motion is prescribed; Singular where there are none."""
+def factored_mass(w: Workspace, M: Matrix) -> Factored:
+    """Return its factors where no motion is prescribed; Singular where there are none."""
     free = w.prescribed.free
     try:
-        return factored(w.graph, w.tree.velocity_parents(free), [[slopes["qdd"][i][j] for j in free] for i in free])
+        return factored(w.graph, w.tree.velocity_parents(free), [[M[i][j] for j in free] for i in free])
     except Singular as fault:
         raise Singular(free[fault.velocity]) from fault
 

@@ -8,11 +8,10 @@
     <function>_places            which entry of a block's result each entry of the result is; one after the last is zero
 
     <function>_solved            a loop, which is fixed text, over <function>_steps: how many columns, then of every
-                                 step the row, its scale, how many terms, and factor and row of each, by places of r,
-                                 and <function>_turned where the result is the first rows plus the same, turned: how
-                                 many rows, then places of the result and of what is added there; or
-                                 over pairs of velocities by <function>_chains: of each how many it depends on, how
-                                 many of these are of other joints, and all of them
+                                 step the row, its scale, how many terms, and factor and row of each, by places of r;
+                                 <function>_turned: how many rows the result is, plus these turned, and what is added to
+                                 which of its places; or over pairs of velocities by <function>_chains: of each how
+                                 many it depends on, how many of these are of other joints, and all of them
 
     static const <type> <function>_ground[3] = {...};          numbers that a function goes over in a loop, which is
     static const <type> <function>_joints[n] = {{...}, ...};   fixed text, as the whole numbers are with which a joint
@@ -353,10 +352,10 @@ class CStatements(CReader):
                 found = RowSolve.stepped(x, factors[0], zip(factors[1:], others, strict=True))
                 r.store(Index(step[0] + column), found, line_of(node))
         if turned:
-            out, (N, *added), pitch = self.value(arguments[1]), turned, width
-            if not (isinstance(out, Pointer) and out.index == Index(0)) or len(added) % 2 or pitch < N:
+            out, (N, *added) = self.value(arguments[1]), turned
+            if not (isinstance(out, Pointer) and out.index == Index(0)) or len(added) % 2 or width < N:
                 raise unread(node, "has no place for a matrix and the same, turned")
-            rows = [r.load(Index(pitch * i + j)) for i in range(N) for j in range(N)]
+            rows = [r.load(Index(width * i + j)) for i in range(N) for j in range(N)]
             more = ((to, r.load(Index(at))) for to, at in zip(added[::2], added[1::2], strict=True))
             for place, entry in enumerate(RowSolve.added(rows, more)):
                 out.store(Index(place), entry, line_of(node))

@@ -37,8 +37,7 @@ class RowSolveText:
         vectors: how many of a row are computed side by side, as long as there are so many; one by one at last.
         copies: (to, from, count) of entries that stand side by side in the result and where it is found.
         switched: whether terms whose factors are zero are left out.
-        turned: where the result is rows plus the same, turned: how many there are, then places of it and where is what
-            is added there; () elsewhere.
+        turned: of rows plus the same, turned: how many, then places of that and of what is added there; () elsewhere.
     """
 
     size: int
