@@ -203,8 +203,7 @@ class RowLoop:
         width: columns that a step goes over, whole vectors.
         steps: in order.
         places: where in r each entry of the result is, when all steps are done.
-        switched: as of `RowSolve`.
-        turned: likewise, places of the result and where in r is what is added there.
+        switched, turned: as of `RowSolve`, by places of r.
     """
 
     program: Program

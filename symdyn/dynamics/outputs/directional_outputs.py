@@ -28,6 +28,7 @@ from symdyn.dynamics.outputs import implicit
 from symdyn.dynamics.outputs.derivative_outputs import EACH, derived, differentiable, entries_of, rows_of
 from symdyn.dynamics.outputs.named_functions import WEIGHTS, direction
 from symdyn.dynamics.outputs.output import Formulation, Output
+from symdyn.dynamics.outputs.output_table import OUTPUTS
 from symdyn.dynamics.outputs.recursive_derivatives import forward_with_factors
 from symdyn.dynamics.outputs.result_labels import Axis
 from symdyn.dynamics.outputs.tangent_space import FREE, SWEEPS, TangentSpace, cheaper, forward, reverse
@@ -109,13 +110,8 @@ def vjp_of_columns(w: Workspace, row: Output, along: Ways, *place: str) -> list[
 
 
 def hessian(sweep: str, first: Way, w: Workspace, row: Output, along: Ways, *place: str) -> list[Expr]:
-    """Return H row by row, from wᵀ J."""
-    return _bent(sweep, w, first(w, row, along, *place), along)
-
-
-def _bent(sweep: str, w: Workspace, slopes: Sequence[Expr], along: Ways) -> list[Expr]:
-    """Return X_j X_k φ from X_k φ, the lower half from the upper one by brackets: X_k X_j = X_j X_k + [X_k, X_j]."""
-    directions = FREE.seeds(w, "", along)
+    """Return H row by row, from wᵀ J; its lower half from the upper one by brackets: X_k X_j = X_j X_k + [X_k, X_j]."""
+    directions, slopes = FREE.seeds(w, "", along), first(w, row, along, *place)
     N = len(directions)
 
     def entries(read: LocalPartials) -> list[Expr]:
@@ -136,13 +132,11 @@ def _decided_in_rows(w: Workspace) -> RowSolve:
     H = -(X_j X_k μᵀ τ + Σ_m (D_km J_mj + D_jm J_mk)) with μ = M⁻¹ λ, and D_km = X_k (M μ)_m, at μ and q̈ that are held.
     """
     n, free, one, known = w.state.n, w.prescribed.free, w.graph.one, w.once(forward_with_factors)
-    N, given, mu, along = 3 * n, direction(w.graph, WEIGHTS, n), direction(w.graph, "mu", n), ("q", "qd", "qdd")
-    zeros = [w.graph.zero] * N
-    values = dict(zip((*w.state.qdd, *mu), (*known.accelerations, *zeros[:n]), strict=True))
-    for i, (value,) in zip(free, known.factors.solve([[given[i]] for i in free]), strict=True):
-        values[mu[i]] = value
-    slopes = pulled_back(w, w.forces(list(w.state.qdd)), mu, FREE, "", along)
-    entries = substitute(_bent("reverse", w, slopes, along), values)
+    N, given, zeros = 3 * n, direction(w.graph, WEIGHTS, n), [w.graph.zero] * 3 * n
+    values = dict(zip((*w.state.qdd, *given), (*known.accelerations, *zeros[:n]), strict=True))
+    for i, (mu,) in zip(free, known.factors.solve([[given[i]] for i in free]), strict=True):
+        values[given[i]] = mu
+    entries = substitute(hessian("reverse", vjp, w, OUTPUTS["inverse_dynamics"], ("q", "qd", "qdd")), values)
     H = [entries[N * k : N * (k + 1)] for k in range(N)]
     every = range(2 * n)
     sides = [(k, (*zeros[:k], -(H[k][k] * (one / 2)), *(-x for x in H[k][k + 1 : 2 * n]), *zeros[:n])) for k in every]

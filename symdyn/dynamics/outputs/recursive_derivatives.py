@@ -129,14 +129,10 @@ def _directions(w: Workspace) -> dict[str, Sequence[dict[Expr, Expr]]]:
     return {"q": w.directions.along, "qd": [{x: one} for x in w.state.qd], "qdd": [{x: one} for x in w.state.qdd]}
 
 
-def _zeros(w: Workspace) -> Matrix:
-    return [[w.graph.zero] * w.state.n for _ in w.state.qd]
-
-
 def _of_varying_coefficients(w: Workspace, of_joints: JointForceDerivatives) -> tuple[Matrix, Matrix]:
     """Return what joints add whose coefficients A depend on q (cams, couplings by formulas): by rates, by positions."""
     tree, (u, du) = w.whole, (w.state.qd, w.state.qdd)
-    by_rate, by_position = _zeros(w), _zeros(w)
+    by_rate, by_position = ([[w.graph.zero] * w.state.n for _ in u] for _ in range(2))
     for j in tree.outward():
         if not tree.b[j] or len(tree.block[j]) > 1 or not tree.block[j]:
             continue

@@ -17,7 +17,7 @@ from symdyn.emit.targets.c.plan import LONGEST, Pass, SineCosine, longest_loop, 
 from symdyn.emit.targets.c.writer import LANED, LANES, LANES_AT_ONCE, SINGLE, PassText, ScalarStage, Writer, gathered
 from symdyn.errors import EmitError
 from symdyn.frozen import dataclass
-from symdyn.program import PairLoop, Program, Routine, RowLoop, shared
+from symdyn.program import Program, Routine, RowLoop, shared
 
 LARGEST = 1 << 16
 """Numbers of tables, which are short ones, are smaller."""
@@ -47,11 +47,6 @@ class RowSolveText:
     switched: bool = False
     turned: tuple[int, ...] = ()
     each: int = 0
-
-
-def fits(rows: RowLoop | PairLoop) -> bool:
-    """Tell whether a table can hold the numbers of a solve."""
-    return len(rows.entries) < LARGEST
 
 
 def row_solve_text(rows: RowLoop) -> RowSolveText:
@@ -160,7 +155,7 @@ def up_to_rows(routine: Routine, printer: Printer, short: bool) -> UpToRows | No
     As to `short` see `plan`.
     """
     rows = RowLoop.of(routine.function)
-    if rows is None or not fits(rows):
+    if rows is None or len(rows.entries) >= LARGEST:  # which no table holds
         return None
     (before,) = rows.program.routines
     writer = writer_of(before, None, rows.program, printer, LONGEST, short and length_of(before) > LONGEST)
