@@ -167,9 +167,9 @@ def main() -> int:
             bars.append(at_most(f"{robot}, {name}", most, micro, "us"))
         if name == PACKED:
             bars.append(at_most(f"{robot}, {name}, off differences", 1e-7, off(model, built)))
-            bars.append(at_most(f"{robot}, {name}, source", 2, built.size, "MB"))
-            bars.append(at_most(f"{robot}, {name}, gcc", 60, built.compiled, "s"))
-            bars.append(at_most(f"{robot}, {name}, gcc", 2, built.memory, "GB"))
+        bars.append(at_most(f"{robot}, {name}, source", 2, built.size, "MB"))
+        bars.append(at_most(f"{robot}, {name}, gcc", 60, built.compiled, "s"))
+        bars.append(at_most(f"{robot}, {name}, gcc", 2, built.memory, "GB"))
     for robot, most in (("quadruped", None), ("humanoid36", 1000)) if not given.quick else ():
         arrays, at = second_derivatives(models[robot]), state(models[robot])
         micro = least(lambda: arrays.forward(*at), given.rounds, 10)  # noqa: B023

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from mechanisms import random_tree
+from mechanisms import jointed, random_tree
 
 import symdyn
 from symdyn.bench.reference import reference
@@ -32,6 +32,7 @@ pytestmark = pytest.mark.usefixtures("optimised")
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 FDD, BY_QD, BY_TAU = "forward_dynamics_derivatives", "forward_dynamics_by_qd", "forward_dynamics_by_tau"
+BENT = "forward_dynamics_hessian"
 FREE, MULTIPLIERS = "forward_dynamics_unprojected_derivatives", "multipliers_unprojected_derivatives"
 
 
@@ -197,6 +198,30 @@ def test_the_text_is_proved_and_a_wrong_place_is_told(name: str, option: str) ->
 
 
 @pytest.mark.long
+@pytest.mark.runs("cc")
+def test_half_of_a_hessian_is_added_to_itself_turned() -> None:
+    scene = jointed("free", "revolute")  # whose directions do not commute
+    equations = formulate(scene, [BENT])
+    program = lower(equations)
+    sources = emit(program, "c")
+    files, wanted = files_of(sources), printed(program, "double", loops=True)
+    source = next(file for file, text in sources.texts.items() if "_turned[" in text)
+    table = sources.texts[source].split("_turned[")[1].split("{")[1].split("}")[0]
+    size, first, *rest = table.split(", ")
+    wrong = {**files.contents, source: sources.texts[source].replace(table, ", ".join((size, rest[1], *rest)))}
+
+    _, claims = prove(program_claims(scene, equations.functions, program), seed=1)
+    good = prove_texts(wanted, files, languages("c", ""))
+    bad = prove_texts(wanted, replace(files, contents=wrong), languages("c", ""))
+
+    assert [one.verdict for one in claims] == ["proved", "proved"]
+    assert {one.passed for one in good} == {True}
+    assert first != rest[1]
+    assert {one.file for one in bad if not one.passed} == {source}
+    assert [one.passed for one in measure(program, {"c": build(sources)})] == [True]
+
+
+@pytest.mark.long
 def test_other_languages_hold_the_bytes_that_they_held() -> None:
     program = program_of("arm7")
     (routine,) = program.routines
@@ -256,7 +281,7 @@ WARNINGS = ["-Wall", "-Wextra", "-Werror", "-pedantic"]
 @pytest.mark.long
 @pytest.mark.runs("gcc", "g++", "clang")
 def test_two_headers_stand_side_by_side_without_a_warning(tmp_path: Path) -> None:
-    texts = emit(program_of("arm7", FDD, BY_QD), "c", option="header-only").texts
+    texts = emit(program_of("arm7", FDD, BENT), "c", option="header-only").texts
     texts |= emit(program_of("carried"), "c", "float", option="header-only").texts
     for file, text in texts.items():
         (tmp_path / file).write_text(text)

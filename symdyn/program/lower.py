@@ -203,7 +203,7 @@ class RowLoop:
         width: columns that a step goes over, whole vectors.
         steps: in order.
         places: where in r each entry of the result is, when all steps are done.
-        switched: as of `RowSolve`.
+        switched, turned: as of `RowSolve`, by places of r.
     """
 
     program: Program
@@ -211,6 +211,7 @@ class RowLoop:
     steps: tuple[RowStepAt, ...]
     places: tuple[int, ...]
     switched: bool
+    turned: tuple[tuple[int, int], ...] | None
 
     HOW: ClassVar = "solved in rows"
 
@@ -242,7 +243,8 @@ class RowLoop:
             for c in range(self.width):
                 taken = ((r[factor], r[row + c]) for factor, row in step.terms)
                 r[step.row + c] = RowSolve.stepped(r[step.row + c], r[step.scale], taken)
-        return [r[place] for place in self.places]
+        found = [r[place] for place in self.places]
+        return found if self.turned is None else RowSolve.added(found, ((to, r[at]) for to, at in self.turned))
 
 
 @dataclass(frozen=True)
@@ -287,12 +289,16 @@ def _lowered(function: Function, solve: RowSolve | PairRuns) -> RowLoop | PairLo
         entries[place] = entry or graph.zero
     for row, side in solve.sides:
         entries[pitch * row : pitch * row + solve.width] = side
+    factors = tuple(dict.fromkeys((*factors, *(more for _, more in solve.turned or ()))))
     at = {factor: len(entries) + k for k, factor in enumerate(factors)}
+    turned = None if solve.turned is None else tuple((to, at[more]) for to, more in solve.turned)
     steps = (
         RowStepAt(pitch * one.row, at[one.scale], tuple((at[factor], pitch * row) for factor, row in one.terms))
         for one in solve.steps
     )
-    return RowLoop(_lines(function, solve.scene, (*entries, *factors)), width, tuple(steps), places, solve.switched)
+    return RowLoop(
+        _lines(function, solve.scene, (*entries, *factors)), width, tuple(steps), places, solve.switched, turned
+    )
 
 
 def _lines(function: Function, scene: Scene, entries: tuple[Expr, ...]) -> Program:

@@ -41,7 +41,7 @@ from symdyn.dynamics.outputs import BaseColumns, Linear
 from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass
 from symdyn.graph import Expr, reachable, substitute, tangents
-from symdyn.program import PairLoop, Program, RowLoop, choose, choose_one
+from symdyn.program import Program, RowLoop, choose, choose_one
 from symdyn.scene import Quantity, Scene
 from symdyn.spatial import add, cross, sub
 from symdyn.verdict import Unclaimed
@@ -260,12 +260,8 @@ def program_claims(scene: Scene, functions: Sequence[Function], program: Program
         )
         for function, routine in zip(functions, program.routines, strict=True)
     ]
-    return claims + [_row_claim(one.function, rows) for one in program.routines if (rows := RowLoop.of(one.function))]
-
-
-def _row_claim(function: Function, rows: RowLoop | PairLoop) -> Claim:
-    """Return that a loop over rows, after the lines before it, computes the entries of a function."""
-    return Claim(function.name, rows.HOW, "program", tuple(rows.composed(rows.entries)), function.entries)
+    loops = ((one.function, rows) for one in program.routines if (rows := RowLoop.of(one.function)))
+    return claims + [Claim(f.name, x.HOW, "program", tuple(x.composed(x.entries)), f.entries) for f, x in loops]
 
 
 def loop_claim(function: Function) -> Claim:

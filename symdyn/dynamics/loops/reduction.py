@@ -279,8 +279,8 @@ class SolveSteps:
 
     def factored(self, factors: Factored, at: Sequence[int]) -> None:
         """Add the steps of a symmetric matrix with its factors, to right-hand sides at some rows."""
-        for step in factors.steps():
-            self.take(at[step.row], [(factor, at[k]) for factor, k in step.terms], step.scale)
+        for step in factors.steps(at):
+            self.take(step.row, step.terms, step.scale)
 
     def solve(self, B: Matrix, to: Sequence[int], sides: Sequence[int]) -> None:
         """Add steps to -B⁻¹ times some rows: as `solve_square` finds it, by minors or by normal equations."""

@@ -18,6 +18,7 @@ Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 6.5, tab
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from math import isqrt
 from random import Random
 
 from symdyn.algebra import FiniteField, Needs, Redraw
@@ -53,6 +54,7 @@ class RowSolve:
         steps: in order.
         beside: entries of the result, row by row, that are no part of the solution; None for those that are.
         switched: whether a state may have many factors that are zero, so that looking pays.
+        turned: of a square result that is its rows plus the same, turned: what is added there, by places; None else.
     """
 
     scene: Scene
@@ -61,6 +63,7 @@ class RowSolve:
     steps: tuple[RowStep, ...]
     beside: tuple[tuple[Expr | None, ...], ...]
     switched: bool = False
+    turned: tuple[tuple[int, Expr], ...] | None = None
 
     @property
     def width(self) -> int:
@@ -76,6 +79,15 @@ class RowSolve:
         """What rows are multiplied by, each once, in the order in which it is first taken."""
         all_of_it = (one for step in self.steps for one in (step.scale, *(factor for factor, _ in step.terms)))
         return tuple(dict.fromkeys(all_of_it))
+
+    @staticmethod
+    def added(rows: Sequence[Expr], more: Iterable[tuple[int, Expr]]) -> list[Expr]:
+        """Return the entries of a square matrix plus the same, turned, and plus `more` at some places."""
+        N = isqrt(len(rows))
+        found = [rows[N * i + j] + rows[N * j + i] for i in range(N) for j in range(N)]
+        for place, entry in more:
+            found[place] = found[place] + entry
+        return found
 
     @staticmethod
     def stepped(x: Expr, scale: Expr, taken: Iterable[tuple[Expr, Expr]]) -> Expr:
@@ -94,8 +106,6 @@ POINTS = 2
 DRAWS = 40
 """Points that are tried until every root under the function exists in the field."""
 
-_TOPIC = "zero everywhere"
-
 
 def vanishes(node: Expr) -> bool:
     """Tell whether a node is zero for all values of its symbols, wherever it has one.
@@ -104,7 +114,7 @@ def vanishes(node: Expr) -> bool:
     """
     if node.is_zero or node.op in (Op.CONSTANT, Op.PI, Op.SYMBOL):
         return node.is_zero
-    known = node.graph.found.setdefault(_TOPIC, {})
+    known = node.graph.found.setdefault("zero everywhere", {})
     if node not in known:
         values = _points(node.graph).values(node)
         known[node] = next(values, 1) == 0 and next(values, 1) == 0
@@ -148,8 +158,10 @@ class _Points:
 
     def _meet(self, node: Expr) -> None:
         """Take a field that offers what the node needs."""
-        known = self._at[0][1] if self._at else {}
-        if not _offers(self._needs, Needs.of(reachable([node], known))):
+        known, have = self._at[0][1] if self._at else {}, self._needs
+        want = Needs.of(reachable([node], known))
+        divides = have.turn % want.turn == 0 and have.radian % want.radian == 0 and have.atom % want.atom == 0
+        if not (divides and set(want.radicands) <= set(have.radicands)):
             self._needs = Needs.of(reachable([node, *known]))
             self._begin()
 
@@ -161,12 +173,6 @@ class _Points:
                 rng.seed(f"{field.seed}:{one.value}")
                 known[one] = rng.randrange(field.p)
         return field.evaluate([node], known, order)[0]
-
-
-def _offers(have: Needs, want: Needs) -> bool:
-    """Tell whether a field for some needs will do for others."""
-    divides = have.turn % want.turn == 0 and have.radian % want.radian == 0 and have.atom % want.atom == 0
-    return divides and set(want.radicands) <= set(have.radicands)
 
 
 def solve(parent: Sequence[int], M: list[list[Expr]], b: Sequence[Expr]) -> list[Expr]:
@@ -244,12 +250,12 @@ class Factored:
                 x[i - 1] = self._less(x[i - 1], i, j, x[j - 1])
         return x
 
-    def steps(self) -> tuple[RowStep, ...]:
-        """Return the steps of `solve`, each row with all that is taken from it, what was found last at the end.
-
-        So the sum of a row need not wait for it from the start.
-        """
-        return (*self.inward_steps(), *self.outward_steps())
+    def steps(self, at: Sequence[int]) -> tuple[RowStep, ...]:
+        """Return the steps of `solve` of rows at places, each with all that is taken from it, what was found last at
+        the end: so the sum of a row need not wait for it from the start.
+        """  # noqa: D205
+        found = (*self.inward_steps(), *self.outward_steps())
+        return tuple(RowStep(at[s.row], s.scale, tuple((f, at[k]) for f, k in s.terms)) for s in found)
 
     def inward_steps(self) -> tuple[RowStep, ...]:
         n, one = range(1, len(self.reciprocal) + 1), self.graph.one

@@ -23,15 +23,18 @@ from functools import partial
 from itertools import chain
 
 from symdyn.dynamics.loops.manifold import Seeds
+from symdyn.dynamics.mechanism.linear_solve import RowSolve, RowStep
 from symdyn.dynamics.outputs import implicit
 from symdyn.dynamics.outputs.derivative_outputs import EACH, derived, differentiable, entries_of, rows_of
 from symdyn.dynamics.outputs.named_functions import WEIGHTS, direction
 from symdyn.dynamics.outputs.output import Formulation, Output
+from symdyn.dynamics.outputs.output_table import OUTPUTS
+from symdyn.dynamics.outputs.recursive_derivatives import forward_with_factors
 from symdyn.dynamics.outputs.result_labels import Axis
 from symdyn.dynamics.outputs.tangent_space import FREE, SWEEPS, TangentSpace, cheaper, forward, reverse
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, LocalPartials, tangents
+from symdyn.graph import Expr, LocalPartials, substitute, tangents
 
 Ways = Sequence[str]
 """Arguments along which an output is differentiated."""
@@ -123,6 +126,39 @@ def hessian(sweep: str, first: Way, w: Workspace, row: Output, along: Ways, *pla
     return cheaper(w, slopes, entries)
 
 
+def _decided_in_rows(w: Workspace) -> RowSolve:
+    """Return what H of λᵀ q̈ is solved from: rows J of forward dynamics behind T, which D J is taken from; H = T + Tᵀ.
+
+    H = -(X_j X_k μᵀ τ + Σ_m (D_km J_mj + D_jm J_mk)) with μ = M⁻¹ λ, and D_km = X_k (M μ)_m, at μ and q̈ that are held.
+    """
+    n, free, one, known = w.state.n, w.prescribed.free, w.graph.one, w.once(forward_with_factors)
+    N, given, zeros = 3 * n, direction(w.graph, WEIGHTS, n), [w.graph.zero] * 3 * n
+    values = dict(zip((*w.state.qdd, *given), (*known.accelerations, *zeros[:n]), strict=True))
+    for i, (mu,) in zip(free, known.factors.solve([[given[i]] for i in free]), strict=True):
+        values[given[i]] = mu
+    entries = substitute(hessian("reverse", vjp, w, OUTPUTS["inverse_dynamics"], ("q", "qd", "qdd")), values)
+    H = [entries[N * k : N * (k + 1)] for k in range(N)]
+    every = range(2 * n)
+    sides = [(k, (*zeros[:k], -(H[k][k] * (one / 2)), *(-x for x in H[k][k + 1 : 2 * n]), *zeros[:n])) for k in every]
+    turned = [(N * j + k, H[k][j] - H[j][k]) for k in every for j in every[k + 1 :] if H[j][k] is not H[k][j]]
+    sides += [(N + k, (*known.rows[k], *zeros[:i], one, *zeros[i + 1 : n])) for k, i in enumerate(free)]
+    D = [tuple((x, N + m) for m, i in enumerate(free) if not (x := H[k][2 * n + i]).is_zero) for k in every]
+    steps = *known.factors.steps(range(N, N + n)), *(RowStep(k, one, D[k]) for k in every if D[k])
+    return RowSolve(w.scene, tuple(sides), N + len(free), steps, ((None,) * N,) * N, turned=tuple(turned))
+
+
+def _decided_hessian(w: Workspace) -> list[Expr]:
+    """Return H of λᵀ q̈ from the same, J as it is without rows."""
+    found: RowSolve = w.once(_decided_in_rows)
+    J, N = w.once(forward_with_factors).jacobians, len(found.beside)
+    rows = {k: [w.graph.zero] * N for k in range(N)} | {k: list(side) for k, side in found.sides}
+    rows |= {k: [*J["q"][i], *J["qd"][i], *J["tau"][i]] for k, i in enumerate(w.prescribed.free, N)}
+    for step in found.steps:
+        for j, x in enumerate(rows[step.row] if step.row < N else ()):
+            rows[step.row][j] = found.stepped(x, step.scale, ((D, rows[m][j]) for D, m in step.terms))
+    return found.added([x for k in range(N) for x in rows[k]], found.turned or ())
+
+
 def hessian_by_columns(w: Workspace, row: Output, along: Ways, *place: str) -> list[Expr]:
     """Return H row by row, a sweep forward for each column of each row."""
     directions, entry = FREE.seeds(w, "", along), weighted(w, row, *place)
@@ -183,10 +219,9 @@ def _decided(rule: Callable[..., list[Expr]]) -> Way:
 
 
 JVPS: dict[str, dict[str, Way]] = {"forward_dynamics": {"solved": _decided(implicit.jvp)}}
-"""Ways to J d of an output beside a sweep, by its name and theirs."""
-
 VJPS: dict[str, dict[str, Way]] = {"forward_dynamics": {"solved": _decided(implicit.vjp)}}
-"""Ways to wᵀ J of an output beside a sweep, by its name and theirs."""
+HESSIANS = {"forward_dynamics": {"implicit": Formulation(_decided_hessian, solve=lambda w: w.once(_decided_in_rows))}}
+"""Ways to J d, wᵀ J, and H of an output beside sweeps, by its name and theirs."""
 
 
 def _slopes(name: str) -> dict[str, Way]:
@@ -194,7 +229,7 @@ def _slopes(name: str) -> dict[str, Way]:
     return {**VJPS.get(name, {}), "reverse": vjp}
 
 
-def _formulations(name: str, row: Output, ways: Mapping[str, Way]) -> dict[str, Formulation]:
+def _formulations(name: str, row: Output, ways: Mapping[str, Way | Formulation]) -> dict[str, Formulation]:
     """Return ways along all arguments of an output."""
     along = differentiable(row)
     if not along:
@@ -203,14 +238,18 @@ def _formulations(name: str, row: Output, ways: Mapping[str, Way]) -> dict[str, 
     def formulation(way: Way) -> Formulation:
         return Formulation(lambda w, *place: way(w, row, along, *place))
 
-    return {one: formulation(way) for one, way in ways.items()}
+    return {one: way if isinstance(way, Formulation) else formulation(way) for one, way in ways.items()}
 
 
-def _row(name: str, row: Output, text: str, ways: Mapping[str, Way], **changes: object) -> Output:
-    """Return a row of derivatives along all arguments of an output; {d} in its text is J, block by block."""
-    formulations, along = _formulations(name, row, ways), differentiable(row)
+def _row(name: str, row: Output, text: str, ways: Mapping[str, Way | Formulation], **changes: object) -> Output:
+    """Return a row of second derivatives, of a sum with weights; {d} in its text is J, block by block."""
+    along, of = differentiable(row), {"arguments": _given(row, WEIGHTS), "weighs": rows_of(row)}
+    of |= {
+        "units": f"{row.units}{_times(row)}, per units of what moves",
+        "formulations": _formulations(name, row, ways),
+    }
     text = f"{text.format(d=FREE.jacobian(row.result, along), f=row.result)}, of {row.text}"
-    return derived(row, along, text=text, formulations=formulations, **changes)
+    return derived(row, along, text=text, **{**of, **changes})
 
 
 def _given(row: Output, *more: str) -> tuple[str, ...]:
@@ -287,14 +326,12 @@ def _hessian_row(name: str, row: Output) -> Output:
         row,
         f"second derivatives along the directions of {{d}}{_of_sum(row)}; {ORDER}",
         {
+            **HESSIANS.get(name, {}),
             **{f"{way} over {of}": partial(hessian, way, ways[of]) for of in ways for way in ("reverse", "forward")},
             "columns": hessian_by_columns,
         },
-        arguments=_given(row, WEIGHTS),
-        weighs=rows_of(row),
         axes=(_columns(row), _columns(row)),
         result="H",
-        units=f"{row.units}{_times(row)}, per units of what moves",
         size=row.size.columns(1.5),
     )
 
@@ -309,10 +346,8 @@ def _hessian_vector_row(name: str, row: Output) -> Output:
             "reverse over forward": hessian_vector_backwards,
         },
         arguments=_given(row, WEIGHTS, *_directions(row)),
-        weighs=rows_of(row),
         axes=(_columns(row),),
         result="Hd",
-        units=f"{row.units}{_times(row)}, per units of what moves",
         size=row.size.times(5),
     )
 
@@ -324,6 +359,8 @@ def _tensor_row(name: str, row: Output) -> Output:
         "second derivatives along the directions of {d}; entry i, k, j: X_j X_k {f}_i, not symmetric where quaternions "
         "turn",
         {way: partial(tensor, way, name) for way in SWEEPS},
+        arguments=row.arguments,
+        weighs=row.weighs,
         axes=(rows_of(row), _columns(row), _columns(row)),
         result=f"dd{row.result}",
         units=f"{row.units}, per units of what moves",

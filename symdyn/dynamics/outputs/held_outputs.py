@@ -107,12 +107,8 @@ def columns(rows: Rows) -> Rows:
 
 def _factors(w: Workspace) -> Held:
     rows, c = _held(w, True)
-    graph, given = w.graph, w.prescribed
-    free, entered = given.free, given.entered(w.zeros)
-    try:
-        mass = factored(graph, w.tree.velocity_parents(free), [[w.composite_mass[i][j] for j in free] for i in free])
-    except Singular as fault:
-        raise Singular(free[fault.velocity]) from fault
+    graph, free, entered = w.graph, w.prescribed.free, w.prescribed.entered(w.zeros)
+    mass = recursive_derivatives.factored_mass(w, w.composite_mass)
     W = [[x * held for x in row.entries] for row, held in zip(rows, c, strict=True)]
     rest = trees.unbalanced(w)
     V = mass.inward([[row[i] for row in W] for i in free])
@@ -234,7 +230,7 @@ def held_solve(w: Workspace, along: Sequence[str]) -> RowSolve | None:
     steps = [
         *found.mass.inward_steps(),
         *(RowStep(n + r, one, _terms(column, 0)) for r, column in enumerate(columns(found.Z))),
-        *(RowStep(n + s.row, s.scale, tuple((f, n + k) for f, k in s.terms)) for s in delta.steps()),
+        *delta.steps(range(n, len(sides))),
         *(RowStep(i, one, _terms([-x for x in row], n)) for i, row in enumerate(found.V)),
         *found.mass.outward_steps(),
     ]

@@ -72,10 +72,7 @@ def forward_solve(w: Workspace, along: Sequence[str]) -> RowSolve | None:
         steps = [RowStep(i, one, some) for i, some in zip(free, terms, strict=True)]
     else:
         at = list(zip(free, sides, strict=True))
-        steps = [
-            RowStep(free[step.row], step.scale, tuple((factor, free[k]) for factor, k in step.terms))
-            for step in found.factors.steps()
-        ]
+        steps = [*found.factors.steps(free)]
     beside = tuple(
         tuple(None if i in free and name in solved else entry for name in along for entry in found.jacobians[name][i])
         for i in range(n)
@@ -132,14 +129,10 @@ def _directions(w: Workspace) -> dict[str, Sequence[dict[Expr, Expr]]]:
     return {"q": w.directions.along, "qd": [{x: one} for x in w.state.qd], "qdd": [{x: one} for x in w.state.qdd]}
 
 
-def _zeros(w: Workspace) -> Matrix:
-    return [[w.graph.zero] * w.state.n for _ in w.state.qd]
-
-
 def _of_varying_coefficients(w: Workspace, of_joints: JointForceDerivatives) -> tuple[Matrix, Matrix]:
     """Return what joints add whose coefficients A depend on q (cams, couplings by formulas): by rates, by positions."""
     tree, (u, du) = w.whole, (w.state.qd, w.state.qdd)
-    by_rate, by_position = _zeros(w), _zeros(w)
+    by_rate, by_position = ([[w.graph.zero] * w.state.n for _ in u] for _ in range(2))
     for j in tree.outward():
         if not tree.b[j] or len(tree.block[j]) > 1 or not tree.block[j]:
             continue
@@ -185,7 +178,8 @@ class Forward:
     """Derivatives of forward dynamics, and what they are solved from, of velocities whose motion is not prescribed.
 
     Attributes:
-        slopes: the derivatives.
+        jacobians: the derivatives.
+        accelerations: what is differentiated.
         factors: of M.
         rows: right sides -X τ, a column for each of `RIGHT_SIDES`.
         inverse: M⁻¹.
@@ -193,6 +187,7 @@ class Forward:
     """
 
     jacobians: Jacobians
+    accelerations: list[Expr]
     factors: Factored
     rows: Matrix
     inverse: Matrix
@@ -203,8 +198,8 @@ def forward_with_factors(w: Workspace) -> Forward:
     """Return the derivatives of forward dynamics; prescribed accelerations depend on no argument."""
     slopes, given, n = w.once(_inverse_to_solve), w.prescribed, w.state.n
     free = given.free
-    _factored(w, w.once(_inverse))  # sees that a branch has no mass, whatever sweeps have made of M
-    factors = _factored(w, slopes)
+    factored_mass(w, w.once(_inverse)["qdd"])  # sees that a branch has no mass, whatever sweeps have made of M
+    factors = factored_mass(w, slopes["qdd"])
     bias = w.forces(given.entered(w.zeros))
     accelerations = given.entered(w.zeros)
     for i, (value,) in zip(free, factors.solve([[w.state.tau[i] - bias[i]] for i in free]), strict=True):
@@ -223,14 +218,14 @@ def forward_with_factors(w: Workspace) -> Forward:
         found["q"][i], found["qd"][i] = row[:n], row[n:]
         for j, value in zip(free, by_force, strict=True):
             found["tau"][i][j] = value
-    return Forward(found, factors, rows, inverse, by_inverse)
+    return Forward(found, accelerations, factors, rows, inverse, by_inverse)
 
 
-def _factored(w: Workspace, slopes: Jacobians) -> Factored:
-    """Return the factors of M where no motion is prescribed; Singular where there are none."""
+def factored_mass(w: Workspace, M: Matrix) -> Factored:
+    """Return its factors where no motion is prescribed; Singular where there are none."""
     free = w.prescribed.free
     try:
-        return factored(w.graph, w.tree.velocity_parents(free), [[slopes["qdd"][i][j] for j in free] for i in free])
+        return factored(w.graph, w.tree.velocity_parents(free), [[M[i][j] for j in free] for i in free])
     except Singular as fault:
         raise Singular(free[fault.velocity]) from fault
 

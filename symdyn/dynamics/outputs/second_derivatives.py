@@ -13,19 +13,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from symdyn.dynamics.mechanism.linear_solve import Factored, RowSolve, RowStep
+from symdyn.dynamics.mechanism.linear_solve import RowSolve
 from symdyn.dynamics.outputs.derivative_outputs import derived, differentiable, entries_of
 from symdyn.dynamics.outputs.directional_outputs import PACKED_TENSOR
 from symdyn.dynamics.outputs.output import Formulation, Output, Size
 from symdyn.dynamics.outputs.output_table import OUTPUTS
-from symdyn.dynamics.outputs.recursive_derivatives import Forward, beside_bodies, forward_with_factors
+from symdyn.dynamics.outputs.recursive_derivatives import beside_bodies, forward_with_factors
 from symdyn.dynamics.outputs.tangent_space import COLUMNS, FREE, by_row
-from symdyn.dynamics.outputs.tree_formulations import forward
 from symdyn.dynamics.outputs.workspace import Matrix, Workspace
 from symdyn.dynamics.recursive.pair_runs import PairRuns
 from symdyn.dynamics.recursive.second_order import Velocities, places
 from symdyn.errors import DerivationError
-from symdyn.frozen import dataclass
 from symdyn.graph import Expr, substitute, tangents
 from symdyn.scene import Scene
 
@@ -143,21 +141,11 @@ def _pairs(w: Workspace) -> list[tuple[int, int]]:
     ]
 
 
-@dataclass(frozen=True)
-class _Forward:
-    """What second derivatives of forward dynamics are solved from: factors of M, and right sides by row and pair."""
-
-    factors: Factored
-    sides: Matrix
-
-
-def _sides(w: Workspace) -> _Forward:
+def _sides(w: Workspace) -> Matrix:
     """Return the right sides -(X_j X_k τ_i + X_k M_il X_j u̇_l + X_j M_il X_k u̇_l) at u̇ of forward dynamics."""
-    n, moving = w.state.n, dict(zip(w.state.qdd, forward(w), strict=True))
-    known: Forward = w.once(forward_with_factors)
-    places = w.once(_places)
-    values = substitute(w.once(_recursive), moving)
-    tensor = dict(zip(places, values, strict=True))
+    n, known = w.state.n, w.once(forward_with_factors)
+    moving = dict(zip(w.state.qdd, known.accelerations, strict=True))
+    tensor = dict(zip(w.once(_places), substitute(w.once(_recursive), moving), strict=True))
     for (i, k, j), value in list(tensor.items()):
         tensor.setdefault((i, j, k), value)
         if j >= 2 * n:
@@ -176,20 +164,18 @@ def _sides(w: Workspace) -> _Forward:
             parts += [value * slopes[k][m] for m, value in mass.get((i, j), ())]
             row.append(-w.graph.total(parts))
         rows.append(row)
-    return _Forward(known.factors, rows)
+    return rows
 
 
 def _solved(w: Workspace) -> list[Expr]:
     """Return the second derivatives of forward dynamics, row by row, by the implicit relation."""
-    found: _Forward = w.once(_sides)
-    return [entry for row in found.factors.solve(found.sides) for entry in row]
+    return [entry for row in w.once(forward_with_factors).factors.solve(w.once(_sides)) for entry in row]
 
 
 def _row_solve(w: Workspace) -> RowSolve:
-    found: _Forward = w.once(_sides)
-    steps = [RowStep(one.row, one.scale, one.terms) for one in found.factors.steps()]
-    beside = ((None,) * len(w.once(_pairs)),) * w.state.n
-    return RowSolve(w.scene, tuple(enumerate(map(tuple, found.sides))), w.state.n, tuple(steps), beside)
+    n, steps = w.state.n, w.once(forward_with_factors).factors.steps(range(w.state.n))
+    beside = ((None,) * len(w.once(_pairs)),) * n
+    return RowSolve(w.scene, tuple(enumerate(map(tuple, w.once(_sides)))), n, steps, beside)
 
 
 def _forward_by_sweeps(w: Workspace) -> list[Expr]:

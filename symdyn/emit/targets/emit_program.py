@@ -19,7 +19,7 @@ from symdyn.emit.targets.acados import ACADOS
 from symdyn.emit.targets.array_languages import JULIA, MATLAB
 from symdyn.emit.targets.c.c_and_cpp import CPP, C, namespace
 from symdyn.emit.targets.c.stack import STACK
-from symdyn.emit.targets.casadi_modules import CASADI
+from symdyn.emit.targets.casadi_modules import CASADI, EXTERNAL
 from symdyn.emit.targets.fmu import FMU
 from symdyn.emit.targets.gpu import END, GPU, launchers
 from symdyn.emit.targets.javascript import JS
@@ -109,7 +109,8 @@ def emit(
         known = f"it has {' or '.join(row.options)}" if row.options else "leave it out"
         raise EmitError(f"target {target} ({row.text}) has no option {option}; {known}")
     number = find_real(real)
-    program = program if row.loops_in(number) else in_lines(program)
+    beside = option == EXTERNAL and not any(one.function.is_loop_alone for one in program.routines)
+    program = program if beside or row.loops_in(number) else in_lines(program)
     if real not in row.reals:
         raise EmitError(
             f"real type {real!r}: target {target} ({row.text}) takes {' or '.join(row.reals)} alone; "

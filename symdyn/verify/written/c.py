@@ -8,9 +8,10 @@
     <function>_places            which entry of a block's result each entry of the result is; one after the last is zero
 
     <function>_solved            a loop, which is fixed text, over <function>_steps: how many columns, then of every
-                                 step the row, its scale, how many terms, and factor and row of each, by places of r; or
-                                 over pairs of velocities by <function>_chains: of each how many it depends on, how
-                                 many of these are of other joints, and all of them
+                                 step the row, its scale, how many terms, and factor and row of each, by places of r;
+                                 <function>_turned: how many rows the result is, plus these turned, and what is added to
+                                 which of its places; or over pairs of velocities by <function>_chains: of each how
+                                 many it depends on, how many of these are of other joints, and all of them
 
     static const <type> <function>_ground[3] = {...};          numbers that a function goes over in a loop, which is
     static const <type> <function>_joints[n] = {{...}, ...};   fixed text, as the whole numbers are with which a joint
@@ -332,8 +333,8 @@ class CStatements(CReader):
         if ways := _places(self.file, f"{self.expected.name}_chains"):
             self._paired(node, ways, arguments)
             return
-        table = _places(self.file, f"{self.expected.name}_steps")
-        r = self.value(arguments[0]) if len(arguments) == 1 else None
+        table, turned = (_places(self.file, f"{self.expected.name}_{of}") for of in ("steps", "turned"))
+        r = self.value(arguments[0]) if len(arguments) == 1 + bool(turned) else None
         if table is None or not (isinstance(r, Pointer) and isinstance(r.memory, Work) and r.index == Index(0)):
             raise unread(node, "is no loop over rows")
         (width, *rest), at = table, 0
@@ -350,6 +351,14 @@ class CStatements(CReader):
                 x, *others = (r.load(Index(place + column)) for place in rows)
                 found = RowSolve.stepped(x, factors[0], zip(factors[1:], others, strict=True))
                 r.store(Index(step[0] + column), found, line_of(node))
+        if turned:
+            out, (N, *added) = self.value(arguments[1]), turned
+            if not (isinstance(out, Pointer) and out.index == Index(0)) or len(added) % 2 or width < N:
+                raise unread(node, "has no place for a matrix and the same, turned")
+            rows = [r.load(Index(width * i + j)) for i in range(N) for j in range(N)]
+            more = ((to, r.load(Index(at))) for to, at in zip(added[::2], added[1::2], strict=True))
+            for place, entry in enumerate(RowSolve.added(rows, more)):
+                out.store(Index(place), entry, line_of(node))
 
     def _clear(self, node: Node, arguments: list[Node]) -> None:
         if len(arguments) != 3 or text_of(arguments[1]) != "0":

@@ -7,7 +7,8 @@ text.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import prod
+from itertools import chain
+from math import isqrt, prod
 
 from symdyn.emit.code.spelling import Printer, Real
 from symdyn.emit.code.target import ArgumentText, FunctionText, Page
@@ -16,7 +17,7 @@ from symdyn.emit.targets.c.plan import LONGEST, Pass, SineCosine, longest_loop, 
 from symdyn.emit.targets.c.writer import LANED, LANES, LANES_AT_ONCE, SINGLE, PassText, ScalarStage, Writer, gathered
 from symdyn.errors import EmitError
 from symdyn.frozen import dataclass
-from symdyn.program import PairLoop, Program, Routine, RowLoop, shared
+from symdyn.program import Program, Routine, RowLoop, shared
 
 LARGEST = 1 << 16
 """Numbers of tables, which are short ones, are smaller."""
@@ -36,6 +37,7 @@ class RowSolveText:
         vectors: how many of a row are computed side by side, as long as there are so many; one by one at last.
         copies: (to, from, count) of entries that stand side by side in the result and where it is found.
         switched: whether terms whose factors are zero are left out.
+        turned: of rows plus the same, turned: how many, then places of that and of what is added there; () elsewhere.
     """
 
     size: int
@@ -43,12 +45,8 @@ class RowSolveText:
     vectors: tuple[int, ...]
     copies: tuple[tuple[int, int, int], ...]
     switched: bool = False
+    turned: tuple[int, ...] = ()
     each: int = 0
-
-
-def fits(rows: RowLoop | PairLoop) -> bool:
-    """Tell whether a table can hold the numbers of a solve."""
-    return len(rows.entries) < LARGEST
 
 
 def row_solve_text(rows: RowLoop) -> RowSolveText:
@@ -59,7 +57,7 @@ def row_solve_text(rows: RowLoop) -> RowSolveText:
         for number in (step.row, step.scale, len(step.terms), *(one for term in step.terms for one in term))
     ]
     copies: list[list[int]] = []
-    for to, place in enumerate(rows.places):
+    for to, place in enumerate(rows.places if rows.turned is None else ()):
         if copies and place == copies[-1][1] + copies[-1][2]:
             copies[-1][2] += 1
         else:
@@ -68,7 +66,8 @@ def row_solve_text(rows: RowLoop) -> RowSolveText:
     shares = -(-rows.vectors // UNDER_WAY)
     largest = -(-rows.vectors // shares)  # shares as equal as may be
     sizes = tuple(sorted({largest, rows.vectors - largest * (shares - 1), 1}, reverse=True))
-    return RowSolveText(len(rows.entries), tuple(table), sizes, told, rows.switched)
+    turned = () if rows.turned is None else (isqrt(len(rows.places)), *chain(*rows.turned))
+    return RowSolveText(len(rows.entries), tuple(table), sizes, told, rows.switched, turned)
 
 
 SPLIT = 2
@@ -156,7 +155,7 @@ def up_to_rows(routine: Routine, printer: Printer, short: bool) -> UpToRows | No
     As to `short` see `plan`.
     """
     rows = RowLoop.of(routine.function)
-    if rows is None or not fits(rows):
+    if rows is None or len(rows.entries) >= LARGEST:  # which no table holds
         return None
     (before,) = rows.program.routines
     writer = writer_of(before, None, rows.program, printer, LONGEST, short and length_of(before) > LONGEST)

@@ -265,16 +265,23 @@ class Writer:
 
 
 def _read_where_used(lines: Sequence[Line], loads: Container[str]) -> list[Line]:
-    """Return lines without `loads` that one line alone uses: it reads the row itself, unless that is overwritten."""
+    """Return lines without `loads`: what uses one reads the row itself, until that is overwritten.
+
+    Nor has what goes to one place alone, in the next line, a name.
+    """
     uses = Counter(name for line in lines for name in NAME.findall(line.code))
-    waiting, found = dict[str, Line](), list[Line]()
+    rows, found = dict[str, str](), list[Line]()
     for line in lines:
-        if line.target in loads and uses[line.target] == 1:
-            waiting[line.target] = line
+        if line.target in loads:
+            rows[line.target] = line.code
             continue
-        taken = {name: waiting.pop(name).code for name in NAME.findall(line.code) if name in waiting}
-        found += [waiting.pop(one.target) for one in [*waiting.values()] if one.code == line.target]
-        found.append(Line(line.target, NAME.sub(lambda name: taken.get(name[0], name[0]), line.code)))  # noqa: B023
+        if found and line.code == found[-1].target and uses[line.code] == 1:
+            line = Line(line.target, found.pop().code)  # noqa: PLW2901
+        uses.subtract(name for name in NAME.findall(line.code))
+        code = NAME.sub(lambda name: rows.get(name[0], name[0]), line.code)
+        over = [name for name, row in rows.items() if row == line.target]
+        found += [Line(name, row) for name in over if (row := rows.pop(name)) and uses[name] > 0]
+        found.append(Line(line.target, code))
     return found
 
 
