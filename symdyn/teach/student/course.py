@@ -33,6 +33,7 @@ from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Joint
 from symdyn.spatial import Transform, Vec, dot, sub
 from symdyn.teach.lesson import Mass, masses
+from symdyn.teach.student.differences import Splitter
 from symdyn.unlocked import cached_property
 
 Number = Union[int, Fraction]
@@ -89,6 +90,13 @@ class Course:
         self.joints = {joint.child: joint for joint in scene.joints}
         self.slope: Callable[[Expr, Expr], Expr] = cache(lambda node, by: gradient(node, [by])[0])
         self.steps = cache(self._steps)  # quantities with the same energies ask for the same
+
+    @cached_property
+    def terms(self) -> Callable[[Expr], list[Form]]:
+        """Return what takes a formula apart, see `Splitter`."""
+        right, total = self.right, self.graph.total
+        own = [self.balance(i, total(right.K.values()), total(right.P.values()), right.Q) for i in range(self.state.n)]
+        return cache(Splitter(own, self.scene, self.state))
 
     @cached_property
     def loads(self) -> tuple[Expr, ...]:

@@ -21,7 +21,6 @@ from symdyn.scene import SceneUnits
 from symdyn.spatial import dot
 from symdyn.teach.lesson import masses
 from symdyn.teach.student.course import Course
-from symdyn.teach.student.differences import split_terms
 from symdyn.teach.student.motions import Floating, Motions, Point, numbers
 from symdyn.teach.student.wrong_energies import from_ground, from_slope
 from symdyn.unlocked import cached_property
@@ -387,7 +386,7 @@ def _terms(course: Course, of: Sequence[tuple[str, Expr, int | None]]) -> Iterat
     for kind, node, j in of:
         if node.is_zero:
             continue
-        for form in split_terms(Form.of(node), course.scene):
+        for form in course.terms(node):
             held = set(form.symbols)
             own = kind
             if kind == "inertia" and len(held & set(rates)) > 1:

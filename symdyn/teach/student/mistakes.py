@@ -18,7 +18,6 @@ from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute
 from symdyn.scene import SceneUnits
 from symdyn.teach.student.course import Course, Parts
-from symdyn.teach.student.differences import split_terms
 from symdyn.teach.student.wrong_energies import Wrong, used, wrong_energies, wrong_terms
 
 
@@ -190,7 +189,7 @@ def _undivided(course: Course, i: int) -> Iterator[Wrong]:
     drive = course.scene.drives[i]
     pieces = [-graph.symbol(drive)] if drive else []
     try:
-        pieces += [one.express(graph) for one in split_terms(Form.of(total), course.scene)]
+        pieces += [one.express(graph) for one in course.terms(total)]
     except DerivationError:
         return
     for divisor in (*own, *powers):

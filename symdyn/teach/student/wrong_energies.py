@@ -18,7 +18,6 @@ from symdyn.graph import Expr, Op, reachable, substitute
 from symdyn.scene import SceneUnits
 from symdyn.spatial import dot
 from symdyn.teach.student.course import Course, Energies, Parts
-from symdyn.teach.student.differences import split_terms
 
 HALF = Fraction(1, 2)
 
@@ -264,7 +263,7 @@ def wrong_terms(course: Course, right: Expr) -> Iterator[Wrong]:
     except DerivationError:
         return
     with suppress(DerivationError):
-        form = Form.sum(split_terms(form, course.scene))
+        form = Form.sum(course.terms(right))
     held = {x for x in form.walk() if isinstance(x, Function) and x.op in (Op.SIN, Op.COS)}
     angles = sorted({x.args for x in held}, key=str)
     both = {Op.SIN: Op.COS, Op.COS: Op.SIN}
