@@ -23,7 +23,7 @@ from symdyn.teach.mathematics import inner
 from symdyn.teach.practice.exercises import ENOUGH, ROUNDED, is_given, quantities
 from symdyn.teach.student.diagnosis import BOUND, DRAWN, SCALED, SCALES, TWINS, Diagnosis, Points, points_of
 from symdyn.teach.student.differences import KINDS
-from symdyn.teach.student.evidence import ALL_OF_IT, PLAIN, STATES, SUITS, Column
+from symdyn.teach.student.evidence import ALL_OF_IT, OF_ANGLES, PAIRED, PLAIN, STATES, SUITS, Column
 from symdyn.teach.student.grammar import CALLED, PAGE, Names
 from symdyn.teach.student.mistakes import FREE, MOST as MOST_WRONG, VAGUE
 from symdyn.teach.student.motions import rows_of
@@ -188,6 +188,7 @@ def _terms(diagnosis: Diagnosis, left: str) -> list[dict[str, Any]]:
         {
             "rows": columns(one.columns),
             "beside": columns(one.beside),
+            "alike": one.alike,
             "right": _row12(one.right),
             "handles": [[list(map(dict, x.steps)), _row12(x.right), x.parameter] for x in one.handles],
             "free": one.free,
@@ -215,6 +216,8 @@ def _apart(diagnosis: Diagnosis) -> dict[str, Any] | None:
         "suits": SUITS,
         "vague": [*VAGUE, "coupling"],
         "plain": PLAIN,
+        "angles": OF_ANGLES,
+        "paired": PAIRED,
         "whole": ALL_OF_IT,
         "ratios": sorted(" ".join(names) for names in diagnosis.atoms.ratios),
         "times": WHOLE,

@@ -325,7 +325,7 @@ class Diagnosis:
             return found
         rules, kinds = (
             list(dict.fromkeys((*told.rules, *(["untied"] if loose and told.sure else [])))),
-            [evidence.columns[k].kind for k in told.terms],
+            [evidence.every[k].kind for k in told.terms],
         )
         if found and set(rules) <= {*VAGUE, "coupling"} and any(found.rule in SUITS.get(kind, ()) for kind in kinds):
             rules.insert(0, found.rule)

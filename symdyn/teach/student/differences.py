@@ -47,6 +47,9 @@ PLACES = 20
 MOST_TERMS, HIGHEST = 20_000, 64
 """Terms, and the degree, of what is multiplied out."""
 
+MOST_PARTS = 160
+"""Terms of a formula that is taken apart."""
+
 Monomial = tuple[tuple[int, int], ...]  # ((generator, power), …) without sines and cosines
 Buckets = dict[Monomial, Polynomial]
 
@@ -100,7 +103,10 @@ class Splitter:
         except KeyError:  # it has a symbol or a function that the others have not
             over, known = self._over([node])
             (value,) = evaluate([node], over.ring, known)
-        return [over.form([item]) for item in over.split(value).items()]
+        found = over.split(value)
+        if len(found) > MOST_PARTS:
+            raise DerivationError(f"the formula has {len(found)} terms, too many to be told apart")
+        return [over.form([item]) for item in found.items()]
 
     def _over(self, nodes: Sequence[Expr]) -> tuple[_Buckets, dict[Expr, Polynomial]]:
         found = _Buckets(nodes, self.state, self.groups)

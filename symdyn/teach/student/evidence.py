@@ -6,13 +6,13 @@ Columns are terms, and what belongs together: the mass of a body, its moment of 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from itertools import combinations, islice, permutations
+from itertools import combinations, permutations
 from math import isfinite
 from typing import Union
 
 import numpy as np
 
-from symdyn.algebra import Array, Form, Function, Power
+from symdyn.algebra import Array, Form, Function, Number, Power
 from symdyn.dynamics.mechanism import prescribed
 from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass, replace
@@ -25,8 +25,8 @@ from symdyn.teach.student.motions import Floating, Motions, Point, numbers
 from symdyn.teach.student.wrong_energies import from_ground, from_slope
 from symdyn.unlocked import cached_property
 
-MOST = 24
-"""Terms of a result that is taken apart."""
+MOST, PAIRED = 80, 24
+"""Terms of a result that is taken apart; and while it is looked at as well what is wrong alike in two of them."""
 FEW_JOINTS = 3
 """Joints, while terms of other equations are looked at."""
 CLOSE = 1e-7
@@ -64,6 +64,10 @@ PLAIN = ("term", "termsign", "termfactor")
 OF_BODIES = ("prescribed", "body", "spin", "steiner", "weight", "carried", "hung", "cross")
 """Kinds that say more of a term than its own, if that is one of `OWN`."""
 OWN = ("inertia", "gravity")
+OF_ANGLES = ("relative", "absolute")
+"""Kinds of what an angle from elsewhere would take away: no term is missing then."""
+BESIDE = ("relative", "prescribed")
+"""Kinds that are told with another one of the same values."""
 SUITS: Mapping[str, tuple[str, ...]] = {
     "gravity": ("height", "direction", "weightless"),
     "rates": ("product", "slope", "chain", "cross", "relative"),
@@ -86,8 +90,8 @@ class Column:
     @property
     def squared(self) -> tuple[str, ...]:
         """Return the functions that stand squared in it."""
-        powers = [x.base for x in self.form.factors if isinstance(x, Power)] if self.form is not None else []
-        return tuple(dict.fromkeys(x.op.name.lower() for x in powers if isinstance(x, Function)))
+        bases = [x.base for x in self.form.factors if isinstance(x, Power)] if self.form is not None else []
+        return tuple(dict.fromkeys(x.op.name.lower() for x in bases if isinstance(x, Function)))
 
     def is_worth(self, row: Sequence[float]) -> bool:
         """Whether it has some values."""
@@ -153,6 +157,7 @@ class Evidence:
         free: whether a constant is.
         tied: whether rows tie motions together, so that what is one term may be another one there.
         beside: terms of the equations of other joints.
+        alike: columns by number that are alike, see `_alike`.
         how: what is written: "rows" with multipliers, "solved" with no acceleration but that of its joint, else "".
     """
 
@@ -164,6 +169,17 @@ class Evidence:
     tied: bool
     beside: tuple[Column, ...] = ()
     how: str = ""
+    alike: tuple[tuple[int, ...], ...] = ()
+
+    @cached_property
+    def every(self) -> tuple[Column, ...]:
+        """Return the columns, then those that are alike as one."""
+        return (*self.columns, *(_together([self.columns[k] for k in one]) for one in self.alike))
+
+
+def _together(columns: Sequence[Column]) -> Column:
+    values = tuple(map(sum, zip(*(one.values for one in columns), strict=True)))
+    return replace(columns[0], values=values)
 
 
 # What a result is made of
@@ -205,7 +221,7 @@ def _evidence(
     points, state = motions.along, course.state
     tied = course.scene.is_constrained and how != "rows"
     try:
-        pieces = list(islice(_pieces(course, motions, key, i, ways), 8 * MOST))
+        pieces = list(_pieces(course, motions, key, i, ways))
     except DerivationError:
         return None
     if how == "rows" and i is not None:
@@ -213,7 +229,7 @@ def _evidence(
         pieces += [("row", Form.of(node), [(-node, i)]) for _, node in rows if not node.is_zero]
         pieces.append(("row", None, [(-node, i) for _, node in rows]))
     fine = [k for k, (_, form, _) in enumerate(pieces) if form is not None]
-    if not 0 < len(fine) <= MOST:
+    if not 0 < len(fine) <= (PAIRED if how == "solved" else MOST):
         return None
     nodes = [node for _, _, terms in pieces for node, _ in terms]
     known = [iter(numbers(nodes, point)) for point in points]
@@ -240,7 +256,7 @@ def _evidence(
         for k in same:
             if form is None and kind in OF_BODIES and columns[k].form is not None and columns[k].kind in OWN:
                 columns[k] = replace(columns[k], kind=kind)
-        if form is not None or not same or (kind == "relative" and i is not None):
+        if form is not None or not same or (kind in BESIDE and i is not None):
             columns.append(Column(kind, form, row))
     handles = tuple(_handles(course, motions, i, ways, tied, how)) if i is not None else ()
     beside = () if i is None or tied or how else tuple(_beside(course, motions, i))
@@ -248,7 +264,22 @@ def _evidence(
         columns += _biased(motions, i, ways, columns)
     if how == "rows" and not any(one.kind == "row" for one in columns):  # no row acts in this equation
         how = ""
-    return Evidence(points, tuple(columns), right, handles, key in ("P:", "L:"), tied, beside, how)
+    alike = _alike(columns, frozenset(p.name for p in course.scene.parameters))
+    return Evidence(points, tuple(columns), right, handles, key in ("P:", "L:"), tied, beside, how, alike)
+
+
+def _alike(columns: Sequence[Column], parameters: frozenset[str]) -> tuple[tuple[int, ...], ...]:
+    """Return terms, by number, that a student may write with one bracket: what differs in all of them is one mistake.
+
+    They differ in parameters alone, (J + m l²) q̈, or have the same parameters, or a factor in common.
+    """
+    groups: dict[object, list[int]] = {}
+    for k, one in enumerate(columns):
+        factors = [x for x in one.form.factors if not isinstance(x, Number)] if one.form is not None else []
+        outer = frozenset(x for x in factors if set(x.symbols) <= parameters)
+        for mark in ((one.kind, frozenset(factors) - outer), outer, *factors) if factors else ():
+            groups.setdefault(mark, []).append(k)
+    return tuple(dict.fromkeys(tuple(one) for one in groups.values() if len(one) > 1))
 
 
 def _biased(motions: Motions, i: int, ways: Sequence[Floating], columns: Sequence[Column]) -> Iterator[Column]:
@@ -331,6 +362,10 @@ def _equations(course: Course, weights: Sequence[Expr], joints: Sequence[int]) -
         for kind, node in (*of.items(), ("product", product), ("slope", -slope)):
             shares.setdefault(kind, []).append((node, j))
     yield from _terms(course, terms)
+    if place := prescribed(course.scene, graph).place:
+        given = dict.fromkeys((x[k] for k in place for x in (state.qd, state.qdd)), zero)
+        still = [(node - substitute([node], given)[0], j) for kind, node, j in terms if kind in ("inertia", "rates")]
+        yield ("prescribed", None, still)
     yield from (("weight" if kind == "gravity" else kind, None, nodes) for kind, nodes in shares.items())
     yield ("static", None, [*shares["gravity"], *shares["spring"]])
     for part, weight in zip(course.parts, weights, strict=True):

@@ -12,7 +12,7 @@ import random
 from collections.abc import Callable, Iterator, Sequence
 from itertools import islice, permutations
 
-from symdyn.algebra import Floats, Form
+from symdyn.algebra import Floats
 from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute
