@@ -180,7 +180,7 @@ def _terms(diagnosis: Diagnosis, left: str) -> list[dict[str, Any]]:
 
     def columns(of: Sequence[Column]) -> list[list[Any]]:
         return [
-            [one.kind, inner(shown(one.form)) if one.form is not None else "", _row12(one.values), one.squared]
+            [one.kind, inner(shown(one.form)) if one.form is not None else "", _row(one.values), one.squared]
             for one in of
         ]
 
@@ -189,8 +189,8 @@ def _terms(diagnosis: Diagnosis, left: str) -> list[dict[str, Any]]:
             "rows": columns(one.columns),
             "beside": columns(one.beside),
             "alike": one.alike,
-            "right": _row12(one.right),
-            "handles": [[list(map(dict, x.steps)), _row12(x.right), x.parameter] for x in one.handles],
+            "right": _row(one.right),
+            "handles": [[list(map(dict, x.steps)), _row(x.right), x.parameter] for x in one.handles],
             "free": one.free,
             "tied": one.tied,
             "multipliers": one.how == "rows",
@@ -199,8 +199,8 @@ def _terms(diagnosis: Diagnosis, left: str) -> list[dict[str, Any]]:
     ]
 
 
-def _row12(values: Sequence[float]) -> list[float]:
-    return [_digits(x) for x in values]
+def _row(values: Sequence[float]) -> list[float]:
+    return [_digits(x, 10) for x in values]
 
 
 def _apart(diagnosis: Diagnosis) -> dict[str, Any] | None:

@@ -12,7 +12,7 @@ from typing import Union
 
 import numpy as np
 
-from symdyn.algebra import Array, Form, Function, Number, Power
+from symdyn.algebra import Array, Form, Function, Number, Power, Symbol
 from symdyn.dynamics.mechanism import prescribed
 from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass, replace
@@ -36,6 +36,7 @@ STATES: Mapping[str, tuple[str, str, str]] = {
     "gravity": ("term", "gravity", "termfactor"),
     "weight": ("weightless", "gravity", "termfactor"),
     "spring": ("spring", "spring", "termfactor"),
+    "springs": ("term", "spring", "termfactor"),  # all of it; "spring" is what a free length makes
     "load": ("friction", "friction", "termfactor"),
     "law": ("force", "force", "termfactor"),
     "flow": ("term", "termsign", "termfactor"),
@@ -366,7 +367,8 @@ def _equations(course: Course, weights: Sequence[Expr], joints: Sequence[int]) -
         given = dict.fromkeys((x[k] for k in place for x in (state.qd, state.qdd)), zero)
         still = [(node - substitute([node], given)[0], j) for kind, node, j in terms if kind in ("inertia", "rates")]
         yield ("prescribed", None, still)
-    yield from (("weight" if kind == "gravity" else kind, None, nodes) for kind, nodes in shares.items())
+    whole = {"gravity": "weight", "spring": "springs"}
+    yield from ((whole.get(kind, kind), None, nodes) for kind, nodes in shares.items())
     yield ("static", None, [*shares["gravity"], *shares["spring"]])
     for part, weight in zip(course.parts, weights, strict=True):
         for kind, node in (("weight", weight), ("hung", course.weight(part, arm=0))):
@@ -386,9 +388,8 @@ def _equations(course: Course, weights: Sequence[Expr], joints: Sequence[int]) -
     for angles in from_slope(course):
         every = [(course.balance(j, kinetic, graph.total([gravity, e.P["E"]]), e.Q), j) for j in joints]
         yield ("absolute", None, [(node - substitute([node], angles)[0], j) for node, j in every])
-    still = [zero] * state.n
     yield from _bodies(course, lambda K: [(course.steps(j, K, zero)[0], j) for j in joints])
-    yield from _bodies(course, lambda K: [(course.balance(j, K, zero, still), j) for j in joints], turning=True)
+    yield from _bodies(course, lambda K: [(course.balance(j, K, zero, course.still), j) for j in joints], turning=True)
 
 
 def _bodies(course: Course, of: Callable[[Expr], Shares], turning: bool = False) -> Iterator[Piece]:
@@ -421,14 +422,22 @@ def _terms(course: Course, of: Sequence[tuple[str, Expr, int | None]]) -> Iterat
     for kind, node, j in of:
         if node.is_zero:
             continue
-        for form in course.terms(node):
+        forms = course.terms(node)
+        degrees = [_degree(form, course.scene.coordinates) for form in forms]
+        for form, degree in zip(forms, degrees, strict=True):
             held = set(form.symbols)
-            own = kind
+            own = "springs" if kind == "spring" and degree == max(degrees) else kind
             if kind == "inertia" and len(held & set(rates)) > 1:
                 own = "cross"
             elif kind == "inertia" and j is not None and held & (set(other) - {other[j]}):
                 own = "coupling"
             yield (own, form, [(form.express(graph), j)])
+
+
+def _degree(form: Form, names: Sequence[str]) -> int:
+    """Return the degree of a term in bare coordinates."""
+    bases = [(x.base, x.exponent) if isinstance(x, Power) else (x, 1) for x in form.factors]
+    return sum(n for x, n in bases if isinstance(x, Symbol) and x.name in names)
 
 
 def _handles(

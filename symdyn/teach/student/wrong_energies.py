@@ -43,7 +43,7 @@ def wrong_energies(course: Course) -> Iterator[tuple[str, str, Energies]]:
     yield "energies", "", replace(right, P=negative | {"E": right.P["E"]})
     yield "energies", "", replace(right, P=negative)
     zero, E = course.graph.zero, right.P["E"]
-    stored = [("spring", zero), ("spring", -E), ("factor", 2 * E)]
+    stored = [("term", zero), ("spring", -E), ("factor", 2 * E)]
     for term in Form.of(E).terms:  # a stretch that is not squared
         flat = Form.product(x.base if isinstance(x, Power) and x.exponent == 2 else x for x in term.factors)
         stored.append(("power", E + flat.express(course.graph) - term.express(course.graph)))
