@@ -20,7 +20,7 @@ const Terms = (() => {
     if (!ways.length) return null;
     const [one, found] = ways.reduce((a, b) => a[1].cost <= b[1].cost ? a : b), rows = all(one);
     if (rule && !found.sure && !found.rules.includes(rule)) return null;
-    const of_ = found.columns.map(k => rows[k]).filter(row => row[1]), loose = !tied && found.sure && ways.some(([one]) => one.multipliers), rules = [...new Set([...found.rules, ...(loose ? ["untied"] : [])])];
+    const of_ = found.columns.flatMap(k => (rows[k][4] || [k]).map(n => rows[n])).filter(row => row[1]), loose = !tied && found.sure && ways.some(([one]) => one.multipliers), rules = [...new Set([...found.rules, ...(loose ? ["untied"] : [])])];
     if (rule && rules.every(one => apart.vague.includes(one)) && of_.some(([kind]) => (apart.suits[kind] || []).includes(rule))) rules.unshift(rule);
     const changes = (found.changes || []).map(([change, k]) => [change, ...(rows[k] ? [(rows[k][4] || [k]).map(n => rows[n][1]).join("<mo>,</mo>"), rows[k][0]] : [""])]).filter(([change, term, kind]) => term || change !== "missing" || !apart.angles.includes(kind));
     return {rules, kinds: [...new Set(of_.map(([kind]) => kind))], changes};
@@ -46,7 +46,7 @@ const Terms = (() => {
   }
 
   // The terms, then those together that are alike; these know which they are
-  const all = one => one.all = one.all || [...one.rows, ...one.alike.map(list => [...one.rows[list[0]].slice(0, 2), one.right.map((_, n) => sum(list.map(k => one.rows[k][2][n]))), one.rows[list[0]][3], list])];
+  const all = one => one.all = one.all || [...one.rows, ...one.alike.map(list => [list.every(k => one.rows[k][0] === one.rows[list[0]][0]) ? one.rows[list[0]][0] : "inertia", one.rows[list[0]][1], one.right.map((_, n) => sum(list.map(k => one.rows[k][2][n]))), one.rows[list[0]][3], list])];
   function search(one, mine, deep) {
     const {right, free, tied, beside} = one, columns = all(one), lone = one.rows.length;
     const e = mine.map((x, k) => x - right[k]), size = Math.max(largest(mine), ...columns.map(one => largest(one[2])));
@@ -54,7 +54,8 @@ const Terms = (() => {
     const half = e.length / 2, change = row => free ? row.slice(half).map((x, k) => x - row[k]) : row;
     const rows = columns.map(one => change(one[2])), left = change(e), fine = one.rows.flatMap((row, k) => row[1] ? [k] : []);
     const singles = rows.flatMap((row, k) => { const c = share(left, row, size); return c === null || !states(columns[k], c).length ? [] : [[price(c) + 0.2 * (k >= lone), c, k]]; });
-    if (singles.length) return single(columns, singles, tied);
+    const alone = singles.filter(one => one[2] < lone);
+    if (singles.length) return single(columns, alone.length ? alone : singles, tied);
     const some = fine.length ? fine : [...one.rows.keys()], alike = one.alike.map((_, k) => lone + k);
     const others = [...some, ...alike].flatMap(k => replaced(columns[k], e).map(([cost, rules, change]) => ({cost: 2 + cost + 0.3 * (k >= lone), rules, columns: [k], changes: [[change, k]]})));
     for (const j of some.length > apart.paired ? [] : some) for (const k of some) if (j < k) {  // the same in both

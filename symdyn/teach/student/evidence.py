@@ -6,13 +6,12 @@ Columns are terms, and what belongs together: the mass of a body, its moment of 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from itertools import combinations, permutations
 from math import isfinite
 from typing import Union
 
 import numpy as np
 
-from symdyn.algebra import Array, Form, Function, Number, Power, Symbol
+from symdyn.algebra import Form, Function, Number, Power, Symbol
 from symdyn.dynamics.mechanism import prescribed
 from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass, replace
@@ -91,47 +90,13 @@ class Column:
     @property
     def squared(self) -> tuple[str, ...]:
         """Return the functions that stand squared in it."""
-        bases = [x.base for x in self.form.factors if isinstance(x, Power)] if self.form is not None else []
-        return tuple(dict.fromkeys(x.op.name.lower() for x in bases if isinstance(x, Function)))
+        powers = [x.base for x in self.form.factors if isinstance(x, Power)] if self.form is not None else []
+        return tuple(dict.fromkeys(x.op.name.lower() for x in powers if isinstance(x, Function)))
 
     def is_worth(self, row: Sequence[float]) -> bool:
         """Whether it has some values."""
         size = max(map(abs, row))
         return all(abs(a - b) <= CLOSE * size for a, b in zip(self.values, row, strict=True))
-
-
-@dataclass(frozen=True)
-class Atom:
-    """What a factor of a term may be: function ("", "sin", "cos", "sin^2", "cos^2"), of what, unit, and values."""
-
-    function: str
-    of: str
-    unit: str
-    values: tuple[float, ...]
-
-
-@dataclass(frozen=True)
-class Atoms:
-    """Atoms, two and two; `ratios`: names that are one of gears, by order of the alphabet."""
-
-    every: tuple[Atom, ...]
-    ratios: frozenset[tuple[str, ...]] = frozenset()
-
-    @cached_property
-    def pairs(self) -> list[tuple[Atom, Atom, int]]:
-        """Return what a term may be times: a/b, and with the last number 1 or -1 both, or one over both."""
-        apart = [(a, b) for a, b in permutations(self.every, 2) if (a.function, a.of) != (b.function, b.of)]
-        every = set(apart)
-        both = [pair for pair in combinations(self.every[1:], 2) if pair in every]
-        return [*((a, b, 0) for a, b in apart), *((a, b, power) for a, b in both for power in (1, -1))]
-
-    @cached_property
-    def quotients(self) -> Array:
-        """Return one over what a term may be times, by pair and point."""
-        values = {one: np.array(one.values) for one in self.every}
-        with np.errstate(divide="ignore", invalid="ignore"):  # where a factor vanishes at a point it explains nothing
-            pairs = [values[b] / values[a] if not p else (values[a] * values[b]) ** -p for a, b, p in self.pairs]
-        return np.array(pairs)
 
 
 @dataclass(frozen=True)
@@ -175,12 +140,11 @@ class Evidence:
     @cached_property
     def every(self) -> tuple[Column, ...]:
         """Return the columns, then those that are alike as one."""
-        return (*self.columns, *(_together([self.columns[k] for k in one]) for one in self.alike))
-
-
-def _together(columns: Sequence[Column]) -> Column:
-    values = tuple(map(sum, zip(*(one.values for one in columns), strict=True)))
-    return replace(columns[0], values=values)
+        groups = [[self.columns[k] for k in one] for one in self.alike]
+        kinds = [one[0].kind if len({x.kind for x in one}) == 1 else "inertia" for one in groups]
+        sums = [tuple(np.sum([x.values for x in one], axis=0).tolist()) for one in groups]
+        every = zip(groups, kinds, sums, strict=True)
+        return (*self.columns, *(replace(one[0], kind=kind, values=x) for one, kind, x in every))
 
 
 # What a result is made of
@@ -398,8 +362,8 @@ def _bodies(course: Course, of: Callable[[Expr], Shares], turning: bool = False)
     slides = {u for u, unit in zip(course.state.qd, units, strict=True) if unit != "rad"}
     for part in course.parts:
         turned = part.rigid and slides.isdisjoint(reachable([course.kinetic(part, base=0, cross=0, spin=0)]))
-        alone = turned and all(node.is_zero for node, _ in of(course.kinetic(part, own=0, spin=0)))
-        yield ("steiner" if alone else "body", None, of(course.kinetic(part, spin=0)))
+        lone = turned and all(node.is_zero for node, _ in of(course.kinetic(part, own=0, spin=0)))
+        yield ("steiner" if lone else "body", None, of(course.kinetic(part, spin=0)))
         yield ("spin", None, of(part.spin))
         yield ("body", None, of(course.right.K[part.tag]))
         yield ("carried", None, of(course.kinetic(part, cross=0, own=0, spin=0)))
@@ -420,13 +384,11 @@ def _terms(course: Course, of: Sequence[tuple[str, Expr, int | None]]) -> Iterat
     rates = [str(u.value) for u in state.qd]
     other = [str(a.value) for a in state.qdd]
     for kind, node, j in of:
-        if node.is_zero:
-            continue
         forms = course.terms(node)
-        degrees = [_degree(form, course.scene.coordinates) for form in forms]
-        for form, degree in zip(forms, degrees, strict=True):
+        most = max((_degree(form, course) for form in forms), default=0)
+        for form in forms:
             held = set(form.symbols)
-            own = "springs" if kind == "spring" and degree == max(degrees) else kind
+            own = "springs" if kind == "spring" and _degree(form, course) == most else kind
             if kind == "inertia" and len(held & set(rates)) > 1:
                 own = "cross"
             elif kind == "inertia" and j is not None and held & (set(other) - {other[j]}):
@@ -434,10 +396,10 @@ def _terms(course: Course, of: Sequence[tuple[str, Expr, int | None]]) -> Iterat
             yield (own, form, [(form.express(graph), j)])
 
 
-def _degree(form: Form, names: Sequence[str]) -> int:
+def _degree(form: Form, course: Course) -> int:
     """Return the degree of a term in bare coordinates."""
-    bases = [(x.base, x.exponent) if isinstance(x, Power) else (x, 1) for x in form.factors]
-    return sum(n for x, n in bases if isinstance(x, Symbol) and x.name in names)
+    powers = [(x.base, x.exponent) if isinstance(x, Power) else (x, 1) for x in form.factors]
+    return sum(n for x, n in powers if isinstance(x, Symbol) and x.name in course.scene.coordinates)
 
 
 def _handles(

@@ -11,7 +11,7 @@ scene. A page does the same with the same numbers: `templates/teach/terms.js`.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from itertools import combinations
+from itertools import combinations, permutations
 from math import cos, isfinite, sin
 
 import numpy as np
@@ -21,9 +21,10 @@ from symdyn.frozen import dataclass, replace
 from symdyn.graph import Op
 from symdyn.scene import SceneUnits
 from symdyn.teach.student.course import Course
-from symdyn.teach.student.evidence import CLOSE, PAIRED, PLAIN, STATES, Atom, Atoms, Column, Evidence, linear, moved
+from symdyn.teach.student.evidence import CLOSE, PAIRED, PLAIN, STATES, Column, Evidence, linear, moved
 from symdyn.teach.student.motions import Motions, Point
 from symdyn.teach.student.wrong_energies import ratios
+from symdyn.unlocked import cached_property
 
 FACTOR = 1.5
 """The price of a wrong factor."""
@@ -33,6 +34,40 @@ BOTH = (-1.0, -2.0, 1.0, -0.5)
 """How a term is changed beside one in which something else stands: lost, turned, doubled, halved."""
 WHOLE = ((-1.0, "turned"), (0.5, "factor"), (2.0, "factor"))
 """What all of a quantity is taken times where nothing else tells, and what it was then."""
+
+
+@dataclass(frozen=True)
+class Atom:
+    """What a factor of a term may be: function ("", "sin", "cos", "sin^2", "cos^2"), of what, unit, and values."""
+
+    function: str
+    of: str
+    unit: str
+    values: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Atoms:
+    """Atoms, two and two; `ratios`: names that are one of gears, by order of the alphabet."""
+
+    every: tuple[Atom, ...]
+    ratios: frozenset[tuple[str, ...]] = frozenset()
+
+    @cached_property
+    def pairs(self) -> list[tuple[Atom, Atom, int]]:
+        """Return what a term may be times: a/b, and with the last number 1 or -1 both, or one over both."""
+        apart = [(a, b) for a, b in permutations(self.every, 2) if (a.function, a.of) != (b.function, b.of)]
+        every = set(apart)
+        both = [pair for pair in combinations(self.every[1:], 2) if pair in every]
+        return [*((a, b, 0) for a, b in apart), *((a, b, power) for a, b in both for power in (1, -1))]
+
+    @cached_property
+    def quotients(self) -> Array:
+        """Return one over what a term may be times, by pair and point."""
+        values = {one: np.array(one.values) for one in self.every}
+        with np.errstate(divide="ignore", invalid="ignore"):  # where a factor vanishes at a point it explains nothing
+            pairs = [values[b] / values[a] if not p else (values[a] * values[b]) ** -p for a, b, p in self.pairs]
+        return np.array(pairs)
 
 
 @dataclass(frozen=True, order=True)
@@ -95,7 +130,7 @@ def _search(evidence: Evidence, atoms: Atoms, mine: Sequence[float], deep: bool)
         if (c := _share(left, row, size)) is not None and (told := _states(columns[k], c))
     ]
     if singles:
-        return _of_one(columns, singles, evidence.tied)
+        return _of_one(columns, [one for one in singles if one[1] < lone] or singles, evidence.tied)
     fine = [k for k, one in enumerate(columns[:lone]) if one.form is not None]
     some, alike = fine or range(lone), range(lone, len(columns))
     found = [
