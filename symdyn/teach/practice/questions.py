@@ -200,7 +200,7 @@ def _terms(diagnosis: Diagnosis, left: str) -> list[dict[str, Any]]:
 
 
 def _row(values: Sequence[float]) -> list[float]:
-    return [_digits(x, 10) for x in values]
+    return [_digits(x) for x in values]
 
 
 def _apart(diagnosis: Diagnosis) -> dict[str, Any] | None:
@@ -275,7 +275,7 @@ def _marked(
     else:
         rows = points.marked([one.node for one in known], left.startswith(FREE))
     every = [(one, row) for one, row in zip(known, rows, strict=True) if all(map(isfinite, row))]
-    return [[one.rule, one.of, one.other, *(_digits(x, 9) for x in row)] for one, row in every]
+    return [[one.rule, one.of, one.other, *(_digits(x, 8) for x in row)] for one, row in every]
 
 
 FEWEST, MOST = 3, 18

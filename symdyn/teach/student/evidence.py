@@ -140,11 +140,12 @@ class Evidence:
     @cached_property
     def every(self) -> tuple[Column, ...]:
         """Return the columns, then those that are alike as one."""
-        groups = [[self.columns[k] for k in one] for one in self.alike]
-        kinds = [one[0].kind if len({x.kind for x in one}) == 1 else "inertia" for one in groups]
-        sums = [tuple(np.sum([x.values for x in one], axis=0).tolist()) for one in groups]
-        every = zip(groups, kinds, sums, strict=True)
-        return (*self.columns, *(replace(one[0], kind=kind, values=x) for one, kind, x in every))
+        return (*self.columns, *(_together([self.columns[k] for k in one]) for one in self.alike))
+
+
+def _together(columns: Sequence[Column]) -> Column:
+    kind = columns[0].kind if len({one.kind for one in columns}) == 1 else "inertia"
+    return Column(kind, columns[0].form, tuple(map(sum, zip(*(one.values for one in columns), strict=True))))
 
 
 # What a result is made of
@@ -234,10 +235,7 @@ def _evidence(
 
 
 def _alike(columns: Sequence[Column], parameters: frozenset[str]) -> tuple[tuple[int, ...], ...]:
-    """Return terms, by number, that a student may write with one bracket: what differs in all of them is one mistake.
-
-    They differ in parameters alone, (J + m l²) q̈, or have the same parameters, or a factor in common.
-    """
+    """Return terms, by number, that share all but parameters, (J + m l²) q̈, their parameters, or a factor."""
     groups: dict[object, list[int]] = {}
     for k, one in enumerate(columns):
         factors = [x for x in one.form.factors if not isinstance(x, Number)] if one.form is not None else []
@@ -331,8 +329,7 @@ def _equations(course: Course, weights: Sequence[Expr], joints: Sequence[int]) -
         given = dict.fromkeys((x[k] for k in place for x in (state.qd, state.qdd)), zero)
         still = [(node - substitute([node], given)[0], j) for kind, node, j in terms if kind in ("inertia", "rates")]
         yield ("prescribed", None, still)
-    whole = {"gravity": "weight", "spring": "springs"}
-    yield from ((whole.get(kind, kind), None, nodes) for kind, nodes in shares.items())
+    yield from (({"gravity": "weight", "spring": "springs"}.get(kind, kind), None, x) for kind, x in shares.items())
     yield ("static", None, [*shares["gravity"], *shares["spring"]])
     for part, weight in zip(course.parts, weights, strict=True):
         for kind, node in (("weight", weight), ("hung", course.weight(part, arm=0))):
