@@ -24,7 +24,7 @@ from symdyn.scene import Quantity, Scene, read, read_text
 from symdyn.teach.languages import language_of, languages
 from symdyn.teach.student.answer import Answer, in_words
 from symdyn.teach.student.derivation_check import check_derivation
-from symdyn.teach.student.differences import KINDS, split_terms
+from symdyn.teach.student.differences import KINDS, differences
 from symdyn.teach.student.statements import find_target, read_formula, read_statements
 from symdyn.verdict import Verdict
 from symdyn.verify import Claim, prove
@@ -484,4 +484,4 @@ def test_a_part_that_stands_in_many_places_is_looked_at_once() -> None:
         form = Sum((form, form))
 
     with pytest.raises(DerivationError, match="too many terms"):
-        split_terms(form, read(EXAMPLES / "pendulum.toml"))
+        differences(form, Number.ZERO, read(EXAMPLES / "pendulum.toml"))

@@ -18,11 +18,11 @@ const Terms = (() => {
     const tied = multipliers.some(name => used.has(name));
     const ways = every.filter(one => one.multipliers || !tied).map(one => [one, explained(one, of)]).filter(([one, found]) => found && (tied || !one.multipliers || found.rules.join() === "untied"));
     if (!ways.length) return null;
-    const [{rows}, found] = ways.reduce((a, b) => a[1].cost <= b[1].cost ? a : b);
+    const [one, found] = ways.reduce((a, b) => a[1].cost <= b[1].cost ? a : b), rows = all(one);
     if (rule && !found.sure && !found.rules.includes(rule)) return null;
-    const of_ = found.columns.map(k => rows[k]).filter(row => row[1]), loose = !tied && found.sure && ways.some(([one]) => one.multipliers), rules = [...new Set([...found.rules, ...(loose ? ["untied"] : [])])];
+    const of_ = found.columns.flatMap(k => (rows[k][4] || [k]).map(n => rows[n])).filter(row => row[1]), loose = !tied && found.sure && ways.some(([one]) => one.multipliers), rules = [...new Set([...found.rules, ...(loose ? ["untied"] : [])])];
     if (rule && rules.every(one => apart.vague.includes(one)) && of_.some(([kind]) => (apart.suits[kind] || []).includes(rule))) rules.unshift(rule);
-    const changes = (found.changes || []).map(([change, k]) => [change, rows[k] ? rows[k][1] : ""]).filter(([change, term]) => term || change !== "missing");
+    const changes = (found.changes || []).map(([change, k]) => [change, ...(rows[k] ? [(rows[k][4] || [k]).map(n => rows[n][1]).join("<mo>,</mo>"), rows[k][0]] : [""])]).filter(([change, term, kind]) => term || change !== "missing" || !apart.angles.includes(kind));
     return {rules, kinds: [...new Set(of_.map(([kind]) => kind))], changes};
   }
   function explained(one, of) {
@@ -45,28 +45,32 @@ const Terms = (() => {
     return found.length ? cheapest(found) : null;
   }
 
-  function search({rows: columns, right, free, tied, beside}, mine, deep) {
+  // The terms, then those together that are alike; these know which they are
+  const all = one => one.all = one.all || [...one.rows, ...one.alike.map(list => [list.every(k => one.rows[k][0] === one.rows[list[0]][0]) ? one.rows[list[0]][0] : "inertia", one.rows[list[0]][1], one.right.map((_, n) => sum(list.map(k => one.rows[k][2][n]))), one.rows[list[0]][3], list])];
+  function search(one, mine, deep) {
+    const {right, free, tied, beside} = one, columns = all(one), lone = one.rows.length;
     const e = mine.map((x, k) => x - right[k]), size = Math.max(largest(mine), ...columns.map(one => largest(one[2])));
     if (!Number.isFinite(size) || largest(e) <= CLOSE * size) return null;
     const half = e.length / 2, change = row => free ? row.slice(half).map((x, k) => x - row[k]) : row;
-    const rows = columns.map(one => change(one[2])), left = change(e), fine = columns.flatMap((one, k) => one[1] ? [k] : []);
-    const singles = rows.flatMap((row, k) => { const c = share(left, row, size); return c === null || !states(columns[k], c).length ? [] : [[price(c), c, k]]; });
-    if (singles.length) return single(columns, singles, tied);
-    const some = fine.length ? fine : [...columns.keys()];
-    const others = some.flatMap(k => replaced(columns[k], e).map(([cost, rules, change]) => ({cost: 2 + cost, rules, columns: [k], changes: [[change, k]]})));
-    for (const j of some) for (const k of some) if (j < k) {  // the same in both
+    const rows = columns.map(one => change(one[2])), left = change(e), fine = one.rows.flatMap((row, k) => row[1] ? [k] : []);
+    const singles = rows.flatMap((row, k) => { const c = share(left, row, size); return c === null || !states(columns[k], c).length ? [] : [[price(c) + 0.2 * (k >= lone), c, k]]; });
+    const alone = singles.filter(one => one[2] < lone);
+    if (singles.length) return single(columns, alone.length ? alone : singles, tied);
+    const some = fine.length ? fine : [...one.rows.keys()], alike = one.alike.map((_, k) => lone + k);
+    const others = [...some, ...alike].flatMap(k => replaced(columns[k], e).map(([cost, rules, change]) => ({cost: 2 + cost + 0.3 * (k >= lone), rules, columns: [k], changes: [[change, k]]})));
+    for (const j of some.length > apart.paired ? [] : some) for (const k of some) if (j < k) {  // the same in both
       const both = columns[j][2].map((x, n) => x + columns[k][2][n]);
       others.push(...replaced([columns[k][0], columns[k][1], both, columns[k][3]], e).map(([cost, rules, change]) => ({cost: 2.5 + cost, rules, columns: [j, k], changes: [[change, j], [change, k]]})));
     }
     for (let j = 0; j < columns.length; j++) for (let k = j + 1; k < columns.length; k++) {
       const both = shares(left, rows[j], rows[k], size);
       if (!both) continue;
-      const at = [j, k], told = at.map((n, i) => states(columns[n], both[i])), cost = 0.25 + sum(at.map((n, i) => price(both[i]) + 0.1 * !columns[n][1]));
+      const at = [j, k], told = at.map((n, i) => states(columns[n], both[i])), cost = 0.25 + sum(at.map((n, i) => price(both[i]) + 0.1 * !columns[n][1] + 0.2 * (n >= lone)));
       if (told.every(rules => rules.length)) others.push({cost, rules: told.flat(), columns: at, changes: at.map((n, i) => [changed(both[i]), n]), sure: both.every(c => price(c) < FACTOR)});
     }
     const known = [...fine.map(k => columns[k]), ...(deep ? [] : beside)];
     if (!free) others.push(...extra(known, beside, e, size));
-    if (!others.length && !tied && deep) for (const j of fine) for (const c of apart.both) {
+    if (!others.length && !tied && deep && fine.length <= apart.paired) for (const j of fine) for (const c of apart.both) {
       const rest = e.map((x, k) => x - c * columns[j][2][k]), rules = states(columns[j], c);
       for (const k of fine) if (k !== j) for (const [cost, told, change] of replaced(columns[k], rest)) others.push({cost: 3.5 + cost, rules: [...rules, ...told], columns: [j, k], changes: [[changed(c), j], [change, k]]});
       if (!free) for (const one of extra(known, beside, rest, size)) others.push({cost: 1.5 + one.cost, rules: [...rules, ...one.rules], columns: [j], changes: [[changed(c), j], ...one.changes]});
@@ -85,7 +89,8 @@ const Terms = (() => {
     const sorted = whole => first.filter(one => !columns[one[2]][1] === whole).sort((a, b) => a[0] - b[0]);
     const terms = sorted(false), whole = sorted(true);
     const fine = terms.length > 1 && terms[0][0] === terms[1][0] ? [] : terms.slice(0, 1);  // none is known to be the one
-    const told = [...fine, ...whole.slice(0, 1)].flatMap(([, c, k]) => states(columns[k], c)), rules = told.length ? told : ["termfactor"];
+    const still = whole.slice(1).filter(([price, , k]) => price === whole[0][0] && columns[k][0] === "prescribed");
+    const told = [...fine, ...whole.slice(0, 1), ...still].flatMap(([, c, k]) => states(columns[k], c)), rules = told.length ? told : ["termfactor"];
     const special = rules.filter(rule => rule !== "term");
     return {cost, rules: special.length ? special : rules, columns: fine.map(one => one[2]), changes: (fine.length ? fine : whole.slice(0, 1)).map(([, c, k]) => [changed(c), k]), sure: true};
   }

@@ -23,7 +23,7 @@ from symdyn.teach.mathematics import inner
 from symdyn.teach.practice.exercises import ENOUGH, ROUNDED, is_given, quantities
 from symdyn.teach.student.diagnosis import BOUND, DRAWN, SCALED, SCALES, TWINS, Diagnosis, Points, points_of
 from symdyn.teach.student.differences import KINDS
-from symdyn.teach.student.evidence import ALL_OF_IT, PLAIN, STATES, SUITS, Column
+from symdyn.teach.student.evidence import ALL_OF_IT, OF_ANGLES, PAIRED, PLAIN, STATES, SUITS, Column
 from symdyn.teach.student.grammar import CALLED, PAGE, Names
 from symdyn.teach.student.mistakes import FREE, MOST as MOST_WRONG, VAGUE
 from symdyn.teach.student.motions import rows_of
@@ -180,7 +180,7 @@ def _terms(diagnosis: Diagnosis, left: str) -> list[dict[str, Any]]:
 
     def columns(of: Sequence[Column]) -> list[list[Any]]:
         return [
-            [one.kind, inner(shown(one.form)) if one.form is not None else "", _row12(one.values), one.squared]
+            [one.kind, inner(shown(one.form)) if one.form is not None else "", _row(one.values), one.squared]
             for one in of
         ]
 
@@ -188,8 +188,9 @@ def _terms(diagnosis: Diagnosis, left: str) -> list[dict[str, Any]]:
         {
             "rows": columns(one.columns),
             "beside": columns(one.beside),
-            "right": _row12(one.right),
-            "handles": [[list(map(dict, x.steps)), _row12(x.right), x.parameter] for x in one.handles],
+            "alike": one.alike,
+            "right": _row(one.right),
+            "handles": [[list(map(dict, x.steps)), _row(x.right), x.parameter] for x in one.handles],
             "free": one.free,
             "tied": one.tied,
             "multipliers": one.how == "rows",
@@ -198,7 +199,7 @@ def _terms(diagnosis: Diagnosis, left: str) -> list[dict[str, Any]]:
     ]
 
 
-def _row12(values: Sequence[float]) -> list[float]:
+def _row(values: Sequence[float]) -> list[float]:
     return [_digits(x) for x in values]
 
 
@@ -215,6 +216,8 @@ def _apart(diagnosis: Diagnosis) -> dict[str, Any] | None:
         "suits": SUITS,
         "vague": [*VAGUE, "coupling"],
         "plain": PLAIN,
+        "angles": OF_ANGLES,
+        "paired": PAIRED,
         "whole": ALL_OF_IT,
         "ratios": sorted(" ".join(names) for names in diagnosis.atoms.ratios),
         "times": WHOLE,
@@ -272,7 +275,7 @@ def _marked(
     else:
         rows = points.marked([one.node for one in known], left.startswith(FREE))
     every = [(one, row) for one, row in zip(known, rows, strict=True) if all(map(isfinite, row))]
-    return [[one.rule, one.of, one.other, *(_digits(x, 9) for x in row)] for one, row in every]
+    return [[one.rule, one.of, one.other, *(_digits(x, 8) for x in row)] for one, row in every]
 
 
 FEWEST, MOST = 3, 18

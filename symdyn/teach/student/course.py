@@ -33,6 +33,7 @@ from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Joint
 from symdyn.spatial import Transform, Vec, dot, sub
 from symdyn.teach.lesson import Mass, masses
+from symdyn.teach.student.differences import Splitter
 from symdyn.unlocked import cached_property
 
 Number = Union[int, Fraction]
@@ -88,7 +89,14 @@ class Course:
         self.gravity = vector(scene.gravity, self.graph)
         self.joints = {joint.child: joint for joint in scene.joints}
         self.slope: Callable[[Expr, Expr], Expr] = cache(lambda node, by: gradient(node, [by])[0])
+        self.still = (self.graph.zero,) * len(scene.velocities)
         self.steps = cache(self._steps)  # quantities with the same energies ask for the same
+
+    @cached_property
+    def terms(self) -> Callable[[Expr], list[Form]]:
+        """Return what takes a formula apart, see `Splitter`."""
+        own = [self.value(f"tau:{i + 1}", self.right) for i in range(self.state.n)]
+        return cache(Splitter([node for node in own if node is not None], self.scene, self.state))
 
     @cached_property
     def loads(self) -> tuple[Expr, ...]:
@@ -200,19 +208,25 @@ class Course:
             return e.square.get(of)
         if kind in ("K", "P") and of:
             return (e.K if kind == "K" else e.P).get(of)
-        K, P = graph.total(e.K.values()), graph.total(e.P.values())
+        total, K, P = graph.total, e.K.values(), e.P.values()  # slopes are those of single masses, which are known
         if key in ("K:", "P:", "L:"):
-            return {"K:": K, "P:": P, "L:": K - P}[key]
+            return {"K:": total(K), "P:": total(P), "L:": total(K) - total(P)}[key]
         if key.startswith(("dL:/d", "d/dt dL:/d")):
             by = {str(x.value): x for x in (*state.q, *state.qd)}.get(key.partition(":/d")[2])
             if by is None:
                 return None
-            slope = self.slope(K - P, by)
+            slope = total(self.slope(x, by) for x in K) - total(self.slope(x, by) for x in P)
             return tangents([slope], state.acceleration)[0] if kind == "d/dt dL" else slope
         if kind == "tau":
-            return self.balance(int(of) - 1, K, P, e.Q)
+            i = int(of) - 1
+            kinetic = total(self.balance(i, x, graph.zero, self.still) for x in K)
+            return kinetic + total(self.slope(x, state.q[i]) for x in P) - e.Q[i]
         indices = [int(x) - 1 for x in of.split(",") if x.isdigit()]
-        return self.coefficient(kind, indices, K, e.P) if kind.startswith("k_") and indices else None
+        if not kind.startswith("k_") or not indices:
+            return None
+        if kind in ("k_G", "k_E"):
+            return self.coefficient(kind, indices, graph.zero, e.P)
+        return total(self.coefficient(kind, indices, x, e.P) for x in K)
 
     def _steps(self, i: int, K: Expr, P: Expr) -> tuple[Expr, Expr, Expr, Expr]:
         """Return Σ M q̈, Ṁ q̇, ∂K/∂q_i and ∂P/∂q_i."""
@@ -228,7 +242,7 @@ class Course:
         inertial, product, kinetic, potential = self.steps(i, K, P)
         return inertial + product - kinetic + potential - Q[i]
 
-    def coefficient(self, kind: str, at: Sequence[int], K: Expr, P: Mapping[str, Expr]) -> Expr | None:
+    def coefficient(self, kind: str, at: Sequence[int], K: Expr, P: Mapping[str, Expr]) -> Expr:
         """Return a coefficient of an equation, with its own sign."""
         state, i = self.state, at[0]
         if kind in ("k_G", "k_E"):

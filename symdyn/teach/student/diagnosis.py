@@ -23,11 +23,11 @@ from symdyn.graph import Expr, Graph, Op, evaluate, reachable, substitute
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import Unit, UnitError, acceleration_name
 from symdyn.teach.student.course import Course
-from symdyn.teach.student.evidence import ALL_OF_IT, SUITS, Atoms, Evidence, evidence_of
+from symdyn.teach.student.evidence import ALL_OF_IT, SUITS, Evidence, evidence_of
 from symdyn.teach.student.grammar import Names
 from symdyn.teach.student.mistakes import FREE, MOST, VAGUE, Mistake, mistakes
 from symdyn.teach.student.motions import Motions, motions_of, numbers
-from symdyn.teach.student.parts import atoms_of, explained
+from symdyn.teach.student.parts import Atoms, atoms_of, explained
 from symdyn.unlocked import cached_property
 
 DRAWN, TWINS, MOVERS = 6, 4, 3
@@ -337,7 +337,7 @@ class Diagnosis:
             return found
         rules, kinds = (
             list(dict.fromkeys((*told.rules, *(["untied"] if loose and told.sure else [])))),
-            [evidence.columns[k].kind for k in told.terms],
+            [evidence.every[k].kind for k in told.terms],
         )
         if found and set(rules) <= {*VAGUE, "coupling"} and any(found.rule in SUITS.get(kind, ()) for kind in kinds):
             rules.insert(0, found.rule)

@@ -21,6 +21,7 @@ from math import comb
 from typing import Any
 
 from symdyn.algebra import (
+    AngleGroup,
     Compactor,
     Form,
     Function,
@@ -35,7 +36,7 @@ from symdyn.dynamics import angle_groups
 from symdyn.dynamics.mechanism import State
 from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass
-from symdyn.graph import Graph, Op, evaluate
+from symdyn.graph import Expr, Graph, Op, evaluate
 from symdyn.scene import Scene
 
 KINDS = ("moved", "power", "sign", "factor", "rounded", "function", "angle", "other", "missing", "extra")
@@ -45,6 +46,9 @@ PLACES = 20
 
 MOST_TERMS, HIGHEST = 20_000, 64
 """Terms, and the degree, of what is multiplied out."""
+
+MOST_PARTS = 160
+"""Terms of a formula that is taken apart."""
 
 Monomial = tuple[tuple[int, int], ...]  # ((generator, power), …) without sines and cosines
 Buckets = dict[Monomial, Polynomial]
@@ -80,16 +84,33 @@ def differences(form: Form, right: Form, scene: Scene) -> list[Difference]:
     return _Comparison(form, right, scene).run()
 
 
-def split_terms(form: Form, scene: Scene) -> list[Form]:
-    """Return the terms of a formula that is multiplied out: one for each product of what is no sine or cosine.
+class Splitter:
+    """Takes formulas of a graph apart: those of some nodes over one ring, others over rings of their own."""
 
-    Raises:
-        DerivationError: it is no trigonometric polynomial, or too large to be multiplied out.
-    """
-    terms, degree = _expanded(form)
-    if terms > MOST_TERMS or degree > HIGHEST:
-        raise DerivationError(f"{scene.name}: the formula has too many terms to be taken apart")
-    return _Comparison(form, form, scene).parts()
+    def __init__(self, nodes: Sequence[Expr], scene: Scene, state: State) -> None:
+        self.state, self.groups = state, angle_groups(scene, nodes[0].graph)
+        self.over, self.known = self._over(nodes)
+
+    def __call__(self, node: Expr) -> list[Form]:
+        """Return the terms of a formula that is multiplied out: one for each product of what is no sine or cosine.
+
+        Raises:
+            DerivationError: it is no trigonometric polynomial, or too large to be multiplied out.
+        """
+        over, known = self.over, self.known
+        try:
+            (value,) = evaluate([node], over.ring, known, known=known)
+        except KeyError:  # it has a symbol or a function that the others have not
+            over, known = self._over([node])
+            (value,) = evaluate([node], over.ring, known)
+        found = over.split(value)
+        if len(found) > MOST_PARTS:
+            raise DerivationError(f"the formula has {len(found)} terms, too many to be told apart")
+        return [over.form([item]) for item in found.items()]
+
+    def _over(self, nodes: Sequence[Expr]) -> tuple[_Buckets, dict[Expr, Polynomial]]:
+        found = _Buckets(nodes, self.state, self.groups)
+        return found, found.ring.values(nodes)
 
 
 def _expanded(form: Form, known: dict[int, tuple[int, int]] | None = None) -> tuple[int, int]:
@@ -121,18 +142,44 @@ def _bounds(form: Form, known: dict[int, tuple[int, int]]) -> tuple[int, int]:
     return 1, 0 if isinstance(form, Number) else 1
 
 
-class _Comparison:
+class _Buckets:
+    """A ring of some formulas, whose polynomials are sorted by what is no sine or cosine."""
+
+    def __init__(self, nodes: Sequence[Expr], state: State, groups: Sequence[AngleGroup]) -> None:
+        self.ring = TrigonometricRing(nodes, (*state.q, *state.qd, *state.qdd), groups)
+        self.compact = Compactor(self.ring, groups)
+
+    def split(self, p: Polynomial) -> Buckets:
+        """Return a polynomial by its products of what is no sine or cosine."""
+        split: dict[Monomial, dict[tuple[int, ...], Any]] = {}
+        circular = [g.kind in ("sin", "cos") for g in self.ring.generators]
+        for powers, coefficient in zip(p.monoms(), p.coeffs(), strict=True):
+            outer = tuple((i, int(e)) for i, e in enumerate(powers) if e and not circular[i])
+            inner = tuple(int(e) if circular[i] else 0 for i, e in enumerate(powers))
+            split.setdefault(outer, {})[inner] = coefficient
+        return {outer: self.ring.context.from_dict(inner) for outer, inner in split.items()}
+
+    def times(self, monomial: Monomial, p: Polynomial) -> Polynomial:
+        """Return a polynomial times a product."""
+        powers = dict(monomial)
+        unit = tuple(powers.get(i, 0) for i in range(len(self.ring.generators)))
+        return self.ring.context.from_dict({unit: 1}) * p
+
+    def form(self, terms: Iterable[tuple[Monomial, Polynomial]], factor: Fraction | int = 1) -> Form:
+        """Return a sum of terms times a number, as it is written."""
+        total = sum((self.times(monomial, p) for monomial, p in terms), self.ring.zero)
+        return self.compact(total * self.ring.constant(Fraction(factor)))
+
+
+class _Comparison(_Buckets):
     def __init__(self, result: Form, right: Form, scene: Scene) -> None:
         graph = Graph()
         for parameter in scene.parameters:
             graph.symbol(parameter.name)  # first, so that forms print them in declared order
-        state = State.of(scene, graph)
         nodes = [form.express(graph) for form in (right, result)]
-        groups = angle_groups(scene, graph)
-        self.ring = TrigonometricRing(nodes, (*state.q, *state.qd, *state.qdd), groups)
-        self.compact = Compactor(self.ring, groups)
+        super().__init__(nodes, State.of(scene, graph), angle_groups(scene, graph))
         b, a = evaluate(nodes, self.ring, self.ring.values(nodes))
-        self.a, self.b = self._buckets(a), self._buckets(b)
+        self.a, self.b = self.split(a), self.split(b)
         self.done: set[Monomial] = set()
 
     def run(self) -> list[Difference]:
@@ -162,19 +209,15 @@ class _Comparison:
                 else:
                     others += self._other(monomial, a, b)
         if signs:
-            result.append(Difference("sign", self._form(signs, -1), self._form(signs)))
+            result.append(Difference("sign", self.form(signs, -1), self.form(signs)))
         if rounded:
-            result.append(Difference("rounded", self._form(rounded), self._form(exact)))
+            result.append(Difference("rounded", self.form(rounded), self.form(exact)))
         for ratio, terms in factors.items():
-            result.append(Difference("factor", self._form(terms, ratio), self._form(terms), factor=ratio))
+            result.append(Difference("factor", self.form(terms, ratio), self.form(terms), factor=ratio))
         result += others
         result += [Difference("missing", right=term) for term in self._terms(missing)]
         result += [Difference("extra", term) for term in self._terms(extra)]
         return result
-
-    def parts(self) -> list[Form]:
-        """Return the terms of the right formula."""
-        return [self._form([item]) for item in self.b.items()]
 
     def _is_rounded(self, a: Polynomial, b: Polynomial) -> bool:
         found, right = self.ring.terms(a), self.ring.terms(b)
@@ -184,31 +227,13 @@ class _Comparison:
 
     # Monomials
 
-    def _buckets(self, p: Polynomial) -> Buckets:
-        split: dict[Monomial, dict[tuple[int, ...], Any]] = {}
-        circular = [g.kind in ("sin", "cos") for g in self.ring.generators]
-        for powers, coefficient in zip(p.monoms(), p.coeffs(), strict=True):
-            outer = tuple((i, int(e)) for i, e in enumerate(powers) if e and not circular[i])
-            inner = tuple(int(e) if circular[i] else 0 for i, e in enumerate(powers))
-            split.setdefault(outer, {})[inner] = coefficient
-        return {outer: self.ring.context.from_dict(inner) for outer, inner in split.items()}
-
     def _open(self) -> list[Monomial]:
         """Return the monomials at which a and b still differ, those of b first."""
         every = dict.fromkeys((*self.b, *self.a))
         return [m for m in every if m not in self.done and self.a.get(m) != self.b.get(m)]
 
-    def _times(self, monomial: Monomial, p: Polynomial) -> Polynomial:
-        powers = dict(monomial)
-        unit = tuple(powers.get(i, 0) for i in range(len(self.ring.generators)))
-        return self.ring.context.from_dict({unit: 1}) * p
-
-    def _form(self, terms: Iterable[tuple[Monomial, Polynomial]], factor: Fraction | int = 1) -> Form:
-        total = sum((self._times(monomial, p) for monomial, p in terms), self.ring.zero)
-        return self.compact(total * self.ring.constant(Fraction(factor)))
-
     def _terms(self, terms: Sequence[tuple[Monomial, Polynomial]]) -> list[Form]:
-        return list(self._form(terms).terms) if terms else []
+        return list(self.form(terms).terms) if terms else []
 
     # One symbol off
 
@@ -228,9 +253,9 @@ class _Comparison:
                     break
         result = []
         for (kind, symbols), terms in moved.items():
-            found = sum((self._times(there, p) * sign for there, _, p, sign in terms), self.ring.zero)
+            found = sum((self.times(there, p) * sign for there, _, p, sign in terms), self.ring.zero)
             right = [(here, p) for _, here, p, _ in terms]
-            result.append(Difference(kind, self.compact(found), self._form(right), symbols))
+            result.append(Difference(kind, self.compact(found), self.form(right), symbols))
         return result
 
     def _change(self, there: Monomial, here: Monomial) -> tuple[str, tuple[str, ...]] | None:
@@ -253,7 +278,7 @@ class _Comparison:
     def _other(self, monomial: Monomial, a: Polynomial, b: Polynomial) -> list[Difference]:
         mine, right = self._terms([(monomial, a)]), self._terms([(monomial, b)])
         mine, right = [x for x in mine if x not in right], [x for x in right if x not in mine]
-        lacking = self._form([(monomial, b - a)])
+        lacking = self.form([(monomial, b - a)])
         if not mine or (len(lacking.terms) < len(right) and len(mine) > len(right)):
             return [Difference("missing", right=term) for term in lacking.terms]
         if not right:
@@ -264,7 +289,7 @@ class _Comparison:
                 kind = "function" if x[0].args == y[0].args else "angle" if x[0].op is y[0].op else "other"
                 return [Difference(kind, mine[0], right[0])]
             return [Difference("other", mine[0], right[0])]
-        return [Difference("other", self._form([(monomial, a)]), self._form([(monomial, b)]))]
+        return [Difference("other", self.form([(monomial, a)]), self.form([(monomial, b)]))]
 
 
 def _ratio(a: Polynomial, b: Polynomial) -> Fraction | None:

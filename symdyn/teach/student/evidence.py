@@ -6,13 +6,12 @@ Columns are terms, and what belongs together: the mass of a body, its moment of 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from itertools import combinations, islice, permutations
 from math import isfinite
 from typing import Union
 
 import numpy as np
 
-from symdyn.algebra import Array, Form, Function, Power
+from symdyn.algebra import Form, Function, Number, Power, Symbol
 from symdyn.dynamics.mechanism import prescribed
 from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass, replace
@@ -21,13 +20,12 @@ from symdyn.scene import SceneUnits
 from symdyn.spatial import dot
 from symdyn.teach.lesson import masses
 from symdyn.teach.student.course import Course
-from symdyn.teach.student.differences import split_terms
 from symdyn.teach.student.motions import Floating, Motions, Point, numbers
 from symdyn.teach.student.wrong_energies import from_ground, from_slope
 from symdyn.unlocked import cached_property
 
-MOST = 24
-"""Terms of a result that is taken apart."""
+MOST, PAIRED = 80, 24
+"""Terms of a result that is taken apart; and while it is looked at as well what is wrong alike in two of them."""
 FEW_JOINTS = 3
 """Joints, while terms of other equations are looked at."""
 CLOSE = 1e-7
@@ -37,6 +35,7 @@ STATES: Mapping[str, tuple[str, str, str]] = {
     "gravity": ("term", "gravity", "termfactor"),
     "weight": ("weightless", "gravity", "termfactor"),
     "spring": ("spring", "spring", "termfactor"),
+    "springs": ("term", "spring", "termfactor"),  # all of it; "spring" is what a free length makes
     "load": ("friction", "friction", "termfactor"),
     "law": ("force", "force", "termfactor"),
     "flow": ("term", "termsign", "termfactor"),
@@ -65,6 +64,10 @@ PLAIN = ("term", "termsign", "termfactor")
 OF_BODIES = ("prescribed", "body", "spin", "steiner", "weight", "carried", "hung", "cross")
 """Kinds that say more of a term than its own, if that is one of `OWN`."""
 OWN = ("inertia", "gravity")
+OF_ANGLES = ("relative", "absolute")
+"""Kinds of what an angle from elsewhere would take away: no term is missing then."""
+BESIDE = ("relative", "prescribed")
+"""Kinds that are told with another one of the same values."""
 SUITS: Mapping[str, tuple[str, ...]] = {
     "gravity": ("height", "direction", "weightless"),
     "rates": ("product", "slope", "chain", "cross", "relative"),
@@ -97,40 +100,6 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Atom:
-    """What a factor of a term may be: function ("", "sin", "cos", "sin^2", "cos^2"), of what, unit, and values."""
-
-    function: str
-    of: str
-    unit: str
-    values: tuple[float, ...]
-
-
-@dataclass(frozen=True)
-class Atoms:
-    """Atoms, two and two; `ratios`: names that are one of gears, by order of the alphabet."""
-
-    every: tuple[Atom, ...]
-    ratios: frozenset[tuple[str, ...]] = frozenset()
-
-    @cached_property
-    def pairs(self) -> list[tuple[Atom, Atom, int]]:
-        """Return what a term may be times: a/b, and with the last number 1 or -1 both, or one over both."""
-        apart = [(a, b) for a, b in permutations(self.every, 2) if (a.function, a.of) != (b.function, b.of)]
-        every = set(apart)
-        both = [pair for pair in combinations(self.every[1:], 2) if pair in every]
-        return [*((a, b, 0) for a, b in apart), *((a, b, power) for a, b in both for power in (1, -1))]
-
-    @cached_property
-    def quotients(self) -> Array:
-        """Return one over what a term may be times, by pair and point."""
-        values = {one: np.array(one.values) for one in self.every}
-        with np.errstate(divide="ignore", invalid="ignore"):  # where a factor vanishes at a point it explains nothing
-            pairs = [values[b] / values[a] if not p else (values[a] * values[b]) ** -p for a, b, p in self.pairs]
-        return np.array(pairs)
-
-
-@dataclass(frozen=True)
 class Handle:
     """What an equation is compared by: how symbols move, point by point, and what the right one changes by.
 
@@ -154,6 +123,7 @@ class Evidence:
         free: whether a constant is.
         tied: whether rows tie motions together, so that what is one term may be another one there.
         beside: terms of the equations of other joints.
+        alike: columns by number that are alike, see `_alike`.
         how: what is written: "rows" with multipliers, "solved" with no acceleration but that of its joint, else "".
     """
 
@@ -165,6 +135,17 @@ class Evidence:
     tied: bool
     beside: tuple[Column, ...] = ()
     how: str = ""
+    alike: tuple[tuple[int, ...], ...] = ()
+
+    @cached_property
+    def every(self) -> tuple[Column, ...]:
+        """Return the columns, then those that are alike as one."""
+        return (*self.columns, *(_together([self.columns[k] for k in one]) for one in self.alike))
+
+
+def _together(columns: Sequence[Column]) -> Column:
+    kind = columns[0].kind if len({one.kind for one in columns}) == 1 else "inertia"
+    return Column(kind, columns[0].form, tuple(map(sum, zip(*(one.values for one in columns), strict=True))))
 
 
 # What a result is made of
@@ -206,7 +187,7 @@ def _evidence(
     points, state = motions.along, course.state
     tied = course.scene.is_constrained and how != "rows"
     try:
-        pieces = list(islice(_pieces(course, motions, key, i, ways), 8 * MOST))
+        pieces = list(_pieces(course, motions, key, i, ways))
     except DerivationError:
         return None
     if how == "rows" and i is not None:
@@ -214,7 +195,7 @@ def _evidence(
         pieces += [("row", Form.of(node), [(-node, i)]) for _, node in rows if not node.is_zero]
         pieces.append(("row", None, [(-node, i) for _, node in rows]))
     fine = [k for k, (_, form, _) in enumerate(pieces) if form is not None]
-    if not 0 < len(fine) <= MOST:
+    if not 0 < len(fine) <= (PAIRED if how == "solved" else MOST):
         return None
     nodes = [node for _, _, terms in pieces for node, _ in terms]
     known = [iter(numbers(nodes, point)) for point in points]
@@ -241,7 +222,7 @@ def _evidence(
         for k in same:
             if form is None and kind in OF_BODIES and columns[k].form is not None and columns[k].kind in OWN:
                 columns[k] = replace(columns[k], kind=kind)
-        if form is not None or not same or (kind == "relative" and i is not None):
+        if form is not None or not same or (kind in BESIDE and i is not None):
             columns.append(Column(kind, form, row))
     handles = tuple(_handles(course, motions, i, ways, tied, how)) if i is not None else ()
     beside = () if i is None or tied or how else tuple(_beside(course, motions, i))
@@ -249,7 +230,19 @@ def _evidence(
         columns += _biased(motions, i, ways, columns)
     if how == "rows" and not any(one.kind == "row" for one in columns):  # no row acts in this equation
         how = ""
-    return Evidence(points, tuple(columns), right, handles, key in ("P:", "L:"), tied, beside, how)
+    alike = _alike(columns, frozenset(p.name for p in course.scene.parameters))
+    return Evidence(points, tuple(columns), right, handles, key in ("P:", "L:"), tied, beside, how, alike)
+
+
+def _alike(columns: Sequence[Column], parameters: frozenset[str]) -> tuple[tuple[int, ...], ...]:
+    """Return terms, by number, that share all but parameters, (J + m l²) q̈, their parameters, or a factor."""
+    groups: dict[object, list[int]] = {}
+    for k, one in enumerate(columns):
+        factors = [x for x in one.form.factors if not isinstance(x, Number)] if one.form is not None else []
+        outer = frozenset(x for x in factors if set(x.symbols) <= parameters)
+        for mark in ((one.kind, frozenset(factors) - outer), outer, *factors) if factors else ():
+            groups.setdefault(mark, []).append(k)
+    return tuple(dict.fromkeys(tuple(one) for one in groups.values() if len(one) > 1))
 
 
 def _biased(motions: Motions, i: int, ways: Sequence[Floating], columns: Sequence[Column]) -> Iterator[Column]:
@@ -332,7 +325,11 @@ def _equations(course: Course, weights: Sequence[Expr], joints: Sequence[int]) -
         for kind, node in (*of.items(), ("product", product), ("slope", -slope)):
             shares.setdefault(kind, []).append((node, j))
     yield from _terms(course, terms)
-    yield from (("weight" if kind == "gravity" else kind, None, nodes) for kind, nodes in shares.items())
+    if place := prescribed(course.scene, graph).place:
+        given = dict.fromkeys((x[k] for k in place for x in (state.qd, state.qdd)), zero)
+        still = [(node - substitute([node], given)[0], j) for kind, node, j in terms if kind in ("inertia", "rates")]
+        yield ("prescribed", None, still)
+    yield from (({"gravity": "weight", "spring": "springs"}.get(kind, kind), None, x) for kind, x in shares.items())
     yield ("static", None, [*shares["gravity"], *shares["spring"]])
     for part, weight in zip(course.parts, weights, strict=True):
         for kind, node in (("weight", weight), ("hung", course.weight(part, arm=0))):
@@ -352,9 +349,8 @@ def _equations(course: Course, weights: Sequence[Expr], joints: Sequence[int]) -
     for angles in from_slope(course):
         every = [(course.balance(j, kinetic, graph.total([gravity, e.P["E"]]), e.Q), j) for j in joints]
         yield ("absolute", None, [(node - substitute([node], angles)[0], j) for node, j in every])
-    still = [zero] * state.n
     yield from _bodies(course, lambda K: [(course.steps(j, K, zero)[0], j) for j in joints])
-    yield from _bodies(course, lambda K: [(course.balance(j, K, zero, still), j) for j in joints], turning=True)
+    yield from _bodies(course, lambda K: [(course.balance(j, K, zero, course.still), j) for j in joints], turning=True)
 
 
 def _bodies(course: Course, of: Callable[[Expr], Shares], turning: bool = False) -> Iterator[Piece]:
@@ -363,8 +359,8 @@ def _bodies(course: Course, of: Callable[[Expr], Shares], turning: bool = False)
     slides = {u for u, unit in zip(course.state.qd, units, strict=True) if unit != "rad"}
     for part in course.parts:
         turned = part.rigid and slides.isdisjoint(reachable([course.kinetic(part, base=0, cross=0, spin=0)]))
-        alone = turned and all(node.is_zero for node, _ in of(course.kinetic(part, own=0, spin=0)))
-        yield ("steiner" if alone else "body", None, of(course.kinetic(part, spin=0)))
+        lone = turned and all(node.is_zero for node, _ in of(course.kinetic(part, own=0, spin=0)))
+        yield ("steiner" if lone else "body", None, of(course.kinetic(part, spin=0)))
         yield ("spin", None, of(part.spin))
         yield ("body", None, of(course.right.K[part.tag]))
         yield ("carried", None, of(course.kinetic(part, cross=0, own=0, spin=0)))
@@ -385,16 +381,22 @@ def _terms(course: Course, of: Sequence[tuple[str, Expr, int | None]]) -> Iterat
     rates = [str(u.value) for u in state.qd]
     other = [str(a.value) for a in state.qdd]
     for kind, node, j in of:
-        if node.is_zero:
-            continue
-        for form in split_terms(Form.of(node), course.scene):
+        forms = course.terms(node)
+        most = max((_degree(form, course) for form in forms), default=0)
+        for form in forms:
             held = set(form.symbols)
-            own = kind
+            own = "springs" if kind == "spring" and _degree(form, course) == most else kind
             if kind == "inertia" and len(held & set(rates)) > 1:
                 own = "cross"
             elif kind == "inertia" and j is not None and held & (set(other) - {other[j]}):
                 own = "coupling"
             yield (own, form, [(form.express(graph), j)])
+
+
+def _degree(form: Form, course: Course) -> int:
+    """Return the degree of a term in bare coordinates."""
+    powers = [(x.base, x.exponent) if isinstance(x, Power) else (x, 1) for x in form.factors]
+    return sum(n for x, n in powers if isinstance(x, Symbol) and x.name in course.scene.coordinates)
 
 
 def _handles(

@@ -12,13 +12,12 @@ import random
 from collections.abc import Callable, Iterator, Sequence
 from itertools import islice, permutations
 
-from symdyn.algebra import Floats, Form
+from symdyn.algebra import Floats
 from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute
 from symdyn.scene import SceneUnits
 from symdyn.teach.student.course import Course, Parts
-from symdyn.teach.student.differences import split_terms
 from symdyn.teach.student.wrong_energies import Wrong, used, wrong_energies, wrong_terms
 
 
@@ -128,9 +127,7 @@ def _of_coefficients(course: Course, key: str) -> Iterator[Wrong]:
     at, n = [int(x) - 1 for x in of.split(",")], course.state.n
 
     def worth(indices: Sequence[int], energy: Expr = K) -> Expr:
-        node = course.coefficient(kind, indices, energy, course.right.P)
-        assert node is not None, "a coefficient of an equation has a value"
-        return node
+        return course.coefficient(kind, indices, energy, course.right.P)
 
     right = worth(at)
     if kind in ("k_C", "k_D"):
@@ -203,7 +200,7 @@ def _undivided(course: Course, i: int) -> Iterator[Wrong]:
     drive = course.scene.drives[i]
     pieces = [-graph.symbol(drive)] if drive else []
     try:
-        pieces += [one.express(graph) for one in split_terms(Form.of(total), course.scene)]
+        pieces += [one.express(graph) for one in course.terms(total)]
     except DerivationError:
         return
     for divisor in (*own, *powers):

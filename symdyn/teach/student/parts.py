@@ -11,18 +11,20 @@ scene. A page does the same with the same numbers: `templates/teach/terms.js`.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from itertools import combinations
+from itertools import combinations, permutations
 from math import cos, isfinite, sin
 
 import numpy as np
 
+from symdyn.algebra import Array
 from symdyn.frozen import dataclass, replace
 from symdyn.graph import Op
 from symdyn.scene import SceneUnits
 from symdyn.teach.student.course import Course
-from symdyn.teach.student.evidence import CLOSE, PLAIN, STATES, Atom, Atoms, Column, Evidence, linear, moved
+from symdyn.teach.student.evidence import CLOSE, PAIRED, PLAIN, STATES, Column, Evidence, linear, moved
 from symdyn.teach.student.motions import Motions, Point
 from symdyn.teach.student.wrong_energies import ratios
+from symdyn.unlocked import cached_property
 
 FACTOR = 1.5
 """The price of a wrong factor."""
@@ -32,6 +34,40 @@ BOTH = (-1.0, -2.0, 1.0, -0.5)
 """How a term is changed beside one in which something else stands: lost, turned, doubled, halved."""
 WHOLE = ((-1.0, "turned"), (0.5, "factor"), (2.0, "factor"))
 """What all of a quantity is taken times where nothing else tells, and what it was then."""
+
+
+@dataclass(frozen=True)
+class Atom:
+    """What a factor of a term may be: function ("", "sin", "cos", "sin^2", "cos^2"), of what, unit, and values."""
+
+    function: str
+    of: str
+    unit: str
+    values: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Atoms:
+    """Atoms, two and two; `ratios`: names that are one of gears, by order of the alphabet."""
+
+    every: tuple[Atom, ...]
+    ratios: frozenset[tuple[str, ...]] = frozenset()
+
+    @cached_property
+    def pairs(self) -> list[tuple[Atom, Atom, int]]:
+        """Return what a term may be times: a/b, and with the last number 1 or -1 both, or one over both."""
+        apart = [(a, b) for a, b in permutations(self.every, 2) if (a.function, a.of) != (b.function, b.of)]
+        every = set(apart)
+        both = [pair for pair in combinations(self.every[1:], 2) if pair in every]
+        return [*((a, b, 0) for a, b in apart), *((a, b, power) for a, b in both for power in (1, -1))]
+
+    @cached_property
+    def quotients(self) -> Array:
+        """Return one over what a term may be times, by pair and point."""
+        values = {one: np.array(one.values) for one in self.every}
+        with np.errstate(divide="ignore", invalid="ignore"):  # where a factor vanishes at a point it explains nothing
+            pairs = [values[b] / values[a] if not p else (values[a] * values[b]) ** -p for a, b, p in self.pairs]
+        return np.array(pairs)
 
 
 @dataclass(frozen=True, order=True)
@@ -76,7 +112,8 @@ def explained(evidence: Evidence, atoms: Atoms, value: Callable[[Point], float])
 
 def _search(evidence: Evidence, atoms: Atoms, mine: Sequence[float], deep: bool) -> Found | None:
     """Return the fewest columns that account for a difference; `deep`: one is lost or turned, another replaced."""
-    e, columns = [a - b for a, b in zip(mine, evidence.right, strict=True)], evidence.columns
+    e, columns = [a - b for a, b in zip(mine, evidence.right, strict=True)], evidence.every
+    lone = len(evidence.columns)
     size = max(*map(abs, mine), *(abs(x) for one in columns for x in one.values))
     if not isfinite(size) or max(map(abs, e)) <= CLOSE * size:
         return None
@@ -88,28 +125,31 @@ def _search(evidence: Evidence, atoms: Atoms, mine: Sequence[float], deep: bool)
     values = [one.values for one in columns]
     rows, left = list(map(change, values)), change(e)
     singles = [
-        (_price(c), k, told)
+        (_price(c) + 0.2 * (k >= lone), k, told)
         for k, row in enumerate(rows)
         if (c := _share(left, row, size)) is not None and (told := _states(columns[k], c))
     ]
     if singles:
-        return _of_one(columns, singles, evidence.tied)
-    fine = [k for k, one in enumerate(columns) if one.form is not None]
-    some = fine or range(len(columns))
-    found = [Found(2 + p, (k,), rules) for k in some for p, rules in _replaced(columns[k], e, atoms)]
-    for j, k in combinations(some, 2):  # the same in both
+        return _of_one(columns, [one for one in singles if one[1] < lone] or singles, evidence.tied)
+    fine = [k for k, one in enumerate(columns[:lone]) if one.form is not None]
+    some, alike = fine or range(lone), range(lone, len(columns))
+    found = [
+        Found(2 + p + 0.3 * (k >= lone), (k,), rules)
+        for k in (*some, *alike)
+        for p, rules in _replaced(columns[k], e, atoms)
+    ]
+    for j, k in combinations(some, 2) if len(some) <= PAIRED else ():  # the same in both
         both = replace(columns[k], values=tuple(a + b for a, b in zip(values[j], values[k], strict=True)))
         found += [Found(2.5 + p, (j, k), rules) for p, rules in _replaced(both, e, atoms)]
-    for j, k in combinations(range(len(columns)), 2):
-        if (shares := _shares(left, rows[j], rows[k], size)) is not None:
-            at = list(zip((j, k), shares, strict=True))
-            first, second = (_states(columns[n], c) for n, c in at)
-            price = sum(_price(c) + 0.1 * (columns[n].form is None) for n, c in at)
-            if first and second:
-                found.append(Found(0.25 + price, (j, k), (*first, *second), all(_price(c) < FACTOR for _, c in at)))
+    for j, k, *shares in _shares(np.array(left), np.array(rows), size):
+        at = list(zip((j, k), shares, strict=True))
+        first, second = (_states(columns[n], c) for n, c in at)
+        price = sum(_price(c) + 0.1 * (columns[n].form is None) + 0.2 * (n >= lone) for n, c in at)
+        if first and second:
+            found.append(Found(0.25 + price, (j, k), (*first, *second), all(_price(c) < FACTOR for _, c in at)))
     if not evidence.free:
         found += _extra(evidence, fine, e, size, atoms, deep)
-    for j in () if found or evidence.tied or not deep else fine:
+    for j in () if found or evidence.tied or not deep or len(fine) > PAIRED else fine:
         for c in BOTH:
             rest = [x - c * t for x, t in zip(e, values[j], strict=True)]
             rules = _states(columns[j], c)
@@ -143,7 +183,8 @@ def _of_one(columns: Sequence[Column], singles: Sequence[tuple[float, int, tuple
         fine, whole = ([one for one in some if one[0] == price] for some in (fine, whole))
     if len(fine) > 1 and fine[0][0] == fine[1][0]:  # none is known to be the one
         fine = []
-    rules = [rule for _, _, told in (*fine[:1], *whole[:1]) for rule in told] or ["termfactor"]
+    still = [one for one in whole[1:] if one[0] == whole[0][0] and columns[one[1]].kind == "prescribed"]
+    rules = [rule for _, _, told in (*fine[:1], *whole[:1], *still) for rule in told] or ["termfactor"]
     special = [rule for rule in rules if rule != "term"]
     return Found(price, tuple(k for _, k, _ in fine[:1]), tuple(special or rules), True)
 
@@ -173,15 +214,17 @@ def _share(e: Sequence[float], row: Sequence[float], size: float) -> float | Non
     return c if all(abs(a - c * b) <= CLOSE * size for a, b in zip(e, row, strict=True)) else None
 
 
-def _shares(e: Sequence[float], one: Sequence[float], two: Sequence[float], size: float) -> tuple[float, float] | None:
-    """Return the shares of two rows in e, None where that does not hold, or the rows are one."""
-    aa, ab, bb = (sum(x * y for x, y in zip(p, q, strict=True)) for p, q in ((one, one), (one, two), (two, two)))
+def _shares(e: Array, rows: Array, size: float) -> list[tuple[int, int, float, float]]:
+    """Return pairs of rows by number, with their shares in e, where these are all of it and the rows are not one."""
+    j, k = np.triu_indices(len(rows), 1)
+    squares, with_e = rows @ rows.T, rows @ e
+    aa, ab, bb, ea, eb = squares[j, j], squares[j, k], squares[k, k], with_e[j], with_e[k]
     det = aa * bb - ab * ab
-    if det <= 1e-9 * aa * bb:
-        return None
-    ea, eb = (sum(x * y for x, y in zip(e, q, strict=True)) for q in (one, two))
-    c, d = (ea * bb - eb * ab) / det, (eb * aa - ea * ab) / det
-    return (c, d) if all(abs(x - c * p - d * q) <= CLOSE * size for x, p, q in zip(e, one, two, strict=True)) else None
+    with np.errstate(divide="ignore", invalid="ignore"):
+        c, d = (ea * bb - eb * ab) / det, (eb * aa - ea * ab) / det
+        off = np.abs(e - c[:, None] * rows[j] - d[:, None] * rows[k]).max(axis=1)
+    held = np.flatnonzero((det > 1e-9 * aa * bb) & (off <= CLOSE * size))
+    return [(int(j[n]), int(k[n]), float(c[n]), float(d[n])) for n in held]
 
 
 def _replaced(column: Column, e: Sequence[float], atoms: Atoms) -> list[tuple[float, tuple[str, ...]]]:
@@ -194,13 +237,15 @@ def _times(column: Column, mine: Sequence[float], atoms: Atoms) -> list[tuple[fl
     t = column.values
     if any(x == 0 or abs(y) <= 1e-9 * abs(x) for x, y in zip(t, mine, strict=True)):
         return []
-    n = atoms.quotients * np.array([y / x for x, y in zip(t, mine, strict=True)])
+    ratio = np.array([y / x for x, y in zip(t, mine, strict=True)])
     turned = STATES[column.kind][1] or "termsign"
     found = []
-    n = np.where(np.isfinite(n), n, np.nan)  # which is like nothing
-    for k in np.flatnonzero((np.abs(n - n[:, :1]) <= CLOSE * np.abs(n[:, :1])).all(axis=1)):
-        a, b, both = atoms.pairs[k]
-        by = float(n[k, 0])
+    k = np.arange(len(atoms.pairs))
+    for few in (slice(2), slice(None)):  # most fail at the second point
+        n = atoms.quotients[k, few] * ratio[few]
+        held = (np.abs(n - n[:, :1]) <= CLOSE * np.abs(n[:, :1])).all(axis=1) & np.isfinite(n).all(axis=1)
+        k, n = k[held], n[held]
+    for (a, b, both), by in zip((atoms.pairs[x] for x in k), map(float, n[:, 0]), strict=True):
         beside = [rule for rule, told in ((turned, by < 0), ("termfactor", abs(abs(by) - 1) > 1e-6)) if told]
         if len(beside) == 2:  # a chance
             continue
@@ -229,6 +274,18 @@ def _exchanged(a: Atom, b: Atom, both: int, squared: Sequence[str]) -> tuple[str
     return ("index",) if a.unit == b.unit else ("dimension",)
 
 
+def _totals(course: Course, angles: Sequence[str]) -> list[dict[str, int]]:
+    """Return sums of three angles and more: of a path of joints, with a parameter or without."""
+    found: list[dict[str, int]] = []
+    given = [x for x in angles if x not in course.scene.coordinates]
+    for joint in course.scene.moving:
+        path = [q for one in (joint, *course.ancestors(joint)) for q in one.coordinates if q in angles]
+        for k in range(2, len(path) + 1):
+            total = dict.fromkeys(path[:k], 1)
+            found += [*([total] if k > 2 else []), *(total | {x: sign} for x in given for sign in (1, -1))]
+    return found
+
+
 def atoms_of(course: Course, motions: Motions) -> Atoms:
     """Return what factors of terms may be: parameters, rates, coordinates, their squares, sines and cosines.
 
@@ -244,6 +301,7 @@ def atoms_of(course: Course, motions: Motions) -> Atoms:
     angles = [name for name, unit in (*named, *zip(scene.coordinates, units.coordinates, strict=True)) if unit == "rad"]
     sums = [{x: 1} for x in angles] + [{x: 2} for x in angles]
     sums += [{a: 1, b: sign} for a, b in combinations(angles, 2) for sign in (1, -1)]
+    sums += [x for x in _totals(course, angles) if x not in sums]
     found = [Atom("", "", "1", (1.0,) * len(motions.along))]
     for name, unit in named if scene.is_constrained else (*named, *moving):
         row = tuple(point[name] for point in motions.along)

@@ -18,7 +18,6 @@ from symdyn.graph import Expr, Op, reachable, substitute
 from symdyn.scene import SceneUnits
 from symdyn.spatial import dot
 from symdyn.teach.student.course import Course, Energies, Parts
-from symdyn.teach.student.differences import split_terms
 
 HALF = Fraction(1, 2)
 
@@ -44,7 +43,7 @@ def wrong_energies(course: Course) -> Iterator[tuple[str, str, Energies]]:
     yield "energies", "", replace(right, P=negative | {"E": right.P["E"]})
     yield "energies", "", replace(right, P=negative)
     zero, E = course.graph.zero, right.P["E"]
-    stored = [("spring", zero), ("spring", -E), ("factor", 2 * E)]
+    stored = [("term", zero), ("spring", -E), ("factor", 2 * E)]
     for term in Form.of(E).terms:  # a stretch that is not squared
         flat = Form.product(x.base if isinstance(x, Power) and x.exponent == 2 else x for x in term.factors)
         stored.append(("power", E + flat.express(course.graph) - term.express(course.graph)))
@@ -264,7 +263,7 @@ def wrong_terms(course: Course, right: Expr) -> Iterator[Wrong]:
     except DerivationError:
         return
     with suppress(DerivationError):
-        form = Form.sum(split_terms(form, course.scene))
+        form = Form.sum(course.terms(right))
     still = {x: x for x in form.walk() if isinstance(x, Function)}
     held = {x for x in still if x.op in (Op.SIN, Op.COS)}
     angles = sorted({x.args for x in held}, key=str)
