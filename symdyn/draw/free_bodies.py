@@ -207,11 +207,11 @@ def _transmitted(hinge: JointAxis, body: str) -> list[Wrench]:
                 names[k] = rf"{minus}{'FM'[k]}_{{\mathrm{{{in_latex(joint.name)}}}{index}}}"
                 vectors[k] = unit(hinge.fixed.R[0] @ part) * sense
         found.append(Wrench(names[0], at, _triple(vectors[0]), _triple(vectors[1]), names[1]))
-    own = [step for step in hinge.steps if step.name]
-    for drive, step in zip(joint.drives, own if len(own) == len(joint.drives) else hinge.steps, strict=False):
+    for drive, (moved, turned) in zip(joint.drives, hinge.moves, strict=False):
         if drive is not None:
-            name, vector = minus + str(PrintName.of_code(drive)), _triple(step.axis[0] * sense)
-            found.append(Wrench(name, at, vector) if step.slides else Wrench(name, at, couple=vector))
+            turns = bool(np.any(np.abs(turned) > SMALL))
+            name, vector = minus + str(PrintName.of_code(drive)), _triple(unit((turned if turns else moved)[0]) * sense)
+            found.append(Wrench(name, at, couple=vector) if turns else Wrench(name, at, vector))
     return found
 
 
