@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
+import symdyn
 from symdyn.draw import acting_on
+from symdyn.emit.print.dalembert_page import dalembert_lines
 from symdyn.scene import read_text
 
 
@@ -59,3 +62,106 @@ def test_the_drive_of_a_bead_acts_along_its_wire() -> None:
     (drive,) = [w for w in acting_on(read_text(text), "bead", [0.75]) if w.name == "F"]
 
     assert drive.force == pytest.approx((0.8, 0.6, 0))
+
+
+SLIDES = """
+gravity = [0, 0, -9.81]
+[bodies.a]
+mass = 1
+[bodies.b]
+mass = 2
+[joints.s]
+type = "prismatic"
+parent = "ground"
+child = "a"
+axis = [1, 0, 0]
+coordinate = "x"
+start = -0.6
+[joints.t]
+type = "prismatic"
+parent = "ground"
+child = "b"
+axis = [0, 0, 1]
+coordinate = "z"
+start = 0.8
+[[loop]]
+name = "link"
+type = "rod"
+parent = "b"
+child = "a"
+length = 1
+"""
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.parametrize(("x", "z"), [(-1, 0), (1, 0), (0, 1), (0, -1), (-0.6, 0.8)])
+def test_the_multiplier_of_a_rod_is_its_force_wherever_it_starts(x: float, z: float) -> None:
+    """At a start along -x it was called fx_joint, which it was the opposite of, and which it no longer was later."""
+    text = SLIDES.replace("start = -0.6", f"start = {x}.0" if x == int(x) else f"start = {x}")
+    run = symdyn.simulate(read_text(text.replace("start = 0.8", f"start = {float(z)}")), until=0.2, reactions="ground")
+    a, b = run.qdd[:, 0], run.qdd[:, 1]
+    rod = run["multiplier_link_force"]
+
+    np.testing.assert_allclose(rod * run["x"], a, atol=1e-9)  # on a, from b to a, over the length 1
+    np.testing.assert_allclose(-rod * -run["z"], 2 * (b + 9.81), atol=1e-9)
+
+
+@pytest.mark.runs("cc")
+def test_the_moment_of_a_cross_is_named_after_no_axis() -> None:
+    """At its zero position it was called my_joint, which it was the opposite of."""
+    text = """
+    [bodies.a]
+    mass = 1
+    inertia = [0.1, 0.1, 0.1]
+    inertia_about = "com"
+    [bodies.b]
+    mass = 1
+    inertia = [0.1, 0.1, 0.1]
+    inertia_about = "com"
+    [joints.s]
+    type = "revolute"
+    parent = "ground"
+    child = "a"
+    [joints.ball]
+    type = "spherical"
+    parent = "ground"
+    child = "b"
+    drives = ["Mx", "My", "Mz"]
+    [[loop]]
+    name = "cross"
+    type = "universal"
+    parent = "a"
+    child = "b"
+    """
+    run = symdyn.simulate(read_text(text), until=0.01, forces="My=0.3", reactions="joint")
+
+    assert run["multiplier_cross_moment"][0] == pytest.approx(0.3)  # about -y: it stops what My would turn
+    assert run["reaction_cross_my_joint"][0] == pytest.approx(-0.3)
+
+
+@pytest.mark.parametrize(("normal", "name"), [("y", "F_rim_y"), ("-y", "R_rim_1")])
+def test_the_force_of_a_plane_bears_an_axis_only_along_it(normal: str, name: str) -> None:
+    """That of a plane with the normal -y, gravity along +y, was called F_rim_y."""
+    sense = -1 if normal == "-y" else 1
+    text = f"""
+    gravity = [0, {-9.81 * sense}, 0]
+    [bodies.b]
+    mass = 1
+    inertia = [0.1, 0.1, 0.1]
+    inertia_about = "com"
+    [joints.j]
+    type = "planar"
+    parent = "ground"
+    child = "b"
+    drive = false
+    [constraints.rim]
+    type = "rolling"
+    body = "b"
+    radius = 0.2
+    components = ["normal"]
+    axis = [0, 0, 1]
+    plane = {{ body = "ground", normal = [0, {sense}, 0] }}
+    """
+    lines = dalembert_lines(read_text(text))
+
+    assert f"# {name}: force along {normal} of the reaction in joint rim, joint axes, N" in lines
