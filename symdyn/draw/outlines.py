@@ -391,10 +391,10 @@ def _joint(joint: Joint, closes: bool, placed: Mapping[str, Transform], graph: G
         axis = at.R @ part.axis
         wanted["move", name, k, part.slides] = axis
         for i, x in () if closes else part.rate:
-            way = scale(x, axis)
-            twist = (*way, *zero_vector(graph)) if part.slides else (*cross(way, sub(moved.p, at.p)), *way)
+            v = scale(x, axis)
+            twist: tuple[Expr, ...] = (*v, *zero_vector(graph)) if part.slides else (*cross(v, sub(moved.p, at.p)), *v)
             before = wanted.get(("twist", name, i), (graph.zero,) * 6)
-            wanted["twist", name, i] = tuple(a + b for a, b in zip(before, twist, strict=True))
+            wanted["twist", name, i] = tuple(map(Expr.__add__, before, twist))
         if joint.coordinates and not part.amount.is_zero:
             named = str(part.amount.value) if part.amount.op is Op.SYMBOL else ""
             wanted["step", name, k, part.slides, named] = (part.amount, *at.p, *axis)

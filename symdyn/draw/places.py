@@ -71,7 +71,7 @@ class JointAxis:
         steps: what its coordinates do; () for a joint that closes a loop or follows another one.
         closes: whether it closes a loop.
         turns, slides: directions of everything that it allows, unit vectors.
-        moves: velocity of `moved.p` and angular velocity, at a unit of each of its own velocities.
+        twists: velocity of `moved.p` and angular velocity at a unit of each of its own velocities, shape (N, 6).
         wire: points of the curve that it runs along, shape (N, K, 3); None for no curve.
     """
 
@@ -83,7 +83,7 @@ class JointAxis:
     closes: bool
     turns: tuple[Array, ...]
     slides: tuple[Array, ...]
-    moves: tuple[tuple[Array, Array], ...]
+    twists: tuple[Array, ...]
     wire: Array | None = None
 
 
@@ -242,10 +242,10 @@ def _gathered(scene: Scene, graph: Graph, arrays: Mapping[Key, Array], count: in
         }
         moves = [(key[3], unit(x)) for key, x in own if key[0] == "move"]
         turns, slides = (tuple(x for slide, x in moves if slide is kind) for kind in (False, True))
-        rows = (arrays[key] for key in sorted(key for key in arrays if key[:2] == ("twist", joint.name)))
-        twists = tuple((x[:, :3], x[:, 3:]) for x in rows)
+        twists = tuple(arrays[key] for key in sorted(key for key in arrays if key[:2] == ("twist", joint.name)))
         wire = arrays["wire", joint.name].reshape(count, -1, 3) if ("wire", joint.name) in arrays else None
-        hinges.append(JointAxis(joint, fixed, moved, ways, tuple(steps), joint in scene.loops, turns, slides, twists, wire))
+        closes = joint in scene.loops
+        hinges.append(JointAxis(joint, fixed, moved, ways, tuple(steps), closes, turns, slides, twists, wire))
     return Places(
         count,
         frame("frame", Scene.GROUND),
