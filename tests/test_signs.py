@@ -216,3 +216,41 @@ def test_what_is_named_after_an_axis_of_the_joint_holds_a_body_at_rest(kind: str
     found = evaluate(sides, Floats(), {graph.symbol(name): value for name, value in known.items()})
     assert len(found) in (3, 6)
     np.testing.assert_allclose(found, 0, atol=1e-12)
+
+
+@pytest.mark.runs("cc")
+def test_normal_and_friction_act_along_the_directions_that_the_page_says() -> None:
+    """Six points slide at (2, 3, 6) less its part along the normal, each pressed with 20 N on a plane of its own."""
+    n = {axis.replace("-", "m"): (-1 if axis[0] == "-" else 1) * np.eye(3)[k] for axis, k in AXES.items()}
+    slip = {name: np.array([2.0, 3, 6]) - np.dot([2.0, 3, 6], one) * one for name, one in n.items()}
+    text = 'gravity = "none"\n' + "".join(
+        f"""
+        [bodies.{name}]
+        mass = 1
+        [joints.j{name}]
+        type = "custom"
+        parent = "ground"
+        child = "{name}"
+        coordinates = ["x{name}", "y{name}", "z{name}"]
+        units = ["m", "m", "m"]
+        steps = [["Tx", "x{name}"], ["Ty", "y{name}"], ["Tz", "z{name}"]]
+        drive = false
+        start_rates = {slip[name].tolist()}
+        [loads.f{name}]
+        body = "{name}"
+        force = {(-20 * one).tolist()}
+        [contacts.c{name}]
+        body = "{name}"
+        plane = {{ body = "ground", normal = {one.tolist()} }}
+        friction = 0.3
+        """
+        for name, one in n.items()
+    )
+    run = symdyn.simulate(read_text(text), until=0.01, every=0.01, method="dop853")
+
+    for name, one in n.items():
+        along = np.array([0.0, 1, 0] if name in ("x", "mx") else [1.0, 0, 0])
+        friction = -6 * slip[name] / np.linalg.norm(slip[name])
+        assert run[f"normal_c{name}"][0] == pytest.approx(20)
+        assert run[f"friction_along_c{name}"][0] == pytest.approx(friction @ along)
+        assert run[f"friction_across_c{name}"][0] == pytest.approx(friction @ np.cross(one, along))
