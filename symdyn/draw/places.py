@@ -235,7 +235,7 @@ def _gathered(scene: Scene, graph: Graph, arrays: Mapping[Key, Array], count: in
     for joint in (*scene.joints, *scene.loops):
         fixed, moved = frame("fixed", joint.name), frame("moved", joint.name)
         own = [(key, x) for key, x in arrays.items() if key[0] in ("step", "move") and key[1] == joint.name]
-        steps = [FrameStep(key[3], x[:, 1:4], x[:, 4:7], x[:, 0], key[4]) for key, x in own if key[0] == "step"]
+        steps = tuple(FrameStep(key[3], x[:, 1:4], x[:, 4:7], x[:, 0], key[4]) for key, x in own if key[0] == "step")
         ways = {
             key.name: unit((moved if key.turned else fixed).direction(arrays["way", joint.name, key.name]))
             for key, _ in JOINTS[joint.type].directions(joint)
@@ -244,8 +244,7 @@ def _gathered(scene: Scene, graph: Graph, arrays: Mapping[Key, Array], count: in
         turns, slides = (tuple(x for slide, x in moves if slide is kind) for kind in (False, True))
         twists = tuple(arrays[key] for key in sorted(key for key in arrays if key[:2] == ("twist", joint.name)))
         wire = arrays["wire", joint.name].reshape(count, -1, 3) if ("wire", joint.name) in arrays else None
-        closes = joint in scene.loops
-        hinges.append(JointAxis(joint, fixed, moved, ways, tuple(steps), closes, turns, slides, twists, wire))
+        hinges.append(JointAxis(joint, fixed, moved, ways, steps, joint in scene.loops, turns, slides, twists, wire))
     return Places(
         count,
         frame("frame", Scene.GROUND),
