@@ -54,22 +54,15 @@ def free_body(
         check_picture(file)
     stage = staged(scene, q, parameters, view)
     found = stage.places
-    alone = _alone(scene, found, body)
+    alone = replace(found, hinges=tuple(h for h in found.hinges if body in (h.joint.parent, h.joint.child)))
     seen = _closer(stage.view, alone, scene, body)
     colour = [one.name for one in scene.bodies].index(body) % COLOURS
     drawn = list(link(scene, found, found.body(body), seen, colour))
     labels: list[Label] = []
-    for hinge in alone.hinges:
-        at = seen.flat(_cut(hinge, body))
-        title = Title("cut at joint {name}", name=hinge.joint.name)
-        drawn.append(Item(f"cut-{hinge.joint.name}", title, 2, np.zeros(1), (dot("joint", at, seen.size * 0.6),)))
-        labels.append(Label(f"label-joint-{hinge.joint.name}", Text.of_part(hinge.joint.name), at, seen.size))
-    for row in scene.contacts:
-        if body in (row.plane.body, row.place.body):
-            at = seen.flat(pushes(row, found)[0][None])
-            spot = dot("joint", at, seen.size * 0.6)
-            drawn.append(Item(f"cut-{row.name}", Title("contact {name}", name=row.name), 2, np.zeros(1), (spot,)))
-            labels.append(Label(f"label-joint-{row.name}", Text.of_part(row.name), at, seen.size))
+    for title, spot in _cuts(scene, alone, body):
+        at, name = seen.flat(spot), title.places["name"]
+        drawn.append(Item(f"cut-{name}", title, 2, np.zeros(1), (dot("joint", at, seen.size * 0.6),)))
+        labels.append(Label(f"label-joint-{name}", Text.of_part(name), at, seen.size))
     for k, (name, place) in enumerate((points or {}).items(), 1):
         at = seen.flat(np.array([place], dtype=np.float64))
         drawn.append(
@@ -109,12 +102,10 @@ def acting_on(
     if np.any(found.gravity):
         down = unit(found.gravity)
         declared = next(one for one in scene.bodies if one.name == body)
-        if placed.com is not None:
-            weight = f"{_mass_name(declared.mass.value, body)} g"
-            acting.append(Wrench(weight, _triple(placed.com[0]), _triple(down)))
-        for k, (_, at) in enumerate(placed.particles):
-            weight = f"{_mass_name(declared.particles[k].mass.value, f'{body},{k + 1}')} g"
-            acting.append(Wrench(weight, _triple(at[0]), _triple(down)))
+        masses = [] if placed.com is None else [(declared.mass.value, body, placed.com)]
+        grains = enumerate(zip(declared.particles, placed.particles, strict=True), 1)
+        masses += [(one.mass.value, f"{body},{k}", at) for k, (one, (_, at)) in grains]
+        acting += [Wrench(f"{_mass_name(value, name)} g", _triple(at[0]), _triple(down)) for value, name, at in masses]
     for load in scene.loads:
         if load.place.body == body:
             acting.append(load_wrench(load, found))
@@ -128,25 +119,25 @@ def acting_on(
     return tuple(acting)
 
 
-def _alone(scene: Scene, places: Places, body: str) -> Places:
-    hinges = tuple(h for h in places.hinges if body in (h.joint.parent, h.joint.child))
-    return replace(places, hinges=hinges)
-
-
 def _cut(hinge: JointAxis, body: str) -> Array:
     """Return where a joint is on a body: the moved frame, where its wrenches act."""
     slides = JOINTS[hinge.joint.type].slides(hinge.joint)
     return hinge.moved.p if hinge.joint.child == body or not slides else hinge.fixed.p
 
 
+def _cuts(scene: Scene, alone: Places, body: str) -> list[tuple[Title, Array]]:
+    """Return what a body is cut loose from: its joints and contacts, and where they are."""
+    cuts = [(Title("cut at joint {name}", name=hinge.joint.name), _cut(hinge, body)) for hinge in alone.hinges]
+    rows = [row for row in scene.contacts if body in (row.plane.body, row.place.body)]
+    return cuts + [(Title("contact {name}", name=row.name), pushes(row, alone)[0][None]) for row in rows]
+
+
 def _closer(view: View, alone: Places, scene: Scene, body: str) -> View:
     """Return a view along the same line in which the body fills the middle."""
     placed = alone.body(body)
-    ends = [_cut(hinge, body)[0] for hinge in alone.hinges] + ([] if placed.com is None else [placed.com[0]])
+    ends = [at[0] for _, at in _cuts(scene, alone, body)] + ([] if placed.com is None else [placed.com[0]])
     ends += [at[0] for at in spots(scene, alone, body)]
     for row in scene.contacts:
-        if body in (row.plane.body, row.place.body):
-            ends.append(pushes(row, alone)[0])
         if row.name in alone.wheels and row.place.body == body:
             centre, _, radius = alone.wheels[row.name]
             ends += [centre[0] + sign * radius * way for way in (view.right, view.up) for sign in (-1, 1)]
@@ -207,11 +198,12 @@ def _transmitted(hinge: JointAxis, body: str) -> list[Wrench]:
                 names[k] = rf"{minus}{'FM'[k]}_{{\mathrm{{{in_latex(joint.name)}}}{index}}}"
                 vectors[k] = unit(hinge.fixed.R[0] @ part) * sense
         found.append(Wrench(names[0], at, _triple(vectors[0]), _triple(vectors[1]), names[1]))
-    own = [step for step in hinge.steps if step.name]
-    for drive, step in zip(joint.drives, own if len(own) == len(joint.drives) else hinge.steps, strict=False):
+    for drive, twist in zip(joint.drives, hinge.twists, strict=False):
         if drive is not None:
-            name, vector = minus + str(PrintName.of_code(drive)), _triple(step.axis[0] * sense)
-            found.append(Wrench(name, at, vector) if step.slides else Wrench(name, at, couple=vector))
+            turns = bool(np.any(np.abs(twist[0, 3:]) > SMALL))
+            way, name = twist[0, 3:] if turns else twist[0, :3], minus + str(PrintName.of_code(drive))
+            vector = _triple(unit(way) * sense)
+            found.append(Wrench(name, at, couple=vector) if turns else Wrench(name, at, vector))
     return found
 
 

@@ -388,10 +388,16 @@ def _joint(joint: Joint, closes: bool, placed: Mapping[str, Transform], graph: G
     motion = JOINTS[joint.type].anywhere if closes else joint_motion
     for k, part in enumerate(motion(joint, graph).joints):
         at = at @ part.before
-        wanted["move", name, k, part.slides] = at.R @ part.axis
+        axis = at.R @ part.axis
+        wanted["move", name, k, part.slides] = axis
+        for i, x in () if closes else part.rate:
+            v = scale(x, axis)
+            twist: tuple[Expr, ...] = (*v, *zero_vector(graph)) if part.slides else (*cross(v, sub(moved.p, at.p)), *v)
+            before = wanted.get(("twist", name, i), (graph.zero,) * 6)
+            wanted["twist", name, i] = tuple(map(Expr.__add__, before, twist))
         if joint.coordinates and not part.amount.is_zero:
             named = str(part.amount.value) if part.amount.op is Op.SYMBOL else ""
-            wanted["step", name, k, part.slides, named] = (part.amount, *at.p, *at.R @ part.axis)
+            wanted["step", name, k, part.slides, named] = (part.amount, *at.p, *axis)
         at = at @ part.placement
     return wanted
 

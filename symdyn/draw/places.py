@@ -71,6 +71,7 @@ class JointAxis:
         steps: what its coordinates do; () for a joint that closes a loop or follows another one.
         closes: whether it closes a loop.
         turns, slides: directions of everything that it allows, unit vectors.
+        twists: velocity of `moved.p` and angular velocity at a unit of each of its own velocities, shape (N, 6).
         wire: points of the curve that it runs along, shape (N, K, 3); None for no curve.
     """
 
@@ -82,6 +83,7 @@ class JointAxis:
     closes: bool
     turns: tuple[Array, ...]
     slides: tuple[Array, ...]
+    twists: tuple[Array, ...]
     wire: Array | None = None
 
 
@@ -233,15 +235,16 @@ def _gathered(scene: Scene, graph: Graph, arrays: Mapping[Key, Array], count: in
     for joint in (*scene.joints, *scene.loops):
         fixed, moved = frame("fixed", joint.name), frame("moved", joint.name)
         own = [(key, x) for key, x in arrays.items() if key[0] in ("step", "move") and key[1] == joint.name]
-        steps = [FrameStep(key[3], x[:, 1:4], x[:, 4:7], x[:, 0], key[4]) for key, x in own if key[0] == "step"]
+        steps = tuple(FrameStep(key[3], x[:, 1:4], x[:, 4:7], x[:, 0], key[4]) for key, x in own if key[0] == "step")
         ways = {
             key.name: unit((moved if key.turned else fixed).direction(arrays["way", joint.name, key.name]))
             for key, _ in JOINTS[joint.type].directions(joint)
         }
         moves = [(key[3], unit(x)) for key, x in own if key[0] == "move"]
         turns, slides = (tuple(x for slide, x in moves if slide is kind) for kind in (False, True))
+        twists = tuple(arrays[key] for key in sorted(key for key in arrays if key[:2] == ("twist", joint.name)))
         wire = arrays["wire", joint.name].reshape(count, -1, 3) if ("wire", joint.name) in arrays else None
-        hinges.append(JointAxis(joint, fixed, moved, ways, tuple(steps), joint in scene.loops, turns, slides, wire))
+        hinges.append(JointAxis(joint, fixed, moved, ways, steps, joint in scene.loops, turns, slides, twists, wire))
     return Places(
         count,
         frame("frame", Scene.GROUND),

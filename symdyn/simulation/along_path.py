@@ -436,5 +436,5 @@ def _singular(equations: PathEquations, t: float, q: Array) -> str:
 
 
 def _rounded(vector: Array) -> Array:
-    unit = vector / np.linalg.norm(vector)
+    unit = vector / np.linalg.norm(vector) * np.sign(vector[np.argmax(np.abs(vector))])  # a line has no sense
     return np.where(np.abs(unit) < 1e-4, 0.0, unit)

@@ -74,11 +74,11 @@ def in_words(force: Array, moment: Array) -> str:
 
 
 def direction_words(vector: Array) -> str:
-    """Return x, y or z where the vector lies along one, else its components."""
+    """Return x, -x, y, .. where the vector lies along one, else its components."""
     unit = vector / np.linalg.norm(vector)
     for k, name in enumerate("xyz"):
         if abs(abs(unit[k]) - 1) < 1e-12:
-            return name
+            return name if unit[k] > 0 else f"-{name}"
     return "(" + ", ".join(f"{x + 0.0:.4g}" for x in unit) + ")"
 
 

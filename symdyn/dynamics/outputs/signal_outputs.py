@@ -32,8 +32,6 @@ if TYPE_CHECKING:
     from symdyn.dynamics.loops.loop_decisions import LoopDecisions
     from symdyn.dynamics.loops.loop_numbers import Numbers
 
-BY_LETTER = {"force along": "f", "moment about": "m"}
-
 
 @dataclass(frozen=True)
 class Moving:
@@ -173,7 +171,7 @@ def multiplier_names(
     scene: Scene, decisions: LoopDecisions, numbers: Numbers, indeterminate: Container[int]
 ) -> tuple[str, ...]:
     """Return the letters of the multipliers of independent rows; `indeterminate` are rows that nothing determines."""
-    names = [_name(scene, decisions, numbers, k) for k in decisions.independent_rows]
+    names = [_name(scene, numbers, k) for k in decisions.independent_rows]
     many, seen, found = Counter(names), Counter[str](), []
     for k, name in zip(decisions.independent_rows, names, strict=True):
         seen[name] += 1
@@ -182,16 +180,16 @@ def multiplier_names(
     return tuple(found)
 
 
-def _name(scene: Scene, decisions: LoopDecisions, numbers: Numbers, k: int) -> str:
+def _name(scene: Scene, numbers: Numbers, k: int) -> str:
     label = numbers.constraints.labels[k]
     if not label.loop:
         row = next((row for row in scene.contacts if row.name == label.owner), None)
         return f"{label.owner}_{row.components[label.number]}" if row else label.owner
-    words = decisions.names[k].removeprefix(f"{label.owner}: ")
-    kind, _, axis = words.rpartition(" ")
-    if kind in BY_LETTER and axis in ("x", "y", "z"):
-        return f"{label.owner}_{BY_LETTER[kind]}{axis}_joint"
-    return f"{label.owner}_{words.partition(' ')[0]}"
+    entries = [x for part in label.wrench or () for x in part]
+    along = [name for name, x in zip(LETTERS.components, entries, strict=True) if not x.is_zero]
+    if len(along) == 1 and any(x is x.graph.one for x in entries):  # of a rod or a cross at the start it would turn
+        return f"{label.owner}_{along[0]}_joint"
+    return f"{label.owner}_{'moment' if all(name[0] == 'm' for name in along) else 'force'}"
 
 
 # Rows of the table
