@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import subprocess
+import sys
 from dataclasses import replace
 from functools import cache
 from itertools import product
@@ -16,6 +17,7 @@ from mechanisms import jointed, random_tree
 import symdyn
 from symdyn.bench.reference import reference
 from symdyn.dynamics.loops import partition as dense, reduction as reduced_rows
+from symdyn.dynamics.mechanism import RowSolve
 from symdyn.emit import TARGETS, emit
 from symdyn.program import Program, formulate, in_lines, lower, prepare
 from symdyn.program.lower import RowLoop
@@ -60,6 +62,18 @@ def carried_text(n: int) -> str:
 def branching() -> Scene:
     """Return a tree of odd and right angles whose branches do not know of each other."""
     return random_tree(5, 9, free=False)
+
+
+def fingers(many: int, n: int = 4) -> Scene:
+    """Return chains of n slides and turns on the ground."""
+    parts = ['name = "fingers"']
+    for k in range(many * n):
+        parts += [
+            f"[bodies.b{k}]\nmass = {k + 1}\ncom = [0.1, 0.2, 0.3]",
+            f'[joints.j{k}]\ntype = "{"revolute" if k % n else "prismatic"}"\nchild = "b{k}"',
+            f'parent = "{f"b{k - 1}" if k % n else "ground"}"\naxis = {[int(i == k % 3) for i in range(3)]}',
+        ]
+    return read_text("\n".join(parts))
 
 
 def held() -> Scene:
@@ -246,6 +260,26 @@ def test_short_ones_and_what_is_no_solution_stay_in_lines() -> None:
     assert by_tau.routines[0].function.solve is None
     assert program_of("quadruped", BY_TAU).routines[0].function.solve is None
     assert "_solved(r)" in text_of(program_of("quadruped", BY_QD))
+
+
+@pytest.mark.long
+def test_rows_of_zeros_above_all_stay_in_lines_while_these_are_few(monkeypatch: Any) -> None:
+    (function,) = formulate(fingers(5), [FDD]).functions
+    solve = function.solve
+    assert isinstance(solve, RowSolve)
+    zero = solve.factors[0].graph.zero
+    rows = {k: [zero] * solve.width for k in range(solve.rows)} | {k: list(side) for k, side in solve.sides}
+    count = 0
+    for step, column in product(solve.steps, range(solve.width)):
+        taken = [(factor, rows[row][column]) for factor, row in step.terms]
+        count += sum(not (factor * x).is_zero for factor, x in taken)
+        rows[step.row][column] = solve.stepped(rows[step.row][column], step.scale, taken)
+
+    assert solve.products == count > 500
+    assert solve.dense == 3600
+    assert RowLoop.of(function) is None
+    monkeypatch.setattr(sys.modules[RowLoop.__module__], "FEWEST_OF_SPARSE", count)
+    assert RowLoop.of(function) is not None
 
 
 @pytest.mark.long

@@ -181,8 +181,9 @@ def _rebuild_argument(argument: Argument, graph: Graph) -> Argument:
 LANES_AT_ONCE = 8
 """Columns of a vector, to whole ones of which rows are filled up with zeros."""
 
-FEWEST, FEWEST_OF_PAIRS = 500, 8000
-"""Products of a solve from which it is taken in rows, and entries from which pairs are gone over in a loop."""
+FEWEST, FEWEST_OF_SPARSE, FEWEST_OF_PAIRS, SPARSE = 500, 5000, 8000, 1 / 3
+"""Products of a solve from which it is taken in rows, those of sparse rows, entries from which pairs are a loop; rows
+multiply zeros too: lines that have a smaller part of their products are faster."""
 
 
 @dataclass(frozen=True)
@@ -219,7 +220,9 @@ class RowLoop:
     def of(function: Function) -> RowLoop | PairLoop | None:
         """Return that of a function, or its loop over pairs; None where it has lines alone, or few products."""
         solve = function.solve
-        few = solve.products < FEWEST if isinstance(solve, RowSolve) else len(function.entries) < FEWEST_OF_PAIRS
+        few = len(function.entries) < FEWEST_OF_PAIRS
+        if isinstance(solve, RowSolve):
+            few = solve.products < (FEWEST if solve.products > SPARSE * solve.dense else FEWEST_OF_SPARSE)
         if solve is None or few:
             return None
         if solve not in _FOUND:

@@ -70,9 +70,21 @@ class RowSolve:
         return len(self.sides[0][1])
 
     @property
-    def products(self) -> int:
+    def dense(self) -> int:
         """How many products of factors and entries of rows all steps take."""
         return self.width * sum(len(step.terms) for step in self.steps)
+
+    @property
+    def products(self) -> int:
+        """How many of them do not vanish, which is what lines hold."""
+        filled = dict.fromkeys(range(self.rows), 0)  # columns of each row that do not vanish, a bit each
+        filled |= {row: sum(1 << c for c, x in enumerate(side) if not x.is_zero) for row, side in self.sides}
+        count = 0
+        for step in self.steps:
+            for row in (row for factor, row in step.terms if not factor.is_zero):
+                count += filled[row].bit_count()
+                filled[step.row] |= filled[row]
+        return count
 
     @property
     def factors(self) -> tuple[Expr, ...]:
