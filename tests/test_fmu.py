@@ -36,6 +36,7 @@ SIGNALS = """
 name = "signals"
 [parameters]
 k = { value = 3, unit = "N/V" }
+reach = { value = 3, unit = "m" }
 b = { value = 0.4, unit = "N s/m" }
 [inputs.u]
 unit = "V"
@@ -53,7 +54,7 @@ axis = [1, 0, 0]
 coordinate = "x"
 drive = false
 force = "k*u - b*x_dot + 0.1*sin(3*t)"
-limits = { lower = -2, upper = "2*k" }
+limits = { lower = -2, upper = "2*reach" }
 [joints.hinge]
 type = "revolute"
 parent = "cart"
