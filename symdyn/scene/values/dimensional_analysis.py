@@ -252,7 +252,8 @@ class Analysis:
             plain = all(_of_shapes(one) for one, _ in ratio.numbers) and all(
                 set() < one <= self.said for one in letters
             )
-            if plain and min(carried.dimension.exponents) < 0:  # else a mass or a length of 1 may be left out
+            body = pair.place.where.startswith("bodies.")  # in forces 2 may be a gain
+            if body and plain and min(carried.dimension.exponents) < 0:  # else a mass or a length of 1 may be left out
                 self.wrong.append(pair)
             else:
                 self.carried.append(carried)
