@@ -204,7 +204,7 @@ class ClosedLoads:
             else:
                 same.append(strut)
         ropes: dict[tuple[Place, ...], list[Strut]] = {}
-        for strut in (one for one in self.scene.struts if one.is_rope):
+        for strut in (one for one in self.scene.struts if one.is_rope and not one.ends[0].ordered):
             ropes.setdefault(strut.ends, []).append(strut)
         return [*found, *ropes.values()]
 

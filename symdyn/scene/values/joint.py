@@ -36,6 +36,7 @@ class Place:
         radius: of the wheel, m.
         axis: of the wheel, body axes, any length but zero, free of symbols.
         turn: 1 where the rope turns left around it, seen with the axis towards the eye, -1 right; 0 at a point.
+        ordered: of both ends of a spring or damper that lessons take not to pass each other; see `in_order`.
     """
 
     body: str
@@ -43,6 +44,7 @@ class Place:
     radius: Quantity = Quantity.ZERO
     axis: Vector = (Quantity.ZERO, Quantity.ZERO, Quantity.ONE)
     turn: int = 0
+    ordered: bool = False
 
 
 @dataclass(frozen=True)
@@ -83,8 +85,8 @@ class Strut(Element):
 
     @property
     def is_rope(self) -> bool:
-        """Whether it runs through more than two points, or around a wheel."""
-        return len(self.ends) > 2 or any(end.turn for end in self.ends)
+        """Whether it runs through more than two points, around a wheel, or between ends that keep their order."""
+        return len(self.ends) > 2 or any(end.turn or end.ordered for end in self.ends)
 
 
 @dataclass(frozen=True)

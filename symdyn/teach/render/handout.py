@@ -11,6 +11,7 @@ from typing import ClassVar
 
 from symdyn.algebra import Form, Symbol
 from symdyn.arguments import argument
+from symdyn.dynamics.mechanism import in_order
 from symdyn.emit.print import latex_symbols, refuse_too_long
 from symdyn.errors import EmitError, NoValueError, TeachError, choice
 from symdyn.frozen import dataclass, replace
@@ -165,7 +166,7 @@ def walkthrough(
     ):
         if value not in known:
             raise EmitError(f"{name} {value!r} is not known; {choice(value, known)}")
-    scene = masses_first(apart(with_letters(scene.in_language(language), language), language))
+    scene = in_order(masses_first(apart(with_letters(scene.in_language(language), language), language)))
     chosen = FORMULATIONS[formulation]
     until = until or chosen.until[-1]
     if until not in chosen.until:

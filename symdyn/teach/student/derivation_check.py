@@ -16,7 +16,7 @@ from dataclasses import replace
 
 from symdyn.algebra import Form, Number, Symbol
 from symdyn.bounds import BOUNDS
-from symdyn.dynamics.mechanism import State
+from symdyn.dynamics.mechanism import State, in_order
 from symdyn.emit.print import Printable
 from symdyn.errors import DerivationError, TeachError
 from symdyn.graph import Graph, gradient, tangents
@@ -104,7 +104,7 @@ def check_derivation(
     most = BOUNDS["lines of a student's file"]
     if (lines := sum(1 for line in text.splitlines() if line.strip())) > most:
         raise TeachError(f"{name}: has {lines} lines; {most} are the most that is read: give the formulas alone")
-    scene = apart(scene.as_parameters())
+    scene = in_order(apart(scene.as_parameters()))
     page = Printable.of(scene, lengths=None)
     multipliers = {row.multiplier: row.unit for row in page.constraints.rows}
     others = (*multipliers, *page.lengths.explicit)
