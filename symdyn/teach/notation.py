@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
 from symdyn.algebra import Form, Function, Number, Ratios, Symbol
+from symdyn.dynamics.mechanism import body_placements, strut_way
 from symdyn.emit.print import value_text
 from symdyn.frozen import dataclass, replace
 from symdyn.graph import Graph, Op, evaluate, substitute
@@ -87,8 +88,19 @@ def acting_steps(lesson: Prose) -> list[Step]:
             )
     if not rows:
         return []
-    reason = lesson.say("acting.reason") if any(joint.motion is not None for joint in scene.joints) else Words(())
+    reasons = [lesson.say("acting.reason")] if any(joint.motion is not None for joint in scene.joints) else []
+    reasons += _order(lesson)
+    reason = Words(tuple(part for said in reasons for part in (*said.parts, " "))[:-1])
     return [Step("acting", lesson.say("acting"), (lesson.table(("kind", "where"), rows),), reason)]
+
+
+def _order(lesson: Prose) -> list[Words]:
+    """Return the sentence that says how long polynomials stand for distances of ends on one line; none without."""
+    scene, graph = lesson.scene, Graph()
+    ordered, placed = [one for one in scene.struts if one.is_ordered], body_placements(scene, graph)
+    lengths = dict.fromkeys(Form.of(strut_way(scene, placed, one, graph)) for one in ordered)
+    parts = [part for form in lengths for part in (", ", form, " > 0")][1:]
+    return [lesson.say("acting.order", lengths=Words(tuple(parts)))] if parts else []
 
 
 def _willis(scene: Scene, joint: Joint) -> list[Words]:

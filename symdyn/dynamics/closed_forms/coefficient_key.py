@@ -32,7 +32,7 @@ from symdyn.dynamics.mechanism.state import (
 from symdyn.errors import DerivationError, quoted
 from symdyn.frozen import dataclass, field, replace
 from symdyn.graph import Expr, Graph, Op, evaluate, tangents
-from symdyn.scene import Scene
+from symdyn.scene import Quantity, Scene
 from symdyn.scene.forces import FORCES, elastic
 from symdyn.scene.values import Load, Place, Strut
 from symdyn.spatial import Transform, Wrench, dot
@@ -204,7 +204,7 @@ class ClosedLoads:
             else:
                 same.append(strut)
         ropes: dict[tuple[Place, ...], list[Strut]] = {}
-        for strut in (one for one in self.scene.struts if one.is_rope and not one.ends[0].ordered):
+        for strut in (one for one in self.scene.struts if one.is_rope and not one.is_ordered):
             ropes.setdefault(strut.ends, []).append(strut)
         return [*found, *ropes.values()]
 
@@ -258,12 +258,24 @@ class ClosedLoads:
 
     def _force(self, strut: Strut, compact: Compactor, rate: Form) -> Form:
         graph = ordered_graph(self.scene)
+        strut, way = self._stretched(strut, compact)
         law = FORCES[strut.kind].pull.force(strut, graph.symbol(WAY), graph.symbol(RATE))
-        return Form.of(law).substitute({WAY: self._way(strut, compact), RATE: rate})
+        return Form.of(law).substitute({WAY: way, RATE: rate})
 
     def _energy(self, strut: Strut, compact: Compactor) -> Form:
+        strut, way = self._stretched(strut, compact)
         energy = stored(strut, ordered_graph(self.scene).symbol(WAY))
-        return Form.of(energy).substitute({WAY: self._way(strut, compact)})
+        return Form.of(energy).substitute({WAY: way})
+
+    def _stretched(self, strut: Strut, compact: Compactor) -> tuple[Strut, Form]:
+        """Return a strut and its way; of a spring whose ends keep their order one free at zero, and its stretch."""
+        if not strut.is_ordered:
+            return strut, self._way(strut, compact)
+        graph = ordered_graph(self.scene)
+        stretch = self._position(strut, graph) - strut.free.express(graph)
+        ring = TrigonometricRing([stretch])
+        (found,) = evaluate([stretch], ring, ring.values([stretch]))
+        return replace(strut, free=Quantity.ZERO), Compactor(ring, ())(found)
 
     def _way(self, strut: Strut, compact: Compactor) -> Form:
         """Return the position of a joint, the distance of two points or the length of a rope."""

@@ -78,15 +78,22 @@ class Strut(Element):
     Attributes:
         joint: name of the joint, with one coordinate, whose position is the way; "" between points.
         ends: the two points whose distance is the way, or the places of a rope whose length is; () at a joint.
+        free: position or length from which a spring counts, rad or m.
     """
 
     joint: str = ""
     ends: tuple[Place, ...] = ()
+    free: Quantity = field(default=Quantity.ZERO, kw_only=True)
 
     @property
     def is_rope(self) -> bool:
         """Whether it runs through more than two points, around a wheel, or between ends that keep their order."""
-        return len(self.ends) > 2 or any(end.turn or end.ordered for end in self.ends)
+        return len(self.ends) > 2 or self.is_ordered or any(end.turn for end in self.ends)
+
+    @property
+    def is_ordered(self) -> bool:
+        """Whether lessons take its ends not to pass each other; see `in_order`."""
+        return any(end.ordered for end in self.ends)
 
 
 @dataclass(frozen=True)
