@@ -113,8 +113,9 @@ class Form:
         return Form.sum(Form.product((Number.MINUS_ONE, term)) for term in self.terms)
 
     def power(self, exponent: int) -> Form:
-        """Return the form to an integer power."""
-        return Number.ONE if exponent == 0 else self if exponent == 1 else Power(self, exponent)
+        """Return the form to an integer power; an even one has no minus in front of its base."""
+        base = self if exponent % 2 else self.split_sign()[1]
+        return Number.ONE if exponent == 0 else self if exponent == 1 else Power(base, exponent)
 
     def signed_product(self, rate: Form) -> Form:
         """Return form · rate, a rate times itself as its square; a sum of negative terms takes its sign in front."""

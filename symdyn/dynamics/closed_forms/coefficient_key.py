@@ -275,7 +275,8 @@ class ClosedLoads:
         stretch = self._position(strut, graph) - strut.free.express(graph)
         ring = TrigonometricRing([stretch])
         (found,) = evaluate([stretch], ring, ring.values([stretch]))
-        return replace(strut, free=Quantity.ZERO), Compactor(ring, ())(found)
+        terms = sorted(Compactor(ring, ())(found).terms, key=lambda term: term.split_sign()[0] < 0)
+        return replace(strut, free=Quantity.ZERO), Form.sum(terms)
 
     def _way(self, strut: Strut, compact: Compactor) -> Form:
         """Return the position of a joint, the distance of two points or the length of a rope."""
