@@ -112,6 +112,12 @@ class Form:
         """The form with its sign turned, of a sum that of every term."""
         return Form.sum(Form.product((Number.MINUS_ONE, term)) for term in self.terms)
 
+    @property
+    def plus_first(self) -> Form:
+        """The form, of a sum with a term without a minus in front, if there is one."""
+        first = next((k for k, x in enumerate(self.terms) if x.split_sign()[0] > 0), 0)
+        return Form.sum((self.terms[first], *self.terms[:first], *self.terms[first + 1 :])) if first else self
+
     def power(self, exponent: int) -> Form:
         """Return the form to an integer power; an even one has no minus in front of its base."""
         base = self if exponent % 2 else self.split_sign()[1]

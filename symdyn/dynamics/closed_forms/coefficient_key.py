@@ -209,9 +209,12 @@ class ClosedLoads:
         return [*found, *ropes.values()]
 
     def length(self, strut: Strut, compact: Compactor) -> Form:
-        """Return s = √D of a strut between points, or the length of a rope."""
+        """Return s = √D of a strut between points, an amount where D is a square of a sum; or the length of a rope."""
         if strut.is_rope:
             return Form.of(self._position(strut, ordered_graph(self.scene)))
+        root = compact.ring.square_root(self.squares[strut])
+        if root is not None and len((way := compact(root)).terms) > 1:
+            return Function(Op.ABS, (way.plus_first,))
         return Function(Op.SQRT, (compact(self.squares[strut]),))
 
     def rate(self, strut: Strut, compact: Compactor) -> Form:
@@ -275,8 +278,7 @@ class ClosedLoads:
         stretch = self._position(strut, graph) - strut.free.express(graph)
         ring = TrigonometricRing([stretch])
         (found,) = evaluate([stretch], ring, ring.values([stretch]))
-        terms = sorted(Compactor(ring, ())(found).terms, key=lambda term: term.split_sign()[0] < 0)
-        return replace(strut, free=Quantity.ZERO), Form.sum(terms)
+        return replace(strut, free=Quantity.ZERO), Compactor(ring, ())(found).plus_first
 
     def _way(self, strut: Strut, compact: Compactor) -> Form:
         """Return the position of a joint, the distance of two points or the length of a rope."""
@@ -293,7 +295,7 @@ class ClosedLoads:
         if strut in self.names:
             return Symbol(self.names[strut][1])
         pairs = zip(slopes, self.state.qd, strict=True)
-        return Form.sum(Form.product((slope, Symbol(str(u.value)))) for slope, u in pairs)
+        return Form.sum(Form.product((slope, Symbol(str(u.value)))) for slope, u in pairs).plus_first
 
     def _slope(self, strut: Strut, compact: Compactor, i: int) -> Form:
         """Return the derivative of the way along velocity i."""

@@ -5,7 +5,6 @@ from .cost import cost as cost
 from .kane import Kane as Kane
 from .kinematics import joints_below as joints_below
 from .linear_solve import RowSolve as RowSolve, solve as solve, vanishes as vanishes
-from .ordered_ends import in_order as in_order
 from .ropes import Taut as Taut
 from .state import (
     TIME as TIME,

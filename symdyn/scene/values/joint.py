@@ -6,8 +6,7 @@ An element is one of three by the way in which it acts; what it is beyond that, 
     load    is a wrench on a body
     row     forbids velocities, and exerts whatever that takes
 
-Here joints stand as in the file, parents first; Pinocchio goes through branches by name. An order of another tool is
-asked for by names, and gives places: entry k of the other is entry `q[k]`, or `v[k]`, of ours.
+Joints stand as in the file, parents first; `order_of` gives their places in the order of another tool.
 """
 
 from __future__ import annotations
@@ -62,12 +61,11 @@ class Element:
 
     @property
     def ends(self) -> tuple[Place, ...]:
-        """The points of bodies that it acts at."""
         return ()
 
     @property
     def is_taut(self) -> bool:
-        """Whether it is a rope, which pulls and never pushes."""
+        """Whether it never pushes."""
         return False
 
 
@@ -92,7 +90,6 @@ class Strut(Element):
 
     @property
     def is_ordered(self) -> bool:
-        """Whether lessons take its ends not to pass each other; see `in_order`."""
         return any(end.ordered for end in self.ends)
 
 
@@ -175,12 +172,10 @@ class Contact(Row):
 
     @property
     def kind(self) -> str:
-        """The row of `FORCES` that tells about it."""
         return self.type
 
     @property
     def ends(self) -> tuple[Place, ...]:
-        """The point of the blade, or the centre of the wheel."""
         return (self.place,)
 
 
@@ -447,7 +442,6 @@ def order_of(joints: Sequence[Joint], names: Sequence[str], quaternion: str = "w
 
 
 def _plain(name: str) -> str:
-    """Return a name without what no identifier has, to be compared."""
     return re.sub(r"[^A-Za-z0-9]+", "_", name).strip("_").lower()
 
 

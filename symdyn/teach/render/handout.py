@@ -11,7 +11,6 @@ from typing import ClassVar
 
 from symdyn.algebra import Form, Symbol
 from symdyn.arguments import argument
-from symdyn.dynamics.mechanism import in_order
 from symdyn.emit.print import latex_symbols, refuse_too_long
 from symdyn.errors import EmitError, NoValueError, TeachError, choice
 from symdyn.frozen import dataclass, replace
@@ -28,6 +27,7 @@ from symdyn.teach.derivations.own_states import with_states
 from symdyn.teach.document import Document, Letter, Step, Words
 from symdyn.teach.languages import language_of, languages
 from symdyn.teach.lesson import SMALL_SCENE, Prose, apart, is_tied
+from symdyn.teach.notation import in_order
 from symdyn.teach.practice.exercises import GRADES, with_exercises
 from symdyn.teach.practice.questions import sheet
 from symdyn.teach.practice.quiz import Variant as Asked

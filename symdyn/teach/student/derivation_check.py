@@ -16,12 +16,13 @@ from dataclasses import replace
 
 from symdyn.algebra import Form, Number, Symbol
 from symdyn.bounds import BOUNDS
-from symdyn.dynamics.mechanism import State, in_order
+from symdyn.dynamics.mechanism import State
 from symdyn.emit.print import Printable
 from symdyn.errors import DerivationError, TeachError
 from symdyn.graph import Graph, gradient, tangents
 from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.teach.lesson import apart
+from symdyn.teach.notation import in_order
 from symdyn.teach.student.answer import (
     EMPTY,
     EQUAL,
