@@ -90,7 +90,10 @@ def acting_steps(lesson: Prose) -> list[Step]:
     if not rows:
         return []
     reasons = [lesson.say("acting.reason")] if any(joint.motion is not None for joint in scene.joints) else []
-    reasons += _order(lesson)
+    placed = body_placements(scene, graph := Graph())
+    ordered = dict.fromkeys(Form.of(strut_way(scene, placed, one, graph)) for one in scene.struts if one.is_ordered)
+    lengths = Words(tuple(part for form in ordered for part in (", ", form.plus_first, " > 0"))[1:])
+    reasons += [lesson.say("acting.order", lengths=lengths)] if ordered else []
     reason = Words(tuple(part for said in reasons for part in (*said.parts, " "))[:-1])
     return [Step("acting", lesson.say("acting"), (lesson.table(("kind", "where"), rows),), reason)]
 
@@ -114,15 +117,6 @@ def in_order(scene: Scene) -> Scene:
         for one in scene.elements
     )
     return replace(scene, elements=tuple(elements))
-
-
-def _order(lesson: Prose) -> list[Words]:
-    """Return the sentence that says how long polynomials stand for distances of ends on one line; none without."""
-    scene, graph = lesson.scene, Graph()
-    ordered, placed = [one for one in scene.struts if one.is_ordered], body_placements(scene, graph)
-    lengths = dict.fromkeys(Form.of(strut_way(scene, placed, one, graph)) for one in ordered)
-    parts = [part for form in lengths for part in (", ", form.plus_first, " > 0")][1:]
-    return [lesson.say("acting.order", lengths=Words(tuple(parts)))] if parts else []
 
 
 def _willis(scene: Scene, joint: Joint) -> list[Words]:

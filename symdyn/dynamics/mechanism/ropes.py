@@ -202,12 +202,7 @@ class Taut:
             return False
 
     def root(self, square: Expr, guessed: bool = False) -> Expr:
-        """Return the root, as a polynomial that is positive at the start where there is one.
-
-        Args:
-            square: what stands under it.
-            guessed: whether parameters without a value are taken as 1 for its sign; else their root stays.
-        """
+        """Return the root, the polynomial positive at the start if there is one; `guessed` puts 1 for what is free."""
         from symdyn.algebra import Floats  # starts NumPy
 
         try:
@@ -220,7 +215,7 @@ class Taut:
         return self.graph.sqrt(square) if value == 0 else node if value > 0 else -node
 
     def _start(self, guessed: bool) -> dict[Expr, float]:
-        """Values of parameters and inputs, and of coordinates at the start, as far as they are known."""
+        """Values of parameters, and of coordinates at the start, as far as they are known."""
         values: dict[str, Fraction | float] = {}
         letters = [(p.name, p.value) for p in (*self.scene.parameters, *(self.scene.given if guessed else ()))]
         for name, x in [*letters, *zip(self.scene.coordinates, start_of(self.scene).position, strict=True)]:

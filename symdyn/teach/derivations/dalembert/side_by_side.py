@@ -30,6 +30,7 @@ from symdyn.graph import Expr, Op, gradient, substitute, tangents
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import acceleration_name
 from symdyn.spatial import dot, scale, sub
+from symdyn.teach.derivations.limits import in_a_row
 from symdyn.teach.document import Block, Step, Words
 from symdyn.teach.lesson import Prose
 
@@ -62,7 +63,7 @@ class Order:
         if isinstance(form, Product):
             return self._product(Form.product(parts))
         if isinstance(form, Sum):
-            return _signed(list(Form.sum(parts).terms))
+            return Form.sum(parts).plus_first
         return form.with_parts(parts)
 
     def _product(self, form: Form) -> Form:
@@ -106,13 +107,6 @@ def order_of(scene: Scene) -> Callable[[Form], Form]:
 
 def _has_function(form: Form) -> bool:
     return isinstance(form, Function) or any(map(_has_function, form.parts))
-
-
-def _signed(terms: list[Form]) -> Form:
-    """Return a sum that begins without a minus where it can: then those with one stand behind the others."""
-    if terms[0].split_sign()[0] > 0:
-        return Form.sum(terms)
-    return Form.sum(sorted(terms, key=lambda term: term.split_sign()[0] < 0))
 
 
 WIDEST = 240
@@ -227,12 +221,7 @@ def _row(lesson: Prose, term: Term) -> tuple[Form | Words | str, ...]:
     shares = zip(lesson.scene.bodies, term.shares, strict=True)
     said = [lesson.say("side.share", body=body.name, share=form) for body, form in shares if form != Number.ZERO]
     rates: Form | str = lesson.text("side.weights") if term.rates == Number.ONE else term.rates
-    return rates, term.coefficient, _joined(said)
-
-
-def _joined(parts: Sequence[Words]) -> Words:
-    """Return sentences in a row."""
-    return Words(tuple(piece for k, one in enumerate(parts) for piece in (*(("; ",) if k else ()), *one.parts)))
+    return rates, term.coefficient, in_a_row(said)
 
 
 def _width(term: Term) -> int:
