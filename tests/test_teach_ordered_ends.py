@@ -40,6 +40,19 @@ def test_the_coupled_oscillator_is_linear_and_says_how_long(language: str) -> No
         assert shown in text
 
 
+def test_equal_masses_swing_together_and_against_each_other() -> None:
+    """ω² = k₁/m together, (k₁ + 2 k)/m against each other."""
+    text = SCENE.read_text(encoding="utf-8")
+    for two, one in (('mass = "m2"', 'mass = "m1"'), ('stiffness = "k2"', 'stiffness = "k1"')):
+        text = text.replace(two, one)
+    lines = (line for line in text.splitlines() if not line.startswith(("m2 =", "k2 =")))
+    shown = rendered(lesson_of(read_text("\n".join(lines))), "md")["coupled.md"]
+
+    assert r"determinant of $K_s - \omega_s^2 M_s$ is zero" in shown
+    assert r"\omega_{s,1}^2 = \frac{k_1}{m_1}" in shown
+    assert r"\omega_{s,2}^2 = \frac{k_1 + 2 k}{m_1}" in shown
+
+
 @pytest.mark.parametrize(
     ("answer", "verdict"),
     [

@@ -5,8 +5,6 @@ An element is one of three by the way in which it acts; what it is beyond that, 
     strut   pulls along one way: the position of a joint, or the distance of two points
     load    is a wrench on a body
     row     forbids velocities, and exerts whatever that takes
-
-Joints stand as in the file, parents first; `order_of` gives their places in the order of another tool.
 """
 
 from __future__ import annotations
@@ -76,7 +74,7 @@ class Strut(Element):
     Attributes:
         joint: name of the joint, with one coordinate, whose position is the way; "" between points.
         ends: the two points whose distance is the way, or the places of a rope whose length is; () at a joint.
-        free: position or length from which a spring counts, rad or m.
+        free: of a spring, the way at which it counts from zero, rad or m.
     """
 
     joint: str = ""
@@ -269,7 +267,6 @@ class Joint:
     latex: tuple[tuple[str, str], ...] = ()
 
     def shaped(self, **values: Any) -> Joint:
-        """Return the joint with other values of keys of its type."""
         return replace(self, shape=tuple((dict(self.shape) | values).items()))
 
     def range(self, values: Mapping[str, Fraction | float]) -> tuple[float, float]:
