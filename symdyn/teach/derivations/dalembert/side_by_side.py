@@ -63,7 +63,7 @@ class Order:
         if isinstance(form, Product):
             return self._product(Form.product(parts))
         if isinstance(form, Sum):
-            return Form.sum(parts).plus_first
+            return _signed(list(Form.sum(parts).terms))
         return form.with_parts(parts)
 
     def _product(self, form: Form) -> Form:
@@ -107,6 +107,13 @@ def order_of(scene: Scene) -> Callable[[Form], Form]:
 
 def _has_function(form: Form) -> bool:
     return isinstance(form, Function) or any(map(_has_function, form.parts))
+
+
+def _signed(terms: list[Form]) -> Form:
+    """Return a sum that begins without a minus where it can: then those with one stand behind the others."""
+    if terms[0].split_sign()[0] > 0:
+        return Form.sum(terms)
+    return Form.sum(sorted(terms, key=lambda term: term.split_sign()[0] < 0))
 
 
 WIDEST = 240
