@@ -337,9 +337,6 @@ def _blocks(lesson: Lesson, rests: Rests, place: linear.Equilibrium, chosen: Cho
     return tuple(blocks)
 
 
-# Formulas
-
-
 def _formulas(lesson: Lesson, rests: Rests, place: linear.Equilibrium, modes: Modes, chosen: Chosen) -> list[Block]:
     """Return inertia and stiffness, and the frequencies that have a short formula."""
     state, moved, tag = lesson.state, place.near.moved, TAGS[place.kind]
