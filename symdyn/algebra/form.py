@@ -112,9 +112,16 @@ class Form:
         """The form with its sign turned, of a sum that of every term."""
         return Form.sum(Form.product((Number.MINUS_ONE, term)) for term in self.terms)
 
+    @property
+    def plus_first(self) -> Form:
+        """The form, of a sum with a term without a minus in front, if there is one."""
+        first = next((k for k, x in enumerate(self.terms) if x.split_sign()[0] > 0), 0)
+        return Form.sum((self.terms[first], *self.terms[:first], *self.terms[first + 1 :])) if first else self
+
     def power(self, exponent: int) -> Form:
-        """Return the form to an integer power."""
-        return Number.ONE if exponent == 0 else self if exponent == 1 else Power(self, exponent)
+        """Return the form to an integer power; an even one has no minus in front of its base."""
+        base = self if exponent % 2 else self.split_sign()[1]
+        return Number.ONE if exponent == 0 else self if exponent == 1 else Power(base, exponent)
 
     def signed_product(self, rate: Form) -> Form:
         """Return form · rate, a rate times itself as its square; a sum of negative terms takes its sign in front."""

@@ -337,9 +337,7 @@ class Monomials:
         if len(items) == 1:
             return self.term(items[0])
         number, common, rest = take_out(items)
-        terms = [self.collect(part) for part in partition(rest)]
-        first = next((i for i, term in enumerate(terms) if term.split_sign()[0] > 0), 0)  # without a minus in front
-        inner = Form.sum([terms[first], *terms[:first], *terms[first + 1 :]])
+        inner = Form.sum(self.collect(part) for part in partition(rest)).plus_first
         return Form.product([Number(number), inner, *self.powers(common)])
 
 

@@ -20,7 +20,7 @@ from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass, field, replace
 from symdyn.graph import Expr, Graph, evaluate, gradient, tangents
 from symdyn.scene import Scene
-from symdyn.scene.forces import FORCES
+from symdyn.scene.forces import FORCES, elastic
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Body, Joint
 from symdyn.spatial import Mat, Transform, Vec
@@ -186,7 +186,8 @@ class Prose:
     def say(self, key: str, **places: str | Form | Words) -> Words:
         """Return the prose of a key in the language, its places filled; bodies and joints by their descriptions."""
         text = self.tongue.lesson[key].replace("λ", self.letters.exponent)
-        return Words(fill(text, {place: self.shown(place, x) for place, x in places.items()}))
+        springs = self.tongue.lesson["steady.springs"] if elastic(self.scene) else ""
+        return Words(fill(text, {"springs": springs} | {place: self.shown(place, x) for place, x in places.items()}))
 
     def shown(self, place: str, value: str | Form | Words) -> str | Form | Words:
         """Return what stands in a place of a text: names of bodies and joints, commas between, as described."""

@@ -13,13 +13,15 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
 from symdyn.algebra import Form, Function, Number, Ratios, Symbol
+from symdyn.dynamics.mechanism import Taut, body_placements, ends_apart, strut_way
 from symdyn.emit.print import value_text
 from symdyn.frozen import dataclass, replace
 from symdyn.graph import Graph, Op, evaluate, substitute
 from symdyn.scene import Quantity, Scene, SceneUnits, parse
 from symdyn.scene.forces import FORCES, elastic
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values import Joint
+from symdyn.scene.values import Element, Joint, Strut
+from symdyn.spatial import dot
 from symdyn.teach.document import ERRATA, Block, Box, Formula, Letter, Picture, Section, Step, Words
 from symdyn.teach.lesson import Lesson, Prose, called, named, together
 from symdyn.teach.shown_state import Chosen
@@ -87,8 +89,34 @@ def acting_steps(lesson: Prose) -> list[Step]:
             )
     if not rows:
         return []
-    reason = lesson.say("acting.reason") if any(joint.motion is not None for joint in scene.joints) else Words(())
+    reasons = [lesson.say("acting.reason")] if any(joint.motion is not None for joint in scene.joints) else []
+    placed = body_placements(scene, graph := Graph())
+    ordered = dict.fromkeys(Form.of(strut_way(scene, placed, one, graph)) for one in scene.struts if one.is_ordered)
+    lengths = Words(tuple(part for form in ordered for part in (", ", form.plus_first, " > 0"))[1:])
+    reasons += [lesson.say("acting.order", lengths=lengths)] if ordered else []
+    reason = Words(tuple(part for said in reasons for part in (*said.parts, " "))[:-1])
     return [Step("acting", lesson.say("acting"), (lesson.table(("kind", "where"), rows),), reason)]
+
+
+def in_order(scene: Scene) -> Scene:
+    """Return the scene of lessons: ends of springs and dampers on one line keep the order of the start.
+
+    Their length √u² is the polynomial u that is positive there, with 1 for parameters without a value, as long as the
+    ends do not pass each other; generated code keeps the root, which holds on both sides.
+    """
+    taut = Taut(scene, Graph())
+
+    def on_a_line(one: Element) -> bool:
+        apart = ends_apart(scene, one.ends, taut.graph)
+        return taut.root(dot(apart, apart), guessed=True).op not in (Op.SQRT, Op.CONSTANT)
+
+    elements = (
+        replace(one, ends=tuple(replace(end, ordered=True) for end in one.ends))
+        if isinstance(one, Strut) and one.ends and not one.is_rope and on_a_line(one)
+        else one
+        for one in scene.elements
+    )
+    return replace(scene, elements=tuple(elements))
 
 
 def _willis(scene: Scene, joint: Joint) -> list[Words]:

@@ -32,7 +32,7 @@ from symdyn.dynamics.mechanism.state import (
 from symdyn.errors import DerivationError, quoted
 from symdyn.frozen import dataclass, field, replace
 from symdyn.graph import Expr, Graph, Op, evaluate, tangents
-from symdyn.scene import Scene
+from symdyn.scene import Quantity, Scene
 from symdyn.scene.forces import FORCES, elastic
 from symdyn.scene.values import Load, Place, Strut
 from symdyn.spatial import Transform, Wrench, dot
@@ -204,14 +204,17 @@ class ClosedLoads:
             else:
                 same.append(strut)
         ropes: dict[tuple[Place, ...], list[Strut]] = {}
-        for strut in (one for one in self.scene.struts if one.is_rope):
+        for strut in (one for one in self.scene.struts if one.is_rope and not one.is_ordered):
             ropes.setdefault(strut.ends, []).append(strut)
         return [*found, *ropes.values()]
 
     def length(self, strut: Strut, compact: Compactor) -> Form:
-        """Return s = √D of a strut between points, or the length of a rope."""
+        """Return s = √D of a strut between points, an amount where D is a square of a sum; or the length of a rope."""
         if strut.is_rope:
             return Form.of(self._position(strut, ordered_graph(self.scene)))
+        root = compact.ring.square_root(self.squares[strut])
+        if root is not None and len((way := compact(root)).terms) > 1:
+            return Function(Op.ABS, (way.plus_first,))
         return Function(Op.SQRT, (compact(self.squares[strut]),))
 
     def rate(self, strut: Strut, compact: Compactor) -> Form:
@@ -258,12 +261,24 @@ class ClosedLoads:
 
     def _force(self, strut: Strut, compact: Compactor, rate: Form) -> Form:
         graph = ordered_graph(self.scene)
+        strut, way = self._stretched(strut, compact)
         law = FORCES[strut.kind].pull.force(strut, graph.symbol(WAY), graph.symbol(RATE))
-        return Form.of(law).substitute({WAY: self._way(strut, compact), RATE: rate})
+        return Form.of(law).substitute({WAY: way, RATE: rate})
 
     def _energy(self, strut: Strut, compact: Compactor) -> Form:
+        strut, way = self._stretched(strut, compact)
         energy = stored(strut, ordered_graph(self.scene).symbol(WAY))
-        return Form.of(energy).substitute({WAY: self._way(strut, compact)})
+        return Form.of(energy).substitute({WAY: way})
+
+    def _stretched(self, strut: Strut, compact: Compactor) -> tuple[Strut, Form]:
+        """Return a strut and its way; of a spring whose ends keep their order one free at zero, and its stretch."""
+        if not strut.is_ordered:
+            return strut, self._way(strut, compact)
+        graph = ordered_graph(self.scene)
+        stretch = self._position(strut, graph) - strut.free.express(graph)
+        ring = TrigonometricRing([stretch])
+        (found,) = evaluate([stretch], ring, ring.values([stretch]))
+        return replace(strut, free=Quantity.ZERO), Compactor(ring, ())(found).plus_first
 
     def _way(self, strut: Strut, compact: Compactor) -> Form:
         """Return the position of a joint, the distance of two points or the length of a rope."""
@@ -280,7 +295,7 @@ class ClosedLoads:
         if strut in self.names:
             return Symbol(self.names[strut][1])
         pairs = zip(slopes, self.state.qd, strict=True)
-        return Form.sum(Form.product((slope, Symbol(str(u.value)))) for slope, u in pairs)
+        return Form.sum(Form.product((slope, Symbol(str(u.value)))) for slope, u in pairs).plus_first
 
     def _slope(self, strut: Strut, compact: Compactor, i: int) -> Form:
         """Return the derivative of the way along velocity i."""

@@ -58,7 +58,7 @@ class Taut:
         first, second = self._radius(near), self._radius(far)
         step = second - first
         n = self._axis(near, far, X)
-        s = self._root(square - step * step)
+        s = self.root(square - step * step, near.ordered)
         across = zero_vector(self.graph) if n is None else scale(step, cross(d, n))
         x, y, z = (self._share(part, square if n else s) for part in (add(scale(s, d), across) if n else d))
         t = (x, y, z)
@@ -201,25 +201,24 @@ class Taut:
         except DerivationError:
             return False
 
-    def _root(self, square: Expr) -> Expr:
-        """Return the root, as a polynomial that is positive at the start where there is one."""
+    def root(self, square: Expr, guessed: bool = False) -> Expr:
+        """Return the root, the polynomial positive at the start if there is one; `guessed` puts 1 for what is free."""
         from symdyn.algebra import Floats  # starts NumPy
 
         try:
             ring = TrigonometricRing([square])
             found = ring.square_root(evaluate([square], ring, ring.values([square]))[0])
             node = self.graph.zero if found is None else Compactor(ring, ())(found).express(self.graph)
-            (value,) = evaluate([node], Floats(), self._start)
+            (value,) = evaluate([node], Floats(), self._start(guessed))
         except (DerivationError, KeyError):  # no polynomial, or a length that is free
             value = 0.0
         return self.graph.sqrt(square) if value == 0 else node if value > 0 else -node
 
-    @property
-    def _start(self) -> dict[Expr, float]:
+    def _start(self, guessed: bool) -> dict[Expr, float]:
         """Values of parameters, and of coordinates at the start, as far as they are known."""
         values: dict[str, Fraction | float] = {}
-        letters = [(p.name, p.value) for p in self.scene.parameters]
+        letters = [(p.name, p.value) for p in (*self.scene.parameters, *(self.scene.given if guessed else ()))]
         for name, x in [*letters, *zip(self.scene.coordinates, start_of(self.scene).position, strict=True)]:
-            value = None if x is None else x.known_at(values)
+            value = (1 if guessed else None) if x is None else x.known_at(values)
             values |= {} if value is None else {name: value}
         return {self.graph.symbol(name): float(value) for name, value in values.items()}

@@ -41,12 +41,10 @@ class Spring(Strut):
 
     Attributes:
         stiffness: k1, k2, …; N/m or N m/rad, N/m² …
-        free: position or length at which the polynomial vanishes, rad or m.
         preload: force at x = 0, N or N m.
     """
 
     stiffness: tuple[Quantity, ...] = ()
-    free: Quantity = Quantity.ZERO
     preload: Quantity = Quantity.ZERO
 
     kind = "spring"

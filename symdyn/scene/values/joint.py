@@ -5,9 +5,6 @@ An element is one of three by the way in which it acts; what it is beyond that, 
     strut   pulls along one way: the position of a joint, or the distance of two points
     load    is a wrench on a body
     row     forbids velocities, and exerts whatever that takes
-
-Here joints stand as in the file, parents first; Pinocchio goes through branches by name. An order of another tool is
-asked for by names, and gives places: entry k of the other is entry `q[k]`, or `v[k]`, of ours.
 """
 
 from __future__ import annotations
@@ -36,6 +33,7 @@ class Place:
         radius: of the wheel, m.
         axis: of the wheel, body axes, any length but zero, free of symbols.
         turn: 1 where the rope turns left around it, seen with the axis towards the eye, -1 right; 0 at a point.
+        ordered: of both ends of a spring or damper that lessons take not to pass each other; see `in_order`.
     """
 
     body: str
@@ -43,6 +41,7 @@ class Place:
     radius: Quantity = Quantity.ZERO
     axis: Vector = (Quantity.ZERO, Quantity.ZERO, Quantity.ONE)
     turn: int = 0
+    ordered: bool = False
 
 
 @dataclass(frozen=True)
@@ -60,12 +59,11 @@ class Element:
 
     @property
     def ends(self) -> tuple[Place, ...]:
-        """The points of bodies that it acts at."""
         return ()
 
     @property
     def is_taut(self) -> bool:
-        """Whether it is a rope, which pulls and never pushes."""
+        """Whether it never pushes."""
         return False
 
 
@@ -76,15 +74,21 @@ class Strut(Element):
     Attributes:
         joint: name of the joint, with one coordinate, whose position is the way; "" between points.
         ends: the two points whose distance is the way, or the places of a rope whose length is; () at a joint.
+        free: of a spring, the way at which it counts from zero, rad or m.
     """
 
     joint: str = ""
     ends: tuple[Place, ...] = ()
+    free: Quantity = field(default=Quantity.ZERO, kw_only=True)
 
     @property
     def is_rope(self) -> bool:
-        """Whether it runs through more than two points, or around a wheel."""
-        return len(self.ends) > 2 or any(end.turn for end in self.ends)
+        """Whether it runs through more than two points, around a wheel, or between ends that keep their order."""
+        return len(self.ends) > 2 or self.is_ordered or any(end.turn for end in self.ends)
+
+    @property
+    def is_ordered(self) -> bool:
+        return any(end.ordered for end in self.ends)
 
 
 @dataclass(frozen=True)
@@ -166,12 +170,10 @@ class Contact(Row):
 
     @property
     def kind(self) -> str:
-        """The row of `FORCES` that tells about it."""
         return self.type
 
     @property
     def ends(self) -> tuple[Place, ...]:
-        """The point of the blade, or the centre of the wheel."""
         return (self.place,)
 
 
@@ -265,7 +267,6 @@ class Joint:
     latex: tuple[tuple[str, str], ...] = ()
 
     def shaped(self, **values: Any) -> Joint:
-        """Return the joint with other values of keys of its type."""
         return replace(self, shape=tuple((dict(self.shape) | values).items()))
 
     def range(self, values: Mapping[str, Fraction | float]) -> tuple[float, float]:
@@ -438,7 +439,6 @@ def order_of(joints: Sequence[Joint], names: Sequence[str], quaternion: str = "w
 
 
 def _plain(name: str) -> str:
-    """Return a name without what no identifier has, to be compared."""
     return re.sub(r"[^A-Za-z0-9]+", "_", name).strip("_").lower()
 
 

@@ -337,9 +337,6 @@ def _blocks(lesson: Lesson, rests: Rests, place: linear.Equilibrium, chosen: Cho
     return tuple(blocks)
 
 
-# Formulas
-
-
 def _formulas(lesson: Lesson, rests: Rests, place: linear.Equilibrium, modes: Modes, chosen: Chosen) -> list[Block]:
     """Return inertia and stiffness, and the frequencies that have a short formula."""
     state, moved, tag = lesson.state, place.near.moved, TAGS[place.kind]
@@ -400,8 +397,10 @@ def _frequencies(
     blocks = [block for count in sorted(shown) for block in shown[count]]
     if blocks:
         symbol = lesson.name(f"near:{tag}:omega", "omega", tag, node=None)
-        said = "near.frequency" if n == 1 else "near.frequencies"
-        blocks.insert(0, lesson.say(said, omega=symbol, square=symbol.power(2)))
+        M, K = (Symbol(f"near:{tag}:{letter}") for letter in (lesson.letters.mass_matrix, "K"))
+        pencil = Form.sum((K, Form.product((Number.MINUS_ONE, symbol.power(2), M))))
+        said = lesson.say("near.frequencies", omega=symbol, matrix=pencil)
+        blocks.insert(0, lesson.say("near.frequency", omega=symbol, square=symbol.power(2)) if n == 1 else said)
     return blocks
 
 

@@ -102,18 +102,19 @@ def limits_step(lesson: Lesson) -> Step | None:
         said = [*_moves(lesson, one), *told, *_acts(lesson, one)]
         if shown and said:
             derived = derived or bool({"smaller", "point"} & {*bodies.values()})
-            alike.setdefault((*shown, _joined(said)), []).append(one.letters)
+            alike.setdefault((*shown, in_a_row(said)), []).append(one.letters)
     for letters, *left in _stopped(lesson):
         alike.setdefault(tuple(left), []).append(letters)
     if not alike:
         return None
-    rows = [(_joined([Words((*x.parts, "\u00a0→\u00a00")) for x in some]), *left) for left, some in alike.items()]
+    rows = [(in_a_row([Words((*x.parts, "\u00a0→\u00a00")) for x in some]), *left) for left, some in alike.items()]
     table = lesson.table(("limits.limit", Symbol("K:"), Symbol("P:"), "limits.left"), rows)
     checks = (lesson.say("limits.derived"),) if derived else ()
     return Step("limits", lesson.say("limits"), (table, *checks), show=("energies", "ghost"))
 
 
-def _joined(said: Sequence[Words]) -> Words:
+def in_a_row(said: Sequence[Words]) -> Words:
+    """Return sentences with semicolons between."""
     return Words(tuple(part for words in said for part in ("; ", *words.parts))[1:])
 
 

@@ -89,7 +89,7 @@ class Quotients:
         """Return a sum, or a power of one, as short as a ring of sines can write it."""
         if isinstance(form, Power) and isinstance(form.base, Sum):
             return self.short(form.base).power(form.exponent)
-        return plus_first(self._in_sines(form)) if isinstance(form, Sum) else form
+        return self._in_sines(form).plus_first if isinstance(form, Sum) else form
 
     def _joined(self, factors: list[Form]) -> list[Form]:
         """Return factors, two sums whose product is one term as that: (1 + cos q) (1 - cos q) = sin² q."""
@@ -117,7 +117,7 @@ def _in_decimals(lesson: Lesson, above: list[Form], under: list[Form]) -> tuple[
     if len(sums) == 1 and (not isinstance(above[0], Number) or abs(above[0].value) < LARGE):
         divided = in_sines(lesson, above[sums[0]].express(lesson.graph) / number)
         if divided is not None:
-            return [*above[: sums[0]], plus_first(divided), *above[sums[0] + 1 :]], under[1:]
+            return [*above[: sums[0]], divided.plus_first, *above[sums[0] + 1 :]], under[1:]
     return [Form.product((Number(1 / number), *above))], under[1:]
 
 
@@ -193,21 +193,15 @@ def _sign_inside(factors: Sequence[Form]) -> list[Form]:
             if any(x.split_sign()[0] > 0 for x in turned):
                 found[0], found[k] = found[0].negative, Form.sum(turned)
                 break
-    return [plus_first(x) if isinstance(x, Sum) else x for x in found]
+    return [x.plus_first for x in found]
 
 
 def _turned(term: Form) -> Form:
     """Return minus a term, by a sum among its factors that holds a minus: minus (a - b) c is (b - a) c."""
     for k, x in enumerate(term.factors):
         if isinstance(x, Sum) and any(y.split_sign()[0] < 0 for y in x.terms):
-            return Form.product((*term.factors[:k], plus_first(x.negative), *term.factors[k + 1 :]))
+            return Form.product((*term.factors[:k], x.negative.plus_first, *term.factors[k + 1 :]))
     return term.negative
-
-
-def plus_first(form: Form) -> Form:
-    """Return a sum that begins with a term without a minus, if there is one."""
-    first = next((k for k, x in enumerate(form.terms) if x.split_sign()[0] > 0), 0)
-    return Form.sum((form.terms[first], *form.terms[:first], *form.terms[first + 1 :])) if form.terms else form
 
 
 def _powers_cancelled(above: Sequence[Form], under: Sequence[Form]) -> tuple[list[Form], list[Form]]:
@@ -341,7 +335,7 @@ def _solved(
     if shared:
         form = max(shared, key=length)
         turned = _is_negative(lesson, form, chosen)  # Δ is positive, as the determinant is
-        delta_form = plus_first(form.negative) if turned else form
+        delta_form = form.negative.plus_first if turned else form
         symbol = lesson.name("Delta:", r"\Delta", node=delta_form.express(lesson.graph))
         delta[symbol] = delta_form
         sign = Number.MINUS_ONE if turned else Number.ONE

@@ -18,7 +18,7 @@ from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute
 from symdyn.teach.derivations.constrained import Condition, Constrained
 from symdyn.teach.derivations.precession import NO_FORM, shortened
 from symdyn.teach.derivations.short_sines import in_sines
-from symdyn.teach.derivations.solved import LONGEST, plus_first, quotient, short_form
+from symdyn.teach.derivations.solved import LONGEST, quotient, short_form
 from symdyn.teach.derivations.velocities import length
 from symdyn.teach.document import Block, Formula, Step
 from symdyn.teach.lesson import named
@@ -66,7 +66,7 @@ def integral(lesson: Constrained, tie: Condition) -> Form | None:
         rates = graph.total(b * u for b, u in zip(gradient(total, q), lesson.state.qd, strict=True))
         pushed = graph.total(b * u for b, u in zip(gradient(rates, q), lesson.state.qd, strict=True))
         exact = all(map(lesson.vanishes, (*off, tie.bias - pushed)))
-        return plus_first(shortened(lesson, total)) if exact else None
+        return shortened(lesson, total).plus_first if exact else None
     except NO_FORM:
         return None
 

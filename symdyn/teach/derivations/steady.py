@@ -18,7 +18,7 @@ from symdyn.scene import SceneUnits
 from symdyn.teach.derivations.elsewhere import elsewhere
 from symdyn.teach.derivations.reduced import Reduced, at_bound
 from symdyn.teach.derivations.short_sines import in_sines
-from symdyn.teach.derivations.solved import in_decimals, plus_first, quotient
+from symdyn.teach.derivations.solved import in_decimals, quotient
 from symdyn.teach.derivations.velocities import length
 from symdyn.teach.document import Block, Formula, Step, Words
 from symdyn.teach.lesson import Lesson, named, together
@@ -97,7 +97,7 @@ def level_places(factored: Form, r: Symbol, rates: Set[str]) -> Iterator[tuple[s
         below = Form.sum(one for one in under if one is not None)
         if _negative(above) and above != Number.ZERO:  # no sign in front that the other side could take
             above, below = above.negative, below.negative
-        value = Form.product((above, plus_first(_taken_out(below)).power(-1)))
+        value = Form.product((above, _taken_out(below).plus_first.power(-1)))
         yield "steady.place" if wave == r else "steady.wave", {"wave": wave, "value": value}
 
 
@@ -149,7 +149,7 @@ def _swing(left: Reduced, wave: Form, value: Form) -> Form | None:
         return None
     (there,) = substitute([node], {wave.express(lesson.graph): value.express(lesson.graph)})
     form = None if q in reachable([there]) else in_sines(lesson, there)
-    return plus_first(form) if form is not None and length(form) <= LONGEST else None
+    return form.plus_first if form is not None and length(form) <= LONGEST else None
 
 
 def _reached(left: Reduced, factored: Form, bounds: list[Form], wave: Form, value: Form) -> Iterator[Words]:

@@ -27,6 +27,7 @@ from symdyn.teach.derivations.own_states import with_states
 from symdyn.teach.document import Document, Letter, Step, Words
 from symdyn.teach.languages import language_of, languages
 from symdyn.teach.lesson import SMALL_SCENE, Prose, apart, is_tied
+from symdyn.teach.notation import in_order
 from symdyn.teach.practice.exercises import GRADES, with_exercises
 from symdyn.teach.practice.questions import sheet
 from symdyn.teach.practice.quiz import Variant as Asked
@@ -165,7 +166,7 @@ def walkthrough(
     ):
         if value not in known:
             raise EmitError(f"{name} {value!r} is not known; {choice(value, known)}")
-    scene = masses_first(apart(with_letters(scene.in_language(language), language), language))
+    scene = in_order(masses_first(apart(with_letters(scene.in_language(language), language), language)))
     chosen = FORMULATIONS[formulation]
     until = until or chosen.until[-1]
     if until not in chosen.until:

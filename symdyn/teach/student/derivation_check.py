@@ -22,6 +22,7 @@ from symdyn.errors import DerivationError, TeachError
 from symdyn.graph import Graph, gradient, tangents
 from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.teach.lesson import apart
+from symdyn.teach.notation import in_order
 from symdyn.teach.student.answer import (
     EMPTY,
     EQUAL,
@@ -104,7 +105,7 @@ def check_derivation(
     most = BOUNDS["lines of a student's file"]
     if (lines := sum(1 for line in text.splitlines() if line.strip())) > most:
         raise TeachError(f"{name}: has {lines} lines; {most} are the most that is read: give the formulas alone")
-    scene = apart(scene.as_parameters())
+    scene = in_order(apart(scene.as_parameters()))
     page = Printable.of(scene, lengths=None)
     multipliers = {row.multiplier: row.unit for row in page.constraints.rows}
     others = (*multipliers, *page.lengths.explicit)

@@ -30,6 +30,7 @@ from symdyn.graph import Expr, Op, gradient, substitute, tangents
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import acceleration_name
 from symdyn.spatial import dot, scale, sub
+from symdyn.teach.derivations.limits import in_a_row
 from symdyn.teach.document import Block, Step, Words
 from symdyn.teach.lesson import Prose
 
@@ -227,12 +228,7 @@ def _row(lesson: Prose, term: Term) -> tuple[Form | Words | str, ...]:
     shares = zip(lesson.scene.bodies, term.shares, strict=True)
     said = [lesson.say("side.share", body=body.name, share=form) for body, form in shares if form != Number.ZERO]
     rates: Form | str = lesson.text("side.weights") if term.rates == Number.ONE else term.rates
-    return rates, term.coefficient, _joined(said)
-
-
-def _joined(parts: Sequence[Words]) -> Words:
-    """Return sentences in a row."""
-    return Words(tuple(piece for k, one in enumerate(parts) for piece in (*(("; ",) if k else ()), *one.parts)))
+    return rates, term.coefficient, in_a_row(said)
 
 
 def _width(term: Term) -> int:
