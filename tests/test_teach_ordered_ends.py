@@ -13,7 +13,8 @@ from symdyn.dynamics import closed_form
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import read, read_text
 from symdyn.teach import Document, check_derivation, rendered
-from symdyn.teach.notation import in_order
+from symdyn.teach.notation import in_order, ordered_ways
+from symdyn.teach.student.diagnosis import Diagnosis
 from symdyn.verdict import Verdict
 
 SCENE = Path(__file__).parent / "data/found/coupled.toml"
@@ -109,3 +110,25 @@ def test_the_branch_is_that_of_the_start(start: str, high: str, rests: float | N
         force = closed_form(scene).form("k_E", 0).express(Graph())
         for x in (-3.0, 0.3, 2.5):
             assert evaluate([force], Floats(), {force.graph.symbol("x"): x}) == [pytest.approx(3 * (x - rests))]
+
+
+def test_a_root_or_an_amount_of_a_distance_is_the_distance() -> None:
+    energy = "P = k_1 q_1^2/2 + k/2 ({} - l)^2 + k_2/2 q_2^2"
+    for length in ("sqrt((l + q_2 - q_1)^2)", "sqrt((q_1 - q_2 - l)^2)", "abs(l + q_2 - q_1)", "(l + q_2 - q_1)"):
+        (answer,) = check_derivation(energy.format(length), read(SCENE))
+        assert answer.right, length
+    (answer,) = check_derivation(energy.format("sqrt((l + q_2 + q_1)^2)"), read(SCENE))
+    assert answer.verdict == Verdict.DIFFERENT
+
+
+@pytest.mark.parametrize("text", [SCENE.read_text(), RAIL.replace("START", "2").replace("HIGH", "0")])
+def test_answers_are_judged_where_ends_keep_their_order(text: str) -> None:
+    """A root of a distance is what the lesson shows at all points that a page compares at."""
+    scene = in_order(read_text(text))
+    ways = [way.express(Graph()) for way in ordered_ways(scene)]
+    diagnosis = Diagnosis(scene)
+
+    assert ways
+    for point in (*diagnosis.points.at, *diagnosis.motions.along):
+        for way in ways:
+            assert evaluate([way], Floats(), {way.graph.symbol(x): y for x, y in point.items()})[0] > 0

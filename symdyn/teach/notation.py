@@ -90,12 +90,17 @@ def acting_steps(lesson: Prose) -> list[Step]:
     if not rows:
         return []
     reasons = [lesson.say("acting.reason")] if any(joint.motion is not None for joint in scene.joints) else []
-    placed = body_placements(scene, graph := Graph())
-    ordered = dict.fromkeys(Form.of(strut_way(scene, placed, one, graph)) for one in scene.struts if one.is_ordered)
+    ordered = ordered_ways(scene)
     lengths = Words(tuple(part for form in ordered for part in (", ", form.plus_first, " > 0"))[1:])
     reasons += [lesson.say("acting.order", lengths=lengths)] if ordered else []
     reason = Words(tuple(part for said in reasons for part in (*said.parts, " "))[:-1])
     return [Step("acting", lesson.say("acting"), (lesson.table(("kind", "where"), rows),), reason)]
+
+
+def ordered_ways(scene: Scene) -> list[Form]:
+    """Return the lengths of springs and dampers whose ends keep their order, each once; see `in_order`."""
+    placed = body_placements(scene, graph := Graph())
+    return list(dict.fromkeys(Form.of(strut_way(scene, placed, one, graph)) for one in scene.struts if one.is_ordered))
 
 
 def in_order(scene: Scene) -> Scene:

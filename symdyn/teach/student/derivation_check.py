@@ -13,16 +13,17 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import replace
+from functools import partial
 
-from symdyn.algebra import Form, Number, Symbol
+from symdyn.algebra import Form, Function, Number, Symbol
 from symdyn.bounds import BOUNDS
 from symdyn.dynamics.mechanism import State
 from symdyn.emit.print import Printable
 from symdyn.errors import DerivationError, TeachError
-from symdyn.graph import Graph, gradient, tangents
+from symdyn.graph import Graph, Op, gradient, tangents
 from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.teach.lesson import apart
-from symdyn.teach.notation import in_order
+from symdyn.teach.notation import in_order, ordered_ways
 from symdyn.teach.student.answer import (
     EMPTY,
     EQUAL,
@@ -110,7 +111,7 @@ def check_derivation(
     multipliers = {row.multiplier: row.unit for row in page.constraints.rows}
     others = (*multipliers, *page.lengths.explicit)
     names = Names(scene, others)
-    read = [_in_coordinates(one, page) for one in read_statements(text, scene, name, target, others)]
+    read = [_in_coordinates(one, page, scene) for one in read_statements(text, scene, name, target, others)]
     diagnosis = Diagnosis(scene, multipliers)
     asked = {str(goal) for x in read for goal in x.targets} | {s for x in read for f in x.forms for s in f.symbols}
     goals = {str(goal): goal for goal in names.targets.values() if str(goal) in asked}
@@ -213,9 +214,27 @@ def _told_as(answers: Sequence[Answer], statement: Statement) -> list[Answer]:
     return [replace(one, read=read, stars=statement.stars) for one in answers]
 
 
-def _in_coordinates(statement: Statement, page: Printable) -> Statement:
-    """Return a statement with lengths of struts, which may go by the names that equations have, written out."""
-    return statement.written(page.lengths.written_out)
+def _in_coordinates(statement: Statement, page: Printable, scene: Scene) -> Statement:
+    """Return a statement with lengths of struts, which may go by the names that equations have, written out.
+
+    Where ends keep their order, the root and the amount of their distance are the distance.
+    """
+    ordered = ordered_ways(scene)
+
+    def written(form: Form) -> Form:
+        form = page.lengths.written_out(form)
+        roots = {x: x.args[0] for x in form.walk() if isinstance(x, Function) and x.op in (Op.SQRT, Op.ABS)}
+        squares = {x: of if x.op is Op.SQRT else of.power(2) for x, of in roots.items()}
+        known: dict[Form, Form] = {
+            x: way for x, of in squares.items() for way in ordered if _equal(of, way.power(2), scene)
+        }
+        return form.exchanged(known) if known else form
+
+    return statement.written(written) if ordered else statement.written(page.lengths.written_out)
+
+
+def _equal(a: Form, b: Form, scene: Scene) -> bool:
+    return equality("length", a, b, scene).verdict in EQUAL
 
 
 def _names_only(statement: Statement, names: Names, count: int) -> bool:
@@ -231,16 +250,13 @@ def _diagnosed(answer: Answer, form: Form, right: Form, key: str, diagnosis: Dia
         return answer
     scene = diagnosis.scene
 
-    def equal(a: Form, b: Form) -> bool:
-        return equality("mistake", a, b, scene).verdict in EQUAL
-
-    found_mistake = diagnosis.value(key, form, right, equal)
+    found_mistake = diagnosis.value(key, form, right, partial(_equal, scene=scene))
     moved = less(form, Form.of(diagnosis.drive(int(key[4:]) - 1))) if key.startswith("tau:") else form
     told = found_mistake if answer.turned else diagnosis.told_apart(key, moved, found_mistake)
     foreign = {p.name for p in scene.parameters} & set(form.symbols) - set(right.symbols)
     if not (told or answer.turned or key.startswith("tau:")) and foreign:  # right without what these stand in
         rest = form.substitute(dict.fromkeys(foreign, Number.ZERO))
-        told = Mistake("extra", Graph().zero) if equal(rest, right) else None
+        told = Mistake("extra", Graph().zero) if _equal(rest, right, scene) else None
     return replace(answer, mistake=told)
 
 

@@ -26,7 +26,7 @@ from symdyn.teach.student.course import Course
 from symdyn.teach.student.evidence import ALL_OF_IT, SUITS, Evidence, evidence_of
 from symdyn.teach.student.grammar import Names
 from symdyn.teach.student.mistakes import FREE, MOST, VAGUE, Mistake, mistakes
-from symdyn.teach.student.motions import Motions, motions_of, numbers
+from symdyn.teach.student.motions import Motions, in_reach, motions_of, numbers
 from symdyn.teach.student.parts import Atoms, atoms_of, explained
 from symdyn.unlocked import cached_property
 
@@ -107,8 +107,8 @@ def points_of(scene: Scene, others: Mapping[str, str] = NONE) -> Points:
     every = list(dict.fromkeys(names.symbols.values()))
     parameters = {p.name for p in scene.parameters}
     resting = {*parameters, *scene.coordinates}
-    drawn = [{name: _drawn(name, k) for name in every} for k in range(DRAWN)]
-    twins = [_mixed(point, k, parameters) for k, point in enumerate(drawn[:TWINS])]
+    drawn = [in_reach(scene, {name: _drawn(name, k) for name in every}) for k in range(DRAWN)]
+    twins = [in_reach(scene, _mixed(point, k, parameters)) for k, point in enumerate(drawn[:TWINS])]
     movers = [_mixed(point, k, resting) for k, point in enumerate(drawn[:MOVERS])]
     given = {p.name: p.value.known_at({}) for p in scene.parameters if p.value is not None and p.name in every}
     bound = {name: float(value) for name, value in given.items() if value is not None}

@@ -27,6 +27,7 @@ from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Graph, Op, gradient, reachable, repeated
 from symdyn.scene import Scene
+from symdyn.scene.joints import start_of
 from symdyn.scene.values import acceleration_name
 from symdyn.teach.student.course import Course
 from symdyn.teach.student.rows import assembled
@@ -150,6 +151,14 @@ def numbers(nodes: Sequence[Expr], point: Point) -> list[float]:
         return [numbers([node], point)[0] for node in nodes] if len(nodes) > 1 else [float("nan")]
 
 
+def in_reach(scene: Scene, point: dict[str, float]) -> dict[str, float]:
+    """Return a point whose coordinates are near the start where springs on one line have to keep the order of ends."""
+    if not any(one.is_ordered for one in scene.struts):
+        return point
+    starts = zip(scene.coordinates, start_of(scene).position, strict=True)
+    return point | {q: point[q] / 10 + float(x.known_at(point) or 0 if x is not None else 0) for q, x in starts}
+
+
 def motions_of(scene: Scene, course: Course | None) -> Motions | None:
     """Return the points of a scene; None where it has no course, or its motions are not drawn here."""
     if course is None:
@@ -235,7 +244,9 @@ class _Drawing:
             values = {name: rng.uniform(0.25, 2.0) for name in own}
             if declared:
                 values |= self._declared()
-            return tuple((self._prescribed(values | self._drawn(rng), rng), None) for _ in range(2))
+            return tuple(
+                (self._prescribed(in_reach(self.scene, values | self._drawn(rng)), rng), None) for _ in range(2)
+            )
         if any(node is not None and not node.is_zero for node in self._loops().constraints.residual):
             if self.given.place:
                 raise DerivationError(f"{scene.name}: loops of prescribed motions are not drawn")
@@ -245,7 +256,7 @@ class _Drawing:
             return tuple((values | dict(zip(scene.coordinates, p.tolist(), strict=True)), found) for p in (q, there))
         values = {name: rng.uniform(0.25, 2.0) for name in own} | (self._declared() if declared else {})
         found = self._loops().bound_to(values)
-        here = self._prescribed(values | self._drawn(rng), rng)
+        here = self._prescribed(in_reach(self.scene, values | self._drawn(rng)), rng)
         q, way = (
             np.array([here[name] for name in scene.coordinates]),
             np.array([rng.uniform(-1, 1) for _ in self.balance]),
