@@ -16,7 +16,7 @@ from symdyn.algebra import Array
 from symdyn.arguments import SympyExpression, check_arguments, native, suggesting
 from symdyn.errors import SimulateError
 from symdyn.frozen import InitVar, dataclass, replace
-from symdyn.scene import Quantity, Scene, scene_of
+from symdyn.scene import Quantity, Scene, bind, scene_of
 from symdyn.scene.values import Faults, formula_text
 from symdyn.shown import Suggesting
 from symdyn.simulation.equations.contact_modes import column_names
@@ -151,10 +151,11 @@ class Problem(Suggesting):
         self, values: Mapping[str, object], start: Mapping[str, object], start_rates: Mapping[str, object]
     ) -> Problem:
         """Return it at other values, and from another start, of what is named; SimulateError of a whole state."""
+        there = replace(self, scene=bind(self.scene, values))
         if not (start or start_rates):
-            return replace(self, values=values)
+            return there
         own, own_rates = self.by_name
-        return replace(self, values=values, start={**own, **start}, start_rates={**own_rates, **start_rates})
+        return replace(there, start={**own, **start}, start_rates={**own_rates, **start_rates})
 
     @property
     def whole(self) -> Array | None:

@@ -25,7 +25,18 @@ from symdyn.errors import SceneError, SimulateError, suggestion
 from symdyn.frozen import dataclass, field
 from symdyn.graph import Expr, Graph, evaluate, reachable
 from symdyn.scene import Quantity, Scene, SceneUnits, parse, read_bounded
-from symdyn.scene.values import Faults, FormulaError, Unit, fits, formula_text, spell, substituted
+from symdyn.scene.values import (
+    Faults,
+    FormulaError,
+    Letter,
+    Parameter,
+    Unit,
+    fits,
+    formula_text,
+    question,
+    spell,
+    substituted,
+)
 
 LARGEST_FILE = BOUNDS["bytes of a file of numbers or formulas"]
 """A million rows of three numbers have room in it."""
@@ -142,6 +153,31 @@ def number_of(formula: Quantity, values: Mapping[str, Quantity], where: str, fau
         return None
     assert value is not None, "all symbols were checked"
     return float(value)
+
+
+def letter_of(scene: Scene, name: str) -> Letter:
+    """Return the letter of a name; one that has no value of its own, such as a coordinate, with its unit."""
+    letters: tuple[Letter, ...] = (*scene.parameters, *scene.inputs)
+    unit = SceneUnits(scene).letters.get(name, "")
+    return next((one for one in letters if one.name == name), None) or Parameter(name, unit=unit)
+
+
+def middle(given: Any) -> Any:
+    """Return the one of numbers that stands for all where a unit is asked for; what is no array as it is."""
+    return np.sort(given, axis=None)[np.size(given) // 2] if np.ndim(given) and np.size(given) else given
+
+
+def read_number(
+    given: object, values: Mapping[str, Quantity], where: str, faults: Faults, letter: Letter, spread: bool = False
+) -> float | None:
+    """Return a number of SI that is given for a letter, or text with its unit, a formula in parameters; else None.
+
+    A bare one may be asked for its unit, see `question`: every argument that takes values by name is read here.
+    """
+    if asked := question(letter, given, spread):
+        faults.add(where, asked)
+    formula = read_formula(given, values, where, faults, unit=letter.unit)
+    return None if formula is None else number_of(formula, values, where, faults)
 
 
 def words(entries: Iterable[str], what: str, faults: Faults) -> dict[str, str]:
