@@ -24,9 +24,9 @@ from symdyn.algebra import Array
 from symdyn.arguments import argument
 from symdyn.errors import suggestion
 from symdyn.frozen import dataclass
-from symdyn.scene import Quantity, Scene
+from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.values import Faults, FormulaError, Letter, Parameter, question, read_tolerance, shorten, split_commas
-from symdyn.simulation.prescribed import letter_of, middle, read_number
+from symdyn.simulation.prescribed import middle, read_number
 
 LONGEST_LIST = 10_000_000
 """Values that one list may have; they are held in memory."""
@@ -298,7 +298,7 @@ def _pairs(over: Over, faults: Faults) -> list[tuple[str, Any]]:
 def _read(scene: Scene, name: str, specified: Any, faults: Faults) -> Distribution | None:
     where = f"over {name}"
     values = {one.name: one.value for one in scene.parameters if one.value is not None}
-    letter = letter_of(scene, name)
+    letter = SceneUnits(scene).letter(name)
     if not isinstance(specified, str):
         return _listed(letter, specified, faults)
     if specified.startswith("[") and specified.endswith("]"):

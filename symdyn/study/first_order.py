@@ -21,10 +21,10 @@ from symdyn.algebra import Array
 from symdyn.arguments import KINDS, with_fields
 from symdyn.errors import SimulateError, quoted, suggestion
 from symdyn.frozen import dataclass
-from symdyn.scene import Scene, SceneLike
-from symdyn.scene.values import Faults, question
+from symdyn.scene import Scene, SceneLike, SceneUnits
+from symdyn.scene.values import Faults
 from symdyn.simulation import Problem, Run, Uncertainty, measure_slopes, state_names
-from symdyn.simulation.prescribed import Entries, letter_of, parameter_values, read_number
+from symdyn.simulation.prescribed import Entries, parameter_values, read_number
 from symdyn.study.distributions import Distribution, read_over
 from symdyn.study.runs import Runs
 
@@ -117,14 +117,10 @@ def _independent(scene: Scene, over: Mapping[str, Any] | Iterable[str] | str, fa
     over = dict(over.items()) if hasattr(over, "items") else over  # a series of pandas has them, too
     spreads, texts = dict[str, float](), over if isinstance(over, str | Mapping) else tuple(over)
     if isinstance(over, Mapping):
+        values, units = parameter_values(scene), SceneUnits(scene)
         for name, x in ((str(name), x) for name, x in over.items()):
-            if isinstance(x, str) and x[:1].isdigit():
-                found = read_number(x, parameter_values(scene), f"over {name}", faults, letter_of(scene, name), True)
-                spreads[name] = found or 0.0
-            elif KINDS["float"].takes(x):
-                spreads[name] = float(x)
-                if asked := question(letter_of(scene, name), spreads[name], spread=True):
-                    faults.add(f"over {name}", asked)
+            if KINDS["float"].takes(x) or (isinstance(x, str) and x[:1].isdigit()):
+                spreads[name] = read_number(x, values, f"over {name}", faults, units.letter(name), spread=True) or 0.0
         texts = {str(name): x for name, x in over.items() if str(name) not in spreads}
     for name, spread in spreads.items():
         if not (np.isfinite(spread) and spread >= 0):

@@ -24,6 +24,7 @@ from symdyn.scene.values.entry import Faults, shown
 from symdyn.scene.values.folding import fraction
 from symdyn.scene.values.grammar import CLOCK, LETTERS
 from symdyn.scene.values.joint import Joint, acceleration_name
+from symdyn.scene.values.letters import Letter, Parameter
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import Quantity, spell
 from symdyn.scene.values.unit import Unit, UnitError, out_of_si, with_unit
@@ -234,6 +235,11 @@ class SceneUnits:
             found |= {velocity: f"{unit}/s", acceleration_name(velocity): f"{unit}/s^2"}
             found |= {drive: force_unit(unit)} if drive else {}
         return found
+
+    def letter(self, name: str) -> Letter:
+        """Return the letter of a name; one that has no value of its own, such as a coordinate, with its unit."""
+        there = (one for one in (*self.scene.parameters, *self.scene.inputs) if one.name == name)
+        return next(there, None) or Parameter(name, unit=self.letters.get(name, ""))
 
     @property
     def inferred(self) -> dict[str, str]:

@@ -12,6 +12,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +30,6 @@ from symdyn.scene.values import (
     Faults,
     FormulaError,
     Letter,
-    Parameter,
     Unit,
     fits,
     formula_text,
@@ -155,13 +155,6 @@ def number_of(formula: Quantity, values: Mapping[str, Quantity], where: str, fau
     return float(value)
 
 
-def letter_of(scene: Scene, name: str) -> Letter:
-    """Return the letter of a name; one that has no value of its own, such as a coordinate, with its unit."""
-    letters: tuple[Letter, ...] = (*scene.parameters, *scene.inputs)
-    unit = SceneUnits(scene).letters.get(name, "")
-    return next((one for one in letters if one.name == name), None) or Parameter(name, unit=unit)
-
-
 def middle(given: Any) -> Any:
     """Return the one of numbers that stands for all where a unit is asked for; what is no array as it is."""
     return np.sort(given, axis=None)[np.size(given) // 2] if np.ndim(given) and np.size(given) else given
@@ -176,6 +169,8 @@ def read_number(
     """
     if asked := question(letter, given, spread):
         faults.add(where, asked)
+    if isinstance(given, Real):
+        return float(given)
     formula = read_formula(given, values, where, faults, unit=letter.unit)
     return None if formula is None else number_of(formula, values, where, faults)
 
