@@ -7,8 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from numbers import Real
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -22,7 +21,6 @@ from symdyn.scene.values import (
     Faults,
     FormulaError,
     Input,
-    Letter,
     Parameter,
     Unilateral,
     formula_text,
@@ -31,7 +29,7 @@ from symdyn.scene.values import (
     velocity_name,
 )
 from symdyn.simulation import Problem, Start
-from symdyn.simulation.prescribed import drive_names, number_of, parameter_values, read_formula, read_number
+from symdyn.simulation.prescribed import drive_names, number_of, parameter_values, read_formula, read_number, read_range
 from symdyn.transcription.grid import METHODS, ROWWISE, Grid, grid as grid_of, numbered, read_mesh, read_span
 from symdyn.transcription.local import PLACES, Source, Written, remarks, source, taken
 from symdyn.transcription.phases import Phase, Sides, bound_schedule, read_phases
@@ -51,25 +49,6 @@ def known_names(where: str, names: Sequence[str], known: Sequence[str] | Mapping
     for name in names:
         if name not in known:
             faults.add(where, f"{name} is not known; {suggestion(name, known)}")
-
-
-def ends_of(
-    given: Range, where: str, faults: Faults, letter: Letter, values: Mapping[str, Quantity]
-) -> tuple[float, float]:
-    """Return a smallest and a largest value; None is none, and one number above 0, or its text, the largest size."""
-    size = isinstance(given, Real | str)
-    pair: Any = (given, given) if size else given
-    try:
-        first, last = (None if one is None else read_number(one, values, where, faults, letter) for one in pair)
-    except (TypeError, ValueError, OverflowError):
-        told = 'is neither a size nor a smallest and a largest value, such as (-1, 1), (None, 5) or "5 deg"'
-        faults.add(where, f"{given!r} {told}")
-        return -np.inf, np.inf
-    least, most = -np.inf if first is None else -first if size else first, np.inf if last is None else last
-    if not least <= most:
-        faults.add(where, f"nothing lies between {least:g} and {most:g}; give the smaller value first")
-        return -np.inf, np.inf
-    return least, most
 
 
 @dataclass
@@ -132,7 +111,9 @@ class Layout:
         columns |= {name: place["free"][k] for k, name in enumerate(self.free)}
         known_names("bounds", tuple(bounds), columns, faults)
         units, known = SceneUnits(scene), [name for name in bounds if name in columns]
-        given = [(name, ends_of(bounds[name], f"bounds: {name}", faults, units.letter(name), values)) for name in known]
+        given = [
+            (name, read_range(bounds[name], f"bounds: {name}", faults, units.letter(name), values)) for name in known
+        ]
         for name, (least, most) in [*_limits(scene, self.names, values), *given]:
             if name not in columns:
                 continue
@@ -368,7 +349,7 @@ def collocation(
     functions = source(scene, free, tuple(formulas.items()))
     rates, resting = _resting(scene, end or {}, end_rates)
     limits = [
-        ends_of(one, f"path: {name}", faults, Parameter("", unit=SceneUnits(scene).of_formula(formula, {})), values)
+        read_range(one, f"path: {name}", faults, Parameter("", unit=SceneUnits(scene).of_formula(formula, {})), values)
         for (name, one), formula in zip((path or {}).items(), formulas["path"], strict=False)
     ]
     given = {"start": problem.start, "start rates": problem.start_rates, "end": end, "end rates": rates}

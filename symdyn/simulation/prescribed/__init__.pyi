@@ -10,5 +10,6 @@ from .formulas_in_time import (
     parameter_values as parameter_values,
     read_formula as read_formula,
     read_number as read_number,
+    read_range as read_range,
     words as words,
 )

@@ -175,6 +175,29 @@ def read_number(
     return None if formula is None else number_of(formula, values, where, faults)
 
 
+def read_range(
+    given: Any, where: str, faults: Faults, letter: Letter, values: Mapping[str, Quantity]
+) -> tuple[float, float]:
+    """Return a smallest and a largest value; None is none, and one number above 0, or its text, the largest size."""
+    size, before = isinstance(given, Real | str), len(faults.lines)
+    try:
+        pair = (given, given) if size else given
+        first, last = (None if one is None else read_number(one, values, where, faults, letter) for one in pair)
+    except (TypeError, ValueError, OverflowError):
+        first = last = math.nan
+    least, most = -np.inf if first is None else -first if size else first, np.inf if last is None else last
+    if len(faults.lines) > before:
+        return -np.inf, np.inf
+    if math.isnan(least + most) or (size and most <= 0):
+        told = 'is neither a size above 0 nor a smallest and a largest value, such as (-1, 1), (None, 5) or "5 deg"'
+        faults.add(where, f"{given!r} {told}")
+        return -np.inf, np.inf
+    if least > most:
+        faults.add(where, f"nothing lies between {least:g} and {most:g}; give the smaller value first")
+        return -np.inf, np.inf
+    return least, most
+
+
 def words(entries: Iterable[str], what: str, faults: Faults) -> dict[str, str]:
     """Return name and text of every `name=text` in order; what is none is a fault of the option `what`."""
     found: dict[str, str] = {}
