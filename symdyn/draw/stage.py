@@ -20,9 +20,10 @@ from symdyn.dynamics.loops import Numbers
 from symdyn.errors import DerivationError, DrawError, suggestion
 from symdyn.frozen import dataclass, replace
 from symdyn.scene import Scene, SceneUnits
+from symdyn.scene.declaration.reading import value_for
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import start_of
-from symdyn.scene.values import Joint, velocity_name
+from symdyn.scene.values import FormulaError, Joint, Parameter, question, velocity_name
 from symdyn.unlocked import cached_property
 
 WIDE, HIGH = 360.0, 300.0  # what the mechanism may take, in units of the picture
@@ -206,7 +207,7 @@ def values_of(scene: Scene, parameters: Mapping[str, float] | None = None) -> di
         DrawError: a name that is no parameter, or a value that is no finite number.
     """
     given = dict(parameters or {})
-    names = [parameter.name for parameter in scene.parameters]
+    names = {parameter.name: parameter for parameter in scene.parameters}
     for name in given:
         if name not in names:
             told = scene.derived_words(name) or f'"{name}" is not a parameter; {suggestion(name, names)}'
@@ -215,16 +216,18 @@ def values_of(scene: Scene, parameters: Mapping[str, float] | None = None) -> di
     for parameter in scene.parameters:
         declared = None if parameter.value is None else parameter.value.at({})
         values[parameter.name] = float(1.0 if declared is None else declared)
-    return values | {name: _finite(scene, name, value) for name, value in given.items()}
+    return values | {name: _finite(scene, names[name], value) for name, value in given.items()}
 
 
-def _finite(scene: Scene, name: str, value: float) -> float:
+def _finite(scene: Scene, letter: Parameter, value: object) -> float:
+    if asked := question(letter, value):
+        raise DrawError(f"{scene.name}: {asked}")
     try:
-        found = float(value)
-    except (TypeError, ValueError, OverflowError):
+        found = float(value_for(letter, value)[0].at({}) or 0)
+    except (FormulaError, TypeError, ValueError, OverflowError):
         found = math.nan
     if not math.isfinite(found):
-        raise DrawError(f"{scene.name}: {name} = {' '.join(repr(value).split()):.60}: give a finite number")
+        raise DrawError(f"{scene.name}: {letter.name} = {' '.join(repr(value).split()):.60}: give a finite number")
     return found
 
 

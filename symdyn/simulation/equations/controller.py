@@ -23,7 +23,7 @@ from symdyn.arguments import argument, check_arguments, suggesting
 from symdyn.errors import SimulateError, quoted
 from symdyn.frozen import dataclass, field, fields, replace
 from symdyn.scene import Scene, SceneUnits
-from symdyn.scene.values import Faults, Parameter, ask_for_units, velocity_name
+from symdyn.scene.values import Faults, Parameter, velocity_name
 from symdyn.shown import Shown
 from symdyn.simulation.equations.linear_feedback import Gains, Schedule, gains_from, read_gains, state_names
 from symdyn.simulation.equations.linear_law import (
@@ -35,13 +35,7 @@ from symdyn.simulation.equations.linear_law import (
     numbers_by_signal,
 )
 from symdyn.simulation.prescribed.forces import ForceFunction, force_names, force_units, place_of, places_of
-from symdyn.simulation.prescribed.formulas_in_time import (
-    number_of,
-    parameter_values,
-    read_formula,
-    read_number,
-    read_range,
-)
+from symdyn.simulation.prescribed.formulas_in_time import parameter_values, read_number, read_range
 from symdyn.simulation.prescribed.motion_laws import Law as MotionLaw, read_function, read_law, required_arguments
 
 Law: TypeAlias = Callable[[float, Array, Array], Any]
@@ -389,7 +383,7 @@ def _ranges(scene: Scene, feedback: Feedback, names: Sequence[str], faults: Faul
         faults.add("feedback: limits", f"{limits!r} is no table of sizes by input, such as {told}")
         return found
     for name, limit in limits.items():
-        where = f"feedback: limits: {name}"
+        where = f"{argument('limits')}: {name}"
         if name not in found:
             faults.add(where, f"is no input of the controller; it has {', '.join(names)}")
             continue
@@ -407,20 +401,12 @@ def feedback_of(
     Raises:
         SimulateError: with every fault, one line each.
     """
-    values, units, faults, most = parameter_values(scene), SceneUnits(scene).letters, Faults(""), {}
     if isinstance(limits, str):
         limits = dict.fromkeys(names := read_feedback(scene, file).inputs, limits)
         if len(names) > 1:
             several = ",".join(f"{name}={limit}" for name, limit in limits.items())
             raise SimulateError(f"{argument('limits')}: a number is of one force; give {several}")
-    with faults.noted():
-        ask_for_units(scene.inputs, limits.items(), argument("limits"))
-    for name, text in limits.items():
-        formula = read_formula(text, values, f"{argument('limits')}: {name}", faults, unit=units.get(name, ""))
-        if formula is not None:
-            most[name] = number_of(formula, values, f"{argument('limits')}: {name}", faults)
-    faults.close(SimulateError)
-    more: dict[str, Any] = {"period": period, "delay": delay, "limits": most or None}
+    more: dict[str, Any] = {"period": period, "delay": delay, "limits": limits or None}
     found = replace(read_feedback(scene, file), **{name: x for name, x in more.items() if x is not None})
     placed(scene, found, until)
     return found

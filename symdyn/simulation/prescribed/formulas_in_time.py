@@ -26,17 +26,7 @@ from symdyn.errors import SceneError, SimulateError, suggestion
 from symdyn.frozen import dataclass, field
 from symdyn.graph import Expr, Graph, evaluate, reachable
 from symdyn.scene import Quantity, Scene, SceneUnits, parse, read_bounded
-from symdyn.scene.values import (
-    Faults,
-    FormulaError,
-    Letter,
-    Unit,
-    fits,
-    formula_text,
-    question,
-    spell,
-    substituted,
-)
+from symdyn.scene.values import Faults, FormulaError, Letter, Unit, fits, formula_text, question, spell, substituted
 
 LARGEST_FILE = BOUNDS["bytes of a file of numbers or formulas"]
 """A million rows of three numbers have room in it."""
@@ -186,16 +176,12 @@ def read_range(
     except (TypeError, ValueError, OverflowError):
         first = last = math.nan
     least, most = -np.inf if first is None else -first if size else first, np.inf if last is None else last
-    if len(faults.lines) > before:
-        return -np.inf, np.inf
-    if math.isnan(least + most) or (size and most <= 0):
+    if len(faults.lines) == before and (math.isnan(least) or math.isnan(most) or (size and most <= 0)):
         told = 'is neither a size above 0 nor a smallest and a largest value, such as (-1, 1), (None, 5) or "5 deg"'
         faults.add(where, f"{given!r} {told}")
-        return -np.inf, np.inf
-    if least > most:
+    elif least > most:
         faults.add(where, f"nothing lies between {least:g} and {most:g}; give the smaller value first")
-        return -np.inf, np.inf
-    return least, most
+    return (least, most) if len(faults.lines) == before else (-np.inf, np.inf)
 
 
 def words(entries: Iterable[str], what: str, faults: Faults) -> dict[str, str]:
