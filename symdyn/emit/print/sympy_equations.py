@@ -252,8 +252,8 @@ class SympyEquations(Shown, BySympy):
         -0.053859
 
         Args:
-            values: of parameters, drives and inputs, by name or symbol: numbers, or expressions in x and t. Parameters
-                have those of the scene where none is given, drives and inputs zero.
+            values: of parameters, drives and inputs, by name or symbol: numbers in SI, texts with units, or expressions
+                in x and t. Parameters have those of the scene where none is given, drives and inputs zero.
 
         Raises:
             UnknownNameError: a name that is none.

@@ -238,8 +238,8 @@ class SceneUnits:
 
     def letter(self, name: str) -> Letter:
         """Return the letter of a name; one that has no value of its own, such as a coordinate, with its unit."""
-        there: dict[str, Letter] = {one.name: one for one in (*self.scene.inputs, *self.scene.parameters)}
-        return there.get(name) or Parameter(name, unit=self.letters.get(name, ""))
+        letters: tuple[Letter, ...] = (*self.scene.parameters, *self.scene.inputs)
+        return next((one for one in letters if one.name == name), None) or Parameter(name, unit=self.letters.get(name, ""))
 
     @property
     def inferred(self) -> dict[str, str]:
