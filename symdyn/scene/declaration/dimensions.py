@@ -239,7 +239,8 @@ class SceneUnits:
     def letter(self, name: str) -> Letter:
         """Return the letter of a name; one that has no value of its own, such as a coordinate, with its unit."""
         letters: tuple[Letter, ...] = (*self.scene.parameters, *self.scene.inputs)
-        return next((one for one in letters if one.name == name), None) or Parameter(name, unit=self.letters.get(name, ""))
+        unit = self.letters.get(name, "")
+        return next((one for one in letters if one.name == name), None) or Parameter(name, unit=unit)
 
     @property
     def inferred(self) -> dict[str, str]:
