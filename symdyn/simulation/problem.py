@@ -98,7 +98,7 @@ class Problem(Suggesting):
             SimulateError: with every argument of another kind; or a field of a Problem beside one.
             SceneError: with every fault of a scene's file, or a value that the scene cannot have.
         """
-        arguments = _in_seconds({**arguments, "fields": _in_seconds(arguments.get("fields") or {})})
+        arguments = {**arguments, "fields": _in_seconds(arguments.get("fields") or {})}
         given, usual = check_arguments(function, arguments, SimulateError), inspect.signature(function).parameters
         own, of_run = (
             {

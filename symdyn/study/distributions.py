@@ -26,7 +26,7 @@ from symdyn.errors import suggestion
 from symdyn.frozen import dataclass
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.values import Faults, FormulaError, Letter, Parameter, question, read_tolerance, shorten, split_commas
-from symdyn.simulation.prescribed import middle, read_number
+from symdyn.simulation.prescribed import read_number
 
 LONGEST_LIST = 10_000_000
 """Values that one list may have; they are held in memory."""
@@ -372,6 +372,11 @@ def _toleranced(scene: Scene, name: str, specified: str, faults: Faults) -> Dist
     return Distribution(
         name, f"uniform({value - size!r},{value + size!r})", "uniform", (("low", value - size), ("high", value + size))
     )
+
+
+def middle(given: Any) -> Any:
+    """Return the one of numbers that stands for all where a unit is asked for; what is no array as it is."""
+    return np.sort(given, axis=None)[np.size(given) // 2] if np.ndim(given) and np.size(given) else given
 
 
 def _listed(letter: Letter, specified: Any, faults: Faults) -> Distribution | None:

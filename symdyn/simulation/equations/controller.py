@@ -23,7 +23,7 @@ from symdyn.arguments import argument, check_arguments, suggesting
 from symdyn.errors import SimulateError, quoted
 from symdyn.frozen import dataclass, field, fields, replace
 from symdyn.scene import Scene, SceneUnits
-from symdyn.scene.values import Faults, Parameter, velocity_name
+from symdyn.scene.values import Faults, Parameter, ask_for_units, velocity_name
 from symdyn.shown import Shown
 from symdyn.simulation.equations.linear_feedback import Gains, Schedule, gains_from, read_gains, state_names
 from symdyn.simulation.equations.linear_law import (
@@ -406,6 +406,7 @@ def feedback_of(
         if len(names) > 1:
             several = ",".join(f"{name}={limit}" for name, limit in limits.items())
             raise SimulateError(f"{argument('limits')}: a number is of one force; give {several}")
+    ask_for_units(scene.inputs, limits.items(), argument("limits"))
     more: dict[str, Any] = {"period": period, "delay": delay, "limits": limits or None}
     found = replace(read_feedback(scene, file), **{name: x for name, x in more.items() if x is not None})
     placed(scene, found, until)

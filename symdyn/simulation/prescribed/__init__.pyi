@@ -5,7 +5,6 @@ from .entries import Entries as Entries, read_entries as read_entries
 from .forces import drive_names as drive_names
 from .formulas_in_time import (
     Columns as Columns,
-    middle as middle,
     number_of as number_of,
     parameter_values as parameter_values,
     read_formula as read_formula,

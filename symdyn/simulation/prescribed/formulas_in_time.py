@@ -145,11 +145,6 @@ def number_of(formula: Quantity, values: Mapping[str, Quantity], where: str, fau
     return float(value)
 
 
-def middle(given: Any) -> Any:
-    """Return the one of numbers that stands for all where a unit is asked for; what is no array as it is."""
-    return np.sort(given, axis=None)[np.size(given) // 2] if np.ndim(given) and np.size(given) else given
-
-
 def read_number(
     given: object, values: Mapping[str, Quantity], where: str, faults: Faults, letter: Letter, spread: bool = False
 ) -> float | None:
