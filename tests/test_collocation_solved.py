@@ -188,7 +188,7 @@ def test_without_casadi_it_is_said_what_to_install(monkeypatch):
     [
         ({"until": -1}, "until = -1 is no time after the start"),
         ({"until": (3, 1)}, r"until = \(3, 1\) is no time"),
-        ({"until": "soon"}, "until = 'soon': give a number or 2 values"),
+        ({"until": "soon"}, 'until: "soon" uses soon'),
         ({"intervals": 0}, "intervals = 0: they are a number of them, or rising shares"),
         ({"intervals": [0, 0.5]}, "rising shares of time from 0 to 1"),
         ({"intervals": "many"}, "intervals = 'many': give a whole number or a list of numbers"),
@@ -199,7 +199,7 @@ def test_without_casadi_it_is_said_what_to_install(monkeypatch):
         ({"end": {"q1": 5}}, "end: q1 = 5 is beyond its bounds -2 … 2"),
         ({"start": {"q1": 3}}, "start: q1 = 3 is beyond its bounds -2 … 2"),
         ({"bounds": {"q1": (1, 0)}}, "^bounds: q1: nothing lies between 1 and 0; give the smaller value first$"),
-        ({"bounds": {"q1": "19"}}, "bounds: q1: '19' is neither a size nor a smallest and a largest value"),
+        ({"bounds": {"q1": "-19"}}, "bounds: q1: '-19' is neither a size above 0 nor a smallest and a largest value"),
         ({"bounds": {"l": (0, 1)}}, "bounds: l is not known; known are q1, q2, q1_dot, q2_dot, u"),
         ({"bounds": {"u": (30, 40)}}, "^bounds: u: 30 … 40 leaves nothing of its joint's limits, -20 … 20$"),
         ({"bounds": {"q1": (5, None)}}, "^bounds: q1: 5 … inf leaves nothing of its joint's limits, -2 … 2$"),

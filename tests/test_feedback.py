@@ -325,9 +325,9 @@ BAD = [
     ({"u0": {"F": 10**400}}, "is no finite number"),
     ({"K": [[1, 2, 3, 10**400]]}, "K: is no matrix of numbers"),
     ({"K": [], "inputs": []}, "inputs: names none"),
-    ({"limits": {"F": [3, -3]}}, "limits: F: [3, -3] is neither a size above 0"),
+    ({"limits": {"F": [3, -3]}}, "limits: F: nothing lies between 3 and -3"),
     ({"k": 1}, "k: is not known"),
-    ({"period": "soon"}, "period: 'soon' is no number of seconds"),
+    ({"period": "soon"}, 'period: "soon" uses soon'),
     ({"period": -1}, "-1 s is no period"),
     ({"period": 1e-12}, "more than 1e+07 samples"),
     ({"delay": 0.1}, "0.1 s without a period would be a differential equation with delay"),
@@ -335,9 +335,9 @@ BAD = [
     ({"limits": {"F": 0}}, "limits: F: 0 is neither a size above 0"),
     ({"limits": {"F": -3}}, "limits: F: -3 is neither a size above 0"),
     ({"limits": {"G": 1}}, "limits: G: is no input"),
-    ({"limits": {"F": "a"}}, "limits: F: a is neither a size above 0"),
+    ({"limits": {"F": "a"}}, 'limits: F: "a" uses a'),
     ({"limits": {"F": 10**400}}, "is neither a size above 0"),
-    ({"limits": "3"}, "limits: F: 3 is neither a size above 0"),
+    ({"limits": "3 m"}, "limits: F: 3 m is in m, and N is asked for"),
 ]
 
 
@@ -353,8 +353,8 @@ def test_bad_gains_are_told(more: dict[str, object], words: str) -> None:
     ("more", "words"),
     [
         ({"limits": [3]}, "limits: F: [3] is neither a size above 0"),
-        ({"limits": {"F": "3"}}, "limits: F: 3 is neither a size above 0"),
-        ({"period": "0.1"}, "period: '0.1' is no number of seconds"),
+        ({"limits": {"F": "-3 N"}}, "limits: F: '-3 N' is neither a size above 0"),
+        ({"period": "0.1 m"}, "period: 0.1 m is in m, and s is asked for"),
         ({"period": 0.1, "delay": None}, "delay: None is no number of seconds"),
     ],
 )

@@ -315,7 +315,7 @@ def test_a_function_is_told_what_is_measured() -> None:
         ({"period": None, "noise": {}, "quantisation": {"x": 1}}, "feedback: quantisation: is of a controller that"),
         ({"noise": {"thta": 1}}, "feedback: noise: thta is not among x, theta; did you mean theta?"),
         ({"noise": {"theta": -1}}, "feedback: noise: theta = -1 is below 0"),
-        ({"noise": {"theta": "a"}}, "feedback: noise: theta = 'a' is no finite number"),
+        ({"noise": {"theta": "a"}}, 'feedback: noise: theta: "a" uses a'),
         ({"inputs": ("F", "x_dot")}, "the law makes 1 of 2 numbers, and 2 (F, x_dot) of 2 (x, theta) are asked for"),
     ],
 )

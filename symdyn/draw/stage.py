@@ -19,10 +19,10 @@ from symdyn.draw.places import Array, Places, places, unit
 from symdyn.dynamics.loops import Numbers
 from symdyn.errors import DerivationError, DrawError, suggestion
 from symdyn.frozen import dataclass, replace
-from symdyn.scene import Scene, SceneUnits
+from symdyn.scene import Scene, SceneUnits, bind
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import start_of
-from symdyn.scene.values import Joint, velocity_name
+from symdyn.scene.values import Joint, ask_for_units, velocity_name
 from symdyn.unlocked import cached_property
 
 WIDE, HIGH = 360.0, 300.0  # what the mechanism may take, in units of the picture
@@ -211,11 +211,13 @@ def values_of(scene: Scene, parameters: Mapping[str, float] | None = None) -> di
         if name not in names:
             told = scene.derived_words(name) or f'"{name}" is not a parameter; {suggestion(name, names)}'
             raise DrawError(f"{scene.name}: {told}")
+    ask_for_units(scene.parameters, given.items(), "parameters")
+    texts = {name: value for name, value in given.items() if isinstance(value, str)}
     values = {}
-    for parameter in scene.parameters:
+    for parameter in (bind(scene, texts) if texts else scene).parameters:
         declared = None if parameter.value is None else parameter.value.at({})
         values[parameter.name] = float(1.0 if declared is None else declared)
-    return values | {name: _finite(scene, name, value) for name, value in given.items()}
+    return values | {name: _finite(scene, name, value) for name, value in given.items() if name not in texts}
 
 
 def _finite(scene: Scene, name: str, value: float) -> float:

@@ -11,13 +11,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
 from symdyn.errors import suggestion
 from symdyn.frozen import dataclass, replace
 from symdyn.scene import Quantity, Scene, SceneUnits
-from symdyn.scene.values import Faults, Joint, acceleration_name, force_unit
-from symdyn.simulation.prescribed import drive_names, number_of, parameter_values, read_formula
+from symdyn.scene.values import Faults, Joint, Parameter, acceleration_name, force_unit
+from symdyn.simulation.prescribed import drive_names, number_of, parameter_values, read_number
 
 Box = Mapping[str, tuple[object, object]] | Sequence[str]
 
@@ -205,13 +203,11 @@ def _number(
 ) -> float | None:
     if end is None:
         return usual
-    if isinstance(end, (int, float, np.number)):
-        if math.isnan(end):
-            faults.add(where, "nan is no limit; give a number, or leave the end out")
-            return None
-        return float(end)
-    formula = read_formula(end, values, where, faults, unit=unit)
-    return None if formula is None else number_of(formula, values, where, faults)
+    found = read_number(end, values, where, faults, Parameter("", unit=unit))
+    if found is not None and math.isnan(found):
+        faults.add(where, "nan is no limit; give a number, or leave the end out")
+        return None
+    return found
 
 
 def fits(scene: Scene) -> list[str]:

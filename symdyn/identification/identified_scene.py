@@ -32,7 +32,7 @@ from symdyn.identification.linear_model import TEN, never_negative, places_of, u
 from symdyn.identification.physical import SPREAD, Physical, nearest_physical
 from symdyn.scene import Quantity, Scene, bind, with_force_parameters
 from symdyn.scene.formats import possible
-from symdyn.scene.values import Body
+from symdyn.scene.values import Body, ask_for_units
 from symdyn.shown import Shown
 
 WEAK = 1e-3
@@ -279,6 +279,7 @@ def with_parameters(scene: Scene, values: Mapping[str, float]) -> Scene:
         SceneError: a name that is none of these, or a scene that cannot be, such as an inertia that no body has.
     """
     check_arguments(with_parameters, locals(), SceneError)
+    ask_for_units(scene.parameters, values.items(), "values")
     opened = with_force_parameters(scene)
     own = {parameter.name for parameter in scene.parameters}
     ten = [tuple(str(q.value) for q in (b.mass, *(b.first_moment or ()), *b.inertia)) for b in opened.bodies]

@@ -94,7 +94,7 @@ class Formulas(Shown):
         return A, B, C, D
 
     def lambdify(self, *names: str) -> Callable[..., list[Array]]:
-        """Return a function of some symbols by name that gives A, B, C, D; all others keep their values at the point.
+        """Return a function of some symbols by name, numbers in SI, that gives A, B, C, D; others keep their values.
 
         Raises:
             LinearizeError: a name that no formula has.

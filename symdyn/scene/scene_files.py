@@ -8,8 +8,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
-from math import isfinite, pi
-from numbers import Real
 from os import PathLike
 from pathlib import Path
 from typing import ClassVar, Literal
@@ -30,14 +28,10 @@ from symdyn.scene.declaration.reading import (
     read_bounded,
 )
 from symdyn.scene.symbolic import bind
-from symdyn.scene.values.dimensional_analysis import question
+from symdyn.scene.values.dimensional_analysis import ask_for_units
 from symdyn.scene.values.entry import Faults, show
-from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.grammar import check_scene_name
-from symdyn.scene.values.letters import Letter
 from symdyn.scene.values.model import Scene
-from symdyn.scene.values.quantity import spell
-from symdyn.scene.values.unit import Unit
 
 READERS: Mapping[str, str] = {
     "toml": "symdyn.scene.toml",
@@ -90,42 +84,8 @@ def scene_of(source: SceneLike, values: Mapping[str, object] | None = None) -> S
     check_arguments(scene_of, {"values": values}, SceneError)
     if values is None or not len(values):
         return scene
-    _ask_of_values(scene, values)
+    ask_for_units(scene.parameters, values.items(), "values")
     return bind(scene, values)
-
-
-NEAR, FAR = 10.0, 30.0
-"""Times a scene's value that a number is at most in the unit of its text, and at least in SI, if it may be meant so."""
-
-
-def _ask_of_values(scene: Scene, given: Mapping[str, object]) -> None:
-    """Look whether values from Python are in SI: text says its unit as in a shell, and numbers may be looked at.
-
-    Numbers are in SI. But one that is far from the scene's value there, and near it in the unit in which the scene
-    has it, such as 100 where the scene says "150 g", is asked about.
-
-    Raises:
-        SceneError: what may be meant.
-    """
-    asked = []
-    for one in scene.parameters:
-        raw = given.get(one.name) if one.written else None
-        if isinstance(raw, str):
-            asked.append(question(one, raw))
-        elif isinstance(raw, Real) and _meant_otherwise(one, abs(float(raw))):
-            asked.append(question(one, spell(quantity(raw))))
-    if told := [f"values: {one}" for one in asked if one]:
-        raise SceneError(told)
-
-
-def _meant_otherwise(letter: Letter, size: float) -> bool:
-    value = letter.value.at({}) if letter.value is not None else None
-    if not value or not size or not isfinite(size):
-        return False
-    unit = Unit.read(letter.written)
-    ratio = size / abs(float(value))
-    inside = ratio * float(unit.scale) * pi**unit.turns
-    return not 1 / FAR < ratio < FAR and 1 / NEAR < inside < NEAR
 
 
 @suggesting

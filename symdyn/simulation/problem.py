@@ -16,8 +16,8 @@ from symdyn.algebra import Array
 from symdyn.arguments import SympyExpression, check_arguments, native, suggesting
 from symdyn.errors import SimulateError
 from symdyn.frozen import InitVar, dataclass, replace
-from symdyn.scene import Quantity, Scene, scene_of
-from symdyn.scene.values import Faults, formula_text
+from symdyn.scene import Quantity, Scene, bind, scene_of
+from symdyn.scene.values import Faults, Parameter, formula_text
 from symdyn.shown import Suggesting
 from symdyn.simulation.equations.contact_modes import column_names
 from symdyn.simulation.initial import Start, Values, by_name, read_start
@@ -25,9 +25,8 @@ from symdyn.simulation.integrate import FINEST, named
 from symdyn.simulation.prescribed.entries import Entries
 from symdyn.simulation.prescribed.forces import Forces, at_start, read_forces, read_inputs
 from symdyn.simulation.prescribed.formulas_in_time import (
-    number_of,
     parameter_values,
-    read_formula,
+    read_number,
     read_seen,
     sample_times,
 )
@@ -99,9 +98,7 @@ class Problem(Suggesting):
             SimulateError: with every argument of another kind; or a field of a Problem beside one.
             SceneError: with every fault of a scene's file, or a value that the scene cannot have.
         """
-        if said := arguments.get("fields"):
-            said = {name: _seconds(name, one) if name in ("until", "every") else one for name, one in said.items()}
-            arguments = {**arguments, "fields": said}
+        arguments = {**arguments, "fields": _in_seconds(arguments.get("fields") or {})}
         given, usual = check_arguments(function, arguments, SimulateError), inspect.signature(function).parameters
         own, of_run = (
             {
@@ -151,10 +148,11 @@ class Problem(Suggesting):
         self, values: Mapping[str, object], start: Mapping[str, object], start_rates: Mapping[str, object]
     ) -> Problem:
         """Return it at other values, and from another start, of what is named; SimulateError of a whole state."""
+        there = replace(self, scene=bind(self.scene, values))
         if not (start or start_rates):
-            return replace(self, values=values)
+            return there
         own, own_rates = self.by_name
-        return replace(self, values=values, start={**own, **start}, start_rates={**own_rates, **start_rates})
+        return replace(there, start={**own, **start}, start_rates={**own_rates, **start_rates})
 
     @property
     def whole(self) -> Array | None:
@@ -255,14 +253,14 @@ class Run:
         return tuple(event for event in events if event is not None), times
 
 
-def _seconds(name: str, value: object) -> object:
-    """Return a time that is text, "5 s" or "10 ms", in s; what is none as it is."""
-    if not isinstance(value, str) or not (value[:1].isdigit() and value[-1:].isalpha()):
-        return value
-    faults = Faults("")
-    formula = read_formula(value, (), name, faults, unit="s")
+def _in_seconds(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return arguments, times that are text, "5 s" or "10 ms", in s; SimulateError with every fault."""
+    faults, found = Faults(""), dict(given)
+    for name, value in given.items():
+        if name in ("until", "every") and isinstance(value, str) and value[:1].isdigit() and value[-1:].isalpha():
+            found[name] = read_number(value, {}, name, faults, Parameter(name, unit="s"))
     faults.close(SimulateError)
-    return value if formula is None else number_of(formula, {}, name, faults)
+    return found
 
 
 def _check_one(specified: Mapping[str, object]) -> None:

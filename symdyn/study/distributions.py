@@ -26,7 +26,7 @@ from symdyn.errors import suggestion
 from symdyn.frozen import dataclass
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.values import Faults, FormulaError, Letter, Parameter, question, read_tolerance, shorten, split_commas
-from symdyn.simulation.prescribed import number_of, read_formula
+from symdyn.simulation.prescribed import read_number
 
 LONGEST_LIST = 10_000_000
 """Values that one list may have; they are held in memory."""
@@ -298,11 +298,11 @@ def _pairs(over: Over, faults: Faults) -> list[tuple[str, Any]]:
 def _read(scene: Scene, name: str, specified: Any, faults: Faults) -> Distribution | None:
     where = f"over {name}"
     values = {one.name: one.value for one in scene.parameters if one.value is not None}
-    letter = _letter(scene, name)
+    letter = SceneUnits(scene).letter(name)
     if not isinstance(specified, str):
-        return _listed(name, specified, faults)
+        return _listed(letter, specified, faults)
     if specified.startswith("[") and specified.endswith("]"):
-        numbers = [_number(part, values, where, faults, letter) for part in split_commas(specified[1:-1])]
+        numbers = [read_number(part, values, where, faults, letter) for part in split_commas(specified[1:-1])]
         if not numbers:
             faults.add(where, f"{specified} lists nothing; {FORM}")
         known = [one for one in numbers if one is not None]
@@ -374,18 +374,25 @@ def _toleranced(scene: Scene, name: str, specified: str, faults: Faults) -> Dist
     )
 
 
-def _listed(name: str, specified: Any, faults: Faults) -> Distribution | None:
+def middle(given: Any) -> Any:
+    """Return the one of numbers that stands for all where a unit is asked for; what is no array as it is."""
+    return np.sort(given, axis=None)[np.size(given) // 2] if np.ndim(given) and np.size(given) else given
+
+
+def _listed(letter: Letter, specified: Any, faults: Faults) -> Distribution | None:
     try:
         numbers = np.asarray(specified, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
-        faults.add(f"over {name}", f"{shorten(repr(specified))} is no list of numbers; {FORM}")
+        faults.add(f"over {letter.name}", f"{shorten(repr(specified))} is no list of numbers; {FORM}")
         return None
     if numbers.ndim > 1 or not numbers.size or not np.all(np.isfinite(numbers)):
         why = "is empty" if not numbers.size else "is no list" if numbers.ndim > 1 else "holds what is not finite"
-        faults.add(f"over {name}", f"the array {why}; give finite numbers, shape (n,)")
+        faults.add(f"over {letter.name}", f"the array {why}; give finite numbers, shape (n,)")
         return None
+    if asked := question(letter, middle(numbers)):
+        faults.add(f"over {letter.name}", asked)
     listed = tuple(np.atleast_1d(numbers).tolist())
-    return Distribution(name, shorten(str(list(listed))), listed=listed)
+    return Distribution(letter.name, shorten(str(list(listed))), listed=listed)
 
 
 def _arguments(
@@ -409,22 +416,9 @@ def _arguments(
     if letter.written and set(kind.plain) >= set(kind.keys):
         faults.add(where, f"{letter.name} is given in {letter.written}, and {form}; write geomspace with units")
     found = {
-        key: _number(text, values, where, faults, PLAIN if key in kind.plain else letter) for key, text in texts.items()
+        key: read_number(text, values, where, faults, PLAIN if key in kind.plain else letter)
+        for key, text in texts.items()
     }
     if len(faults.lines) > before:
         return None
     return {key: value for key in kind.keys if (value := found.get(key, dict(kind.defaults).get(key))) is not None}
-
-
-def _letter(scene: Scene, name: str) -> Letter:
-    """Return the letter of a name; one that has no value of its own, such as a coordinate, with its unit."""
-    letters: tuple[Letter, ...] = (*scene.parameters, *scene.inputs)
-    unit = SceneUnits(scene).letters.get(name, "")
-    return next((one for one in letters if one.name == name), None) or Parameter(name, unit=unit)
-
-
-def _number(text: str, values: Mapping[str, Quantity], where: str, faults: Faults, letter: Letter) -> float | None:
-    if asked := question(letter, text):
-        faults.add(where, asked)
-    formula = read_formula(text, values, where, faults, unit=letter.unit)
-    return None if formula is None else number_of(formula, values, where, faults)

@@ -21,10 +21,10 @@ from symdyn.algebra import Array
 from symdyn.arguments import KINDS, with_fields
 from symdyn.errors import SimulateError, quoted, suggestion
 from symdyn.frozen import dataclass
-from symdyn.scene import Scene, SceneLike
+from symdyn.scene import Scene, SceneLike, SceneUnits
 from symdyn.scene.values import Faults
 from symdyn.simulation import Problem, Run, Uncertainty, measure_slopes, state_names
-from symdyn.simulation.prescribed import Entries
+from symdyn.simulation.prescribed import Entries, parameter_values, read_number
 from symdyn.study.distributions import Distribution, read_over
 from symdyn.study.runs import Runs
 
@@ -83,8 +83,8 @@ def read_spread(
 
     Args:
         scene: the mechanism.
-        over: texts "NAME=DISTRIBUTION"; or by name such a text, or a number, which is a standard deviation; nothing for
-            all parameters that have a tolerance.
+        over: texts "NAME=DISTRIBUTION"; or by name such a text, or a standard deviation, a number in SI or "1 g";
+            nothing for all parameters that have a tolerance.
         covariance: shape (k, k); then `over` is k names.
         faults: takes what is wrong.
         starts: whether positions and velocities at the start may be uncertain.
@@ -117,7 +117,10 @@ def _independent(scene: Scene, over: Mapping[str, Any] | Iterable[str] | str, fa
     over = dict(over.items()) if hasattr(over, "items") else over  # a series of pandas has them, too
     spreads, texts = dict[str, float](), over if isinstance(over, str | Mapping) else tuple(over)
     if isinstance(over, Mapping):
-        spreads = {str(name): float(x) for name, x in over.items() if KINDS["float"].takes(x)}
+        values, units = parameter_values(scene), SceneUnits(scene)
+        for name, x in ((str(name), x) for name, x in over.items()):
+            if KINDS["float"].takes(x) or (isinstance(x, str) and x[:1].isdigit()):
+                spreads[name] = read_number(x, values, f"over {name}", faults, units.letter(name), spread=True) or 0.0
         texts = {str(name): x for name, x in over.items() if str(name) not in spreads}
     for name, spread in spreads.items():
         if not (np.isfinite(spread) and spread >= 0):

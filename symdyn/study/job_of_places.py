@@ -24,7 +24,7 @@ from symdyn.runtime import Loaded, Operand, load
 from symdyn.scene import Quantity, Scene, SceneUnits, bind
 from symdyn.scene.values import Faults, split_commas
 from symdyn.simulation import Measure, Problem
-from symdyn.simulation.prescribed import Columns, drive_names, number_of, parameter_values, read_formula, words
+from symdyn.simulation.prescribed import Columns, drive_names, parameter_values, read_number, words
 from symdyn.study.design import read_design
 from symdyn.study.distributions import Over, read_over
 from symdyn.study.job import BlockResult, Job, Measured, Wanted, check_names, impossible, read_measured
@@ -142,12 +142,11 @@ def _given(scene: Scene, at: At, faults: Faults) -> tuple[dict[str, Array], str]
             return _told({TIME: table.t, **table.values})
         return {}, ""
     entries: Mapping[str, Any] = words(split_commas(at), "at", faults) if isinstance(at, str) else dict(at or {})
-    values, units = parameter_values(scene), SceneUnits(scene).letters
+    values, units = parameter_values(scene), SceneUnits(scene)
     found: dict[str, Array] = {}
     for name, said in entries.items():
         if isinstance(said, str):
-            formula = read_formula(said, values, f"at: {name}", faults, unit=units.get(str(name), ""))
-            number = None if formula is None else number_of(formula, values, f"at: {name}", faults)
+            number = read_number(said, values, f"at: {name}", faults, units.letter(str(name)))
             found[str(name)] = np.asarray(np.nan if number is None else number)
         else:
             array = _array(said)

@@ -19,11 +19,11 @@ from symdyn.algebra import Array
 from symdyn.arguments import native, with_fields
 from symdyn.errors import SimulateError, SymdynError, spoken
 from symdyn.scene import Scene, SceneLike, bind
-from symdyn.scene.values import Faults, Parameter
+from symdyn.scene.values import Faults, Parameter, ask_for_units, split_commas
 from symdyn.simulation import Forces, Measure, Measures, Problem, Run, RunBlock, read_feedback, read_task
-from symdyn.simulation.prescribed import Entries
+from symdyn.simulation.prescribed import Entries, words
 from symdyn.study.design import read_design
-from symdyn.study.distributions import Over, read_over
+from symdyn.study.distributions import Over, middle, read_over
 from symdyn.study.job import BlockResult, Job, Measured, Wanted, check_names, impossible, read_measured, units_of
 from symdyn.study.runs import ENDED, FAILED, MOST_TOLD, NOT_MADE, STOPPED, Ends, Runs
 
@@ -86,6 +86,9 @@ def ensemble(
     problem, run = Problem.requested(ensemble, locals(), "start", "start_rates", "values")
     (samples,), began = native(bool, samples), time.perf_counter()
     task = read_task(problem, run, start, start_rates, values, measures, samples, workers, feedback)
+    given: Any = words(split_commas(values), "values", Faults("")) if isinstance(values, str) else values
+    pairs = [] if given is None else [(name, middle(x)) for name, x in given.items()]
+    ask_for_units(problem.scene.parameters, pairs, "values")
     found, wall = task.run(workers, progress, say)
     preparing = time.perf_counter() - began - wall
     bound, varied = task.scene, task.lanes.varied

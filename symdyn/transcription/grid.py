@@ -38,7 +38,8 @@ from numpy.typing import NDArray
 
 from symdyn.algebra import Array
 from symdyn.frozen import dataclass
-from symdyn.scene.values import Faults
+from symdyn.scene.values import Faults, Parameter
+from symdyn.simulation.prescribed import read_number
 from symdyn.transcription.local import PLACES
 from symdyn.unlocked import cached_property
 
@@ -240,7 +241,8 @@ def read_mesh(intervals: Any, faults: Faults) -> Array:
 def read_span(until: Any, faults: Faults, where: str = "", word: str = "until") -> tuple[float, float]:
     """Return the smallest and the largest time of the end."""
     try:
-        least, most = np.broadcast_to(np.asarray(until, np.float64), 2).tolist()
+        pair = (until, until) if np.ndim(until) == 0 else until
+        least, most = (read_number(one, {}, word, faults, Parameter(word, unit="s")) or 0.0 for one in pair)
     except (TypeError, ValueError):
         least, most = 0.0, 0.0
     if not 0 < least <= most < np.inf:

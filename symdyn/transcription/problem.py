@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from numbers import Real
 from typing import Literal
 
 import numpy as np
@@ -22,6 +21,7 @@ from symdyn.scene.values import (
     Faults,
     FormulaError,
     Input,
+    Parameter,
     Unilateral,
     formula_text,
     spell,
@@ -29,13 +29,13 @@ from symdyn.scene.values import (
     velocity_name,
 )
 from symdyn.simulation import Problem, Start
-from symdyn.simulation.prescribed import drive_names, number_of, parameter_values, read_formula
+from symdyn.simulation.prescribed import drive_names, number_of, parameter_values, read_formula, read_number, read_range
 from symdyn.transcription.grid import METHODS, ROWWISE, Grid, grid as grid_of, numbered, read_mesh, read_span
 from symdyn.transcription.local import PLACES, Source, Written, remarks, source, taken
 from symdyn.transcription.phases import Phase, Sides, bound_schedule, read_phases
 from symdyn.transcription.transcribed import Collocation
 
-Range = tuple[float | None, float | None] | float
+Range = tuple[float | str | None, float | str | None] | float | str
 
 Number = str | float | SympyExpression
 """A formula in parameters, or a number."""
@@ -49,22 +49,6 @@ def known_names(where: str, names: Sequence[str], known: Sequence[str] | Mapping
     for name in names:
         if name not in known:
             faults.add(where, f"{name} is not known; {suggestion(name, known)}")
-
-
-def ends_of(given: Range, where: str, faults: Faults) -> tuple[float, float]:
-    """Return a smallest and a largest value; None is none, and a number above 0 the largest size."""
-    try:
-        pair = () if isinstance(given, str) else given  # "19" is no pair of 1 and 9
-        first, last = (-given, given) if isinstance(given, Real) else pair  # type: ignore[misc]
-        least, most = (-np.inf if first is None else float(first)), (np.inf if last is None else float(last))
-    except (TypeError, ValueError, OverflowError):
-        told = "is neither a size nor a smallest and a largest value, such as (-1, 1) or (None, 5)"
-        faults.add(where, f"{given!r} {told}")
-        return -np.inf, np.inf
-    if not least <= most:
-        faults.add(where, f"nothing lies between {least:g} and {most:g}; give the smaller value first")
-        return -np.inf, np.inf
-    return least, most
 
 
 @dataclass
@@ -126,7 +110,10 @@ class Layout:
         columns |= {self.names[k]: place["force"][:, i] for i, k in enumerate(self.written.driven)}
         columns |= {name: place["free"][k] for k, name in enumerate(self.free)}
         known_names("bounds", tuple(bounds), columns, faults)
-        given = [(name, ends_of(one, f"bounds: {name}", faults)) for name, one in bounds.items() if name in columns]
+        units, known = SceneUnits(scene), [name for name in bounds if name in columns]
+        given = [
+            (name, read_range(bounds[name], f"bounds: {name}", faults, units.letter(name), values)) for name in known
+        ]
         for name, (least, most) in [*_limits(scene, self.names, values), *given]:
             if name not in columns:
                 continue
@@ -158,7 +145,7 @@ class Layout:
     ) -> Start | None:
         """Fix what is given of the end, or of another node; return a state there for the guess, None without one."""
         speeds: dict[str, Number] = dict.fromkeys(resting, 0)
-        units = SceneUnits(self.scene).letters
+        units = SceneUnits(self.scene)
         for name, text in end_rates.items():
             speed = velocity_name(name) if velocity_name(name) in self.scene.velocities else name
             if speed in speeds:
@@ -174,8 +161,7 @@ class Layout:
                 faults.add(where, f"{name} is a velocity; give it by {argument('end_rates', {name: given[name]})}")
             known_names(where, [name for name in given if name not in odd], tuple(names), faults)
             for name, text in given.items():
-                formula = read_formula(text, values, f"{where}: {name}", faults, unit=units.get(name, ""))
-                x = None if formula is None else number_of(formula, values, f"{where}: {name}", faults)
+                x = read_number(text, values, f"{where}: {name}", faults, units.letter(name))
                 if name in names and x is not None:
                     self._fix(node, *names[name], name, x, where, lower, upper, faults)
         if faults.lines:
@@ -266,7 +252,7 @@ def _resting(
 @suggesting
 def collocation(
     scene: SceneLike | Problem,
-    until: float | tuple[float, float],
+    until: float | str | tuple[float | str, float | str],
     intervals: int | Sequence[float] = 50,
     method: str = "hermite_simpson",
     cost: str | SympyExpression = "",
@@ -306,7 +292,7 @@ def collocation(
             others are free, and so are their velocities.
         end_rates: velocities there that are another, {"x": 1}, or "free", {"x": "free"}; "free" alone leaves all free.
         bounds: smallest and largest value by the name of a coordinate, velocity, state, drive, or of a parameter or an
-            input that is free; None for none; a number is the largest size. They narrow those of the joints' limits.
+            input that is free, "5 deg" too; None for none; one alone is the largest size. They narrow joints' limits.
         path: likewise of formulas without drives and inputs, held at all ends of intervals.
         free: names of parameters that are unknown, and of inputs that are so over time; a scene's values are the guess.
         phases: of a scene with contacts, stops or dry friction, what they do one phase after another, mappings such as
@@ -362,7 +348,10 @@ def collocation(
     faults.close(SimulateError)
     functions = source(scene, free, tuple(formulas.items()))
     rates, resting = _resting(scene, end or {}, end_rates)
-    around = np.array([ends_of(one, f"path: {name}", faults) for name, one in (path or {}).items()]).reshape(-1, 2)
+    limits = [
+        read_range(one, f"path: {name}", faults, Parameter("", unit=SceneUnits(scene).of_formula(formula, {})), values)
+        for (name, one), formula in zip((path or {}).items(), formulas["path"], strict=False)
+    ]
     given = {"start": problem.start, "start rates": problem.start_rates, "end": end, "end rates": rates}
     holds = tuple(f"input {one.name} is held at {spell(one.value)} {one.unit}".rstrip() for one in kept)
     rests = f'at rest at the end, where positions are given: {listed(resting)} = 0; end_rates="free" leaves them free'
@@ -372,7 +361,7 @@ def collocation(
         *taken(scene, free, {k: x for k, x in given.items() if isinstance(x, Mapping)}), *remarks(functions),
     )  # fmt: skip
     grid = grid_of(METHODS[method], [one.mesh for one in schedule])
-    made = Layout(scene, free, functions.written, grid, len(around), schedule)
+    made = Layout(scene, free, functions.written, grid, len(limits), schedule)
     lower, upper = made.bounded(first, bounds or {}, values, faults)
     closing = np.flatnonzero(np.diff(grid.phase[grid.starts], append=-1))  # the last interval of each phase
     asked = [*((one.end, {}, []) for one in schedule[:-1]), ({**schedule[-1].end, **(end or {})}, rates, resting)]
@@ -381,7 +370,7 @@ def collocation(
         for (goal, speeds, still), node in zip(asked, grid.ends[closing].tolist(), strict=True)
     ]
     faults.close(SimulateError)
-    sides, law = made.asked(lower, upper, around, span, functions)
+    sides, law = made.asked(lower, upper, np.reshape(limits, (-1, 2)), span, functions)
     guess = np.clip(made.guessed(first, ends, values), lower, upper)
     driven = functions.written.driven
     return Collocation(

@@ -20,8 +20,8 @@ from symdyn.emit.print.printable import Printable
 from symdyn.errors import EmitError, UnknownNameError, choice, listed, quoted
 from symdyn.frozen import dataclass, field, fields, replace
 from symdyn.graph import Expr, Graph
-from symdyn.scene import Scene, parse
-from symdyn.scene.values import acceleration_name, velocity_name
+from symdyn.scene import Scene, SceneUnits, parse
+from symdyn.scene.values import FormulaError, Unit, acceleration_name, fits, question, velocity_name
 from symdyn.shown import BySympy, Shown
 from symdyn.unlocked import cached_property
 
@@ -163,7 +163,12 @@ class SympyEquations(Shown, BySympy):
         if not isinstance(values, Mapping) or any(not isinstance(one, str | Basic) for one in values):
             raise EmitError(f"given = {quoted(values)} names no values; give them by name or symbol, as in {{'m': 2}}")
 
-        def read(value: Any) -> Any:
+        names, units = {one: name for name, one in self.symbols.items()}, SceneUnits(self.scene)
+
+        def read(symbol: Any, value: Any) -> Any:
+            letter = units.letter(names.get(symbol, ""))
+            if asked := question(letter, value):
+                raise EmitError(f"given: {asked}")
             if not isinstance(value, str):
                 try:
                     return sympify(value, strict=True)
@@ -171,10 +176,16 @@ class SympyEquations(Shown, BySympy):
                     raise EmitError(
                         f"given: {quoted(value)} is no value; give a number, a formula or an expression"
                     ) from None
-            (found,) = graph_to_sympy([parse(value).express(Graph())])
+            formula = parse(value)
+            try:
+                fits(formula, Unit.read(letter.unit) if letter.unit else None)
+            except FormulaError as error:
+                raise EmitError(f"given: {letter.name}: {value} {error}") from None
+            (found,) = graph_to_sympy([formula.express(Graph())])
             return found.xreplace({one: self[str(one)] for one in found.free_symbols})
 
-        return {self[one] if isinstance(one, str) else one: read(value) for one, value in values.items()}
+        symbols = ((self[one] if isinstance(one, str) else one, value) for one, value in values.items())
+        return {symbol: read(symbol, value) for symbol, value in symbols}
 
     def _explicit(self, part: Any) -> Any:
         """Return a matrix or an energy with lengths of struts written out."""
@@ -241,8 +252,8 @@ class SympyEquations(Shown, BySympy):
         -0.053859
 
         Args:
-            values: of parameters, drives and inputs, by name or symbol: numbers, or expressions in x and t. Parameters
-                have those of the scene where none is given, drives and inputs zero.
+            values: of parameters, drives and inputs, by name or symbol: numbers in SI, texts with units, or expressions
+                in x and t. Parameters have those of the scene where none is given, drives and inputs zero.
 
         Raises:
             UnknownNameError: a name that is none.

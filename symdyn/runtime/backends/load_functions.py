@@ -89,8 +89,8 @@ def load(
         closing: what to choose about closed loops, see `symdyn.dynamics.LoopChoices`.
         prepare: whether to take work on parameters alone out of the calls: `prepared = arm.prepare(params)`, once, is
             then the last operand of all other functions. Without free parameters there is nothing to prepare.
-        free: name of a parameter that stays an argument though it has a value, or names; a call that does not give it
-            takes that value.
+        free: name of a parameter that stays an argument though it has a value, or names; a call gives it in SI,
+            or takes that value.
         backend: whose arrays the functions take: "numpy", or "jax" or "torch", which differentiate them. They run over
             the same C, which they cannot do without; arrays of both on CUDA go to kernels that nvcc compiles.
         at_once: whether to compile all functions now, for one state and for many, in both real types.

@@ -27,7 +27,7 @@ from symdyn.scene.declaration.draft import draft_of, uses
 from symdyn.scene.joints.joint_table import JOINTS, resting
 from symdyn.scene.values import folding
 from symdyn.scene.values.body import Pose
-from symdyn.scene.values.dimensional_analysis import fits, fits_place, with_unit
+from symdyn.scene.values.dimensional_analysis import fits, fits_place
 from symdyn.scene.values.entry import Entry, EntryReader, Faults, show, shown
 from symdyn.scene.values.folding import map_quantities, substituted
 from symdyn.scene.values.formula import quantity
@@ -36,7 +36,7 @@ from symdyn.scene.values.key import Key, KeyGroup, coefficients, keys_of, number
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import FormulaError, Quantity
 from symdyn.scene.values.shape import FLAG, NUMBER, described, several
-from symdyn.scene.values.unit import Unit, UnitError
+from symdyn.scene.values.unit import Unit, UnitError, with_unit
 
 ADVICE = 'write mimic = { joint = "leader", ratio = 1, offset = 0 }'
 

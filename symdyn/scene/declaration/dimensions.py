@@ -19,14 +19,15 @@ from symdyn.scene.declaration.draft import Use, draft_of, uses
 from symdyn.scene.forces.constraints import Formula
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.dimension import FORCE, LENGTH, POWER, TORQUE, Dimension, force_unit
-from symdyn.scene.values.dimensional_analysis import Analysis, Measure, Pair, TermPlace, terms, with_unit
+from symdyn.scene.values.dimensional_analysis import Analysis, Measure, Pair, TermPlace, terms
 from symdyn.scene.values.entry import Faults, shown
 from symdyn.scene.values.folding import fraction
 from symdyn.scene.values.grammar import CLOCK, LETTERS
 from symdyn.scene.values.joint import Joint, acceleration_name
+from symdyn.scene.values.letters import Letter, Parameter
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import Quantity, spell
-from symdyn.scene.values.unit import Unit, UnitError, out_of_si
+from symdyn.scene.values.unit import Unit, UnitError, out_of_si, with_unit
 
 ADVICE = "correct it, write the factor that is left out as a parameter with its unit"
 """What to do about a term that does not fit; a factor of one cannot be told from none."""
@@ -234,6 +235,12 @@ class SceneUnits:
             found |= {velocity: f"{unit}/s", acceleration_name(velocity): f"{unit}/s^2"}
             found |= {drive: force_unit(unit)} if drive else {}
         return found
+
+    def letter(self, name: str) -> Letter:
+        """Return the letter of a name; one that has no value of its own, such as a coordinate, with its unit."""
+        letters: tuple[Letter, ...] = (*self.scene.parameters, *self.scene.inputs)
+        unit = self.letters.get(name, "")
+        return next((one for one in letters if one.name == name), None) or Parameter(name, unit=unit)
 
     @property
     def inferred(self) -> dict[str, str]:

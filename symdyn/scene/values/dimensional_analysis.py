@@ -20,6 +20,8 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
+from math import isfinite
+from numbers import Real
 from typing import NamedTuple
 
 from symdyn.errors import SceneError
@@ -358,27 +360,44 @@ def terms(q: Quantity) -> Iterator[Quantity]:
         yield q
 
 
-def ask_for_units(letters: Iterable[Letter], given: Iterable[tuple[str, str]], option: str) -> None:
-    """Look whether bare numbers were typed for letters that are in another unit than that of SI.
+def ask_for_units(letters: Iterable[Letter], given: Iterable[tuple[str, object]], option: str) -> None:
+    """Look whether bare numbers were given for letters that are in another unit than that of SI, see `question`.
 
     Raises:
         SceneError: there are such, and what may be meant.
     """
-    chosen = {one.name: one for one in letters if one.written}
-    told = (question(chosen[name], text) for name, text in given if name in chosen)
-    asked = [f"{option}: {one}" for one in told if one]
-    if asked:
+    chosen = {one.name: one for one in letters}
+    told = (question(chosen[name], raw) for name, raw in given if name in chosen)
+    if asked := [f"{option}: {one}" for one in told if one]:
         raise SceneError(asked)
 
 
-def question(letter: Letter, text: str) -> str:
-    """Return what a bare number may mean for a symbol in another unit than that of SI; "" where it is clear."""
-    if not letter.written or not _is_bare(text):
+NEAR, FAR = 10.0, 30.0
+"""Times a scene's value that a number is at most in the unit of its text, and at least in SI, if it may be meant so."""
+
+
+def question(letter: Letter, raw: object, spread: bool = False) -> str:
+    """Return what a bare number may mean for a symbol in another unit than that of SI; "" where it is clear.
+
+    Text says its unit. Other numbers are in SI; one far from the letter's value there and near it in its own unit, such
+    as 100 where the scene says "150 g", is asked about; so is a standard deviation, `spread`, above a third of it.
+    """
+    asked = _is_bare(raw) if isinstance(raw, str) else _meant_otherwise(letter, raw, spread)
+    if not letter.written or not asked:
         return ""
-    number = fraction(quantity(text))
+    number = fraction(quantity(raw))
     size = Quantity.ONE if number is None else folding.constant(number)
     ways = (f"{letter.name}={spell(size)}{unit}" for unit in (letter.written, letter.unit))
     return f"{letter.name} is given in {letter.written}: write {' or '.join(ways)}, whichever is meant"
+
+
+def _meant_otherwise(letter: Letter, raw: object, spread: bool) -> bool:
+    value = letter.value.at({}) if letter.written and letter.value is not None else None
+    if not value or not isinstance(raw, Real) or not raw or not isfinite(raw):
+        return False
+    ratio = abs(float(raw) / float(value))
+    inside = ratio * Unit.read(letter.written).size
+    return inside < NEAR and (3 * ratio > 1 if spread else not 1 / FAR < ratio < FAR and inside > 1 / NEAR)
 
 
 def _is_bare(text: str) -> bool:
@@ -404,8 +423,7 @@ def fits(value: Quantity, unit: Unit | None, letters: Container[str] = ()) -> No
     if value.unit and unit is not None:
         own = Unit.read(value.unit)
         number = fraction(out_of_si(value, own))
-        reason = own.misfit(unit, "" if number is None else spell(number))
-        if reason:
+        if reason := own.misfit(unit, "" if number is None else spell(number)):
             raise UnitError(f"{reason}{_letters_meant(value, letters)}")
 
 
@@ -431,8 +449,3 @@ def fits_place(table: EntryReader, key: str, value: Quantity, units: Sequence[st
         fits(value, Unit.read(units[0]))
     except UnitError as error:
         table.refuse(key, error)
-
-
-def with_unit(value: Quantity, unit: str) -> str:
-    """Return a quantity of SI as a number and a unit."""
-    return f"{spell(out_of_si(value, Unit.read(unit)))} {unit}"

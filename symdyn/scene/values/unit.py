@@ -38,7 +38,7 @@ from symdyn.scene.values.dimension import (
     Dimension,
     product,
 )
-from symdyn.scene.values.quantity import FormulaError, Quantity
+from symdyn.scene.values.quantity import FormulaError, Quantity, spell
 
 SPELLED = {
     "meter": "m", "metre": "m", "millimeter": "mm", "millimetre": "mm", "gram": "g", "kilogram": "kg", "kilo": "kg",
@@ -423,3 +423,8 @@ def _times_pi(value: Quantity, power: int) -> Quantity:
         else:
             value = undone(value, Quantity.PI)
     return value
+
+
+def with_unit(value: Quantity, unit: str) -> str:
+    """Return a quantity of SI as a number and a unit."""
+    return f"{spell(out_of_si(value, Unit.read(unit)))} {unit}"

@@ -23,7 +23,7 @@ from symdyn.arguments import argument, check_arguments, suggesting
 from symdyn.errors import SimulateError, quoted
 from symdyn.frozen import dataclass, field, fields, replace
 from symdyn.scene import Scene, SceneUnits
-from symdyn.scene.values import Faults, ask_for_units, velocity_name
+from symdyn.scene.values import Faults, Parameter, ask_for_units, velocity_name
 from symdyn.shown import Shown
 from symdyn.simulation.equations.linear_feedback import Gains, Schedule, gains_from, read_gains, state_names
 from symdyn.simulation.equations.linear_law import (
@@ -35,7 +35,7 @@ from symdyn.simulation.equations.linear_law import (
     numbers_by_signal,
 )
 from symdyn.simulation.prescribed.forces import ForceFunction, force_names, force_units, place_of, places_of
-from symdyn.simulation.prescribed.formulas_in_time import number_of, parameter_values, read_formula
+from symdyn.simulation.prescribed.formulas_in_time import parameter_values, read_number, read_range
 from symdyn.simulation.prescribed.motion_laws import Law as MotionLaw, read_function, read_law, required_arguments
 
 Law: TypeAlias = Callable[[float, Array, Array], Any]
@@ -62,17 +62,17 @@ class Feedback(Shown):
             order. Or gains, a matrix K, a linear system or what has a method `feedback`, as `simulate` takes them.
         inputs: what it drives, by the names that forces have; () are all drives but those of prescribed motions, and
             where there is none all inputs.
-        period: seconds between samples; None is none, the law holds all the time.
+        period: seconds between samples, or "10 ms"; None is none, the law holds all the time.
         delay: seconds from a sample to its force, whole periods or not; until the first one the force is `initial`.
-        limits: largest size, or smallest and largest value, by input; of one input without its name, too.
+        limits: largest size, "500 N*mm" too, or smallest and largest value, by input; of one without its name, too.
         initial: forces before the first sample acts, shape (inputs,); () are zeros, or those where gains begin.
         measures: what a linear system measures: names or formulas of coordinates, velocities, points and outputs; ()
             are the names of its own inputs, else outputs of the scene, or coordinates, if they are as many.
         reference: what each measured signal is to be, by its name: a number, or a formula in t and in what can be
             measured; one for all where there is one signal; else where the system was found. Of gains, where
             coordinates and velocities are to be: numbers, or formulas or functions of t, whose rates are led too.
-        noise: standard deviation of what is added to a measured signal at every sample, by its name; of a function or
-            gains coordinates and velocities are measured. Normal, independent from sample to sample.
+        noise: standard deviation of what is added to a measured signal at every sample, by its name, "0.1 deg"; of a
+            function or gains coordinates and velocities are measured. Normal, independent from sample to sample.
         seed: of the noise; the same, the same run.
         quantisation: steps to which measured signals are rounded at every sample, by name.
     """
@@ -93,8 +93,13 @@ class Feedback(Shown):
         """Take one name as several; SimulateError of what is no names."""
         names = {name: getattr(self, name) for name in ("inputs", "measures")}
         check_arguments(Feedback, names, SimulateError)
-        for name, one in names.items():
-            object.__setattr__(self, name, (one,) if isinstance(one, str) else tuple(one))
+        found: dict[str, Any] = {name: (one,) if isinstance(one, str) else tuple(one) for name, one in names.items()}
+        faults, times = Faults("feedback"), {name: getattr(self, name) for name in ("period", "delay")}
+        for name in (name for name, one in times.items() if isinstance(one, str)):
+            found[name] = read_number(times[name], {}, name, faults, Parameter(name, unit="s"))
+        faults.close(SimulateError)
+        for name, one in found.items():
+            object.__setattr__(self, name, one)
 
     def __repr__(self) -> str:
         settings = "".join(f", {name} = {value!r}" for name, value in self.given.items())
@@ -295,7 +300,7 @@ def placed(scene: Scene, feedback: Feedback, until: float, beside: bool = False)
     initial = () if isinstance(said, Mapping | str) else tuple(map(float, said))
     if len(initial) != len(names) or not all(map(math.isfinite, initial)):
         faults.add("feedback: initial", f"{quoted(said)} are not {len(names)} finite numbers, one an input")
-    ranges = _ranges(feedback, names, faults)
+    ranges = _ranges(scene, feedback, names, faults)
     signals = _signals(scene, feedback, names, faults)
     state = (*scene.coordinates, *scene.first_order)
     measures, labels = (state, state) if signals is None else (signals.measures, signals.labels)
@@ -338,7 +343,7 @@ def _sizes(scene: Scene, feedback: Feedback, name: str, measures: Sequence[str],
         told = f"what disturbs it stands in {argument('forces')}, numbers over time"
         faults.add(where, f"{drive} drives, and {name} is of what is measured; {told}")
         sizes = {one: size for one, size in sizes.items() if one != drive}
-    found = numbers_by_signal(sizes, measures, where, faults)
+    found = numbers_by_signal(sizes, measures, where, faults, scene)
     for signal in (one for one, size in found.items() if size < 0):
         faults.add(where, f"{signal} = {found[signal]:g} is below 0")
     if found and feedback.period is None:
@@ -367,7 +372,7 @@ def _check_times(feedback: Feedback, until: float, faults: Faults) -> None:
         faults.add("feedback: period", f"{period:g} s makes more than {LARGEST:g} samples until {until:g} s")
 
 
-def _ranges(feedback: Feedback, names: Sequence[str], faults: Faults) -> dict[str, tuple[float, float]]:
+def _ranges(scene: Scene, feedback: Feedback, names: Sequence[str], faults: Faults) -> dict[str, tuple[float, float]]:
     """Return smallest and largest value by input."""
     found = dict.fromkeys(names, (-math.inf, math.inf))
     limits = feedback.limits
@@ -378,19 +383,11 @@ def _ranges(feedback: Feedback, names: Sequence[str], faults: Faults) -> dict[st
         faults.add("feedback: limits", f"{limits!r} is no table of sizes by input, such as {told}")
         return found
     for name, limit in limits.items():
-        where = f"feedback: limits: {name}"
+        where = f"{argument('limits')}: {name}"
         if name not in found:
             faults.add(where, f"is no input of the controller; it has {', '.join(names)}")
             continue
-        try:
-            ends = (-float(limit), float(limit)) if isinstance(limit, Real) else limit
-            least, most = map(float, ends)  # type: ignore[arg-type]
-        except (TypeError, ValueError, OverflowError):
-            least = most = math.nan
-        if not least < most:
-            faults.add(where, f"{limit} is neither a size above 0 nor [smallest, largest]")
-        else:
-            found[name] = (least, most)
+        found[name] = read_range(limit, where, faults, SceneUnits(scene).letter(name), parameter_values(scene))
     return found
 
 
@@ -404,20 +401,13 @@ def feedback_of(
     Raises:
         SimulateError: with every fault, one line each.
     """
-    values, units, faults, most = parameter_values(scene), SceneUnits(scene).letters, Faults(""), {}
     if isinstance(limits, str):
         limits = dict.fromkeys(names := read_feedback(scene, file).inputs, limits)
         if len(names) > 1:
             several = ",".join(f"{name}={limit}" for name, limit in limits.items())
             raise SimulateError(f"{argument('limits')}: a number is of one force; give {several}")
-    with faults.noted():
-        ask_for_units(scene.inputs, limits.items(), argument("limits"))
-    for name, text in limits.items():
-        formula = read_formula(text, values, f"{argument('limits')}: {name}", faults, unit=units.get(name, ""))
-        if formula is not None:
-            most[name] = number_of(formula, values, f"{argument('limits')}: {name}", faults)
-    faults.close(SimulateError)
-    more: dict[str, Any] = {"period": period, "delay": delay, "limits": most or None}
+    ask_for_units(scene.inputs, limits.items(), argument("limits"))
+    more: dict[str, Any] = {"period": period, "delay": delay, "limits": limits or None}
     found = replace(read_feedback(scene, file), **{name: x for name, x in more.items() if x is not None})
     placed(scene, found, until)
     return found

@@ -30,7 +30,7 @@ from symdyn.dynamics.outputs import Moving
 from symdyn.errors import quoted, suggestion
 from symdyn.frozen import dataclass
 from symdyn.graph import Expr, tangents
-from symdyn.scene import Quantity, Scene
+from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.values import Faults
 from symdyn.simulation.equations.compiled_routines import (
     Calls,
@@ -42,7 +42,7 @@ from symdyn.simulation.equations.compiled_routines import (
     opened,
     plain,
 )
-from symdyn.simulation.prescribed.formulas_in_time import read_formula, read_seen
+from symdyn.simulation.prescribed.formulas_in_time import parameter_values, read_formula, read_number, read_seen
 from symdyn.unlocked import cached_property
 
 STATE = ("q", "qd", TIME)
@@ -139,10 +139,16 @@ def by_signal(given: object, names: Sequence[str], where: str, faults: Faults) -
     return dict(zip(names, each, strict=False))
 
 
-def numbers_by_signal(given: object, names: Sequence[str], where: str, faults: Faults) -> dict[str, float]:
-    """Return finite numbers, as of `by_signal`."""
+def numbers_by_signal(
+    given: object, names: Sequence[str], where: str, faults: Faults, scene: Scene | None = None
+) -> dict[str, float]:
+    """Return finite numbers, as of `by_signal`; with a scene also of texts with units."""
     found = {}
     for name, one in by_signal(given, names, where, faults).items():
+        if scene and isinstance(one, str):
+            letter = SceneUnits(scene).letter(name)
+            found[name] = read_number(one, parameter_values(scene), f"{where}: {name}", faults, letter) or 0.0
+            continue
         try:
             found[name] = float(one)  # type: ignore[arg-type]
         except (TypeError, ValueError, OverflowError):
@@ -184,7 +190,8 @@ class Signals:
         given = by_signal(reference, measures, "feedback: reference", faults)
         texts = {name: one for name, one in given.items() if isinstance(one, str)}
         for name in (one for one in measures if one in texts):
-            formula = read_formula(texts[name], _letters(scene), f"feedback: reference: {name}", faults)
+            unit = SceneUnits(scene).letter(name).unit
+            formula = read_formula(texts[name], _letters(scene), f"feedback: reference: {name}", faults, unit=unit)
             formulas.append(formula or Quantity.ZERO)
         others = {name: one for name, one in given.items() if name not in texts}
         known = dict(zip(measures, y0, strict=False))

@@ -8,5 +8,7 @@ from .formulas_in_time import (
     number_of as number_of,
     parameter_values as parameter_values,
     read_formula as read_formula,
+    read_number as read_number,
+    read_range as read_range,
     words as words,
 )

@@ -12,6 +12,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,7 @@ from symdyn.errors import SceneError, SimulateError, suggestion
 from symdyn.frozen import dataclass, field
 from symdyn.graph import Expr, Graph, evaluate, reachable
 from symdyn.scene import Quantity, Scene, SceneUnits, parse, read_bounded
-from symdyn.scene.values import Faults, FormulaError, Unit, fits, formula_text, spell, substituted
+from symdyn.scene.values import Faults, FormulaError, Letter, Unit, fits, formula_text, question, spell, substituted
 
 LARGEST_FILE = BOUNDS["bytes of a file of numbers or formulas"]
 """A million rows of three numbers have room in it."""
@@ -142,6 +143,40 @@ def number_of(formula: Quantity, values: Mapping[str, Quantity], where: str, fau
         return None
     assert value is not None, "all symbols were checked"
     return float(value)
+
+
+def read_number(
+    given: object, values: Mapping[str, Quantity], where: str, faults: Faults, letter: Letter, spread: bool = False
+) -> float | None:
+    """Return a number of SI that is given for a letter, or text with its unit, a formula in parameters; else None.
+
+    A bare one may be asked for its unit, see `question`: every argument that takes values by name is read here.
+    """
+    if asked := question(letter, given, spread):
+        faults.add(where, asked)
+    if isinstance(given, Real):
+        return float(given)
+    formula = read_formula(given, values, where, faults, unit=letter.unit)
+    return None if formula is None else number_of(formula, values, where, faults)
+
+
+def read_range(
+    given: Any, where: str, faults: Faults, letter: Letter, values: Mapping[str, Quantity]
+) -> tuple[float, float]:
+    """Return a smallest and a largest value; None is none, and one number above 0, or its text, the largest size."""
+    size, before = isinstance(given, Real | str), len(faults.lines)
+    try:
+        pair = (given, given) if size else given
+        first, last = (None if one is None else read_number(one, values, where, faults, letter) for one in pair)
+    except (TypeError, ValueError, OverflowError):
+        first = last = math.nan
+    least, most = -np.inf if first is None else -first if size else first, np.inf if last is None else last
+    if len(faults.lines) == before and (math.isnan(least) or math.isnan(most) or (size and most <= 0)):
+        told = 'is neither a size above 0 nor a smallest and a largest value, such as (-1, 1), (None, 5) or "5 deg"'
+        faults.add(where, f"{given!r} {told}")
+    elif least > most:
+        faults.add(where, f"nothing lies between {least:g} and {most:g}; give the smaller value first")
+    return (least, most) if len(faults.lines) == before else (-np.inf, np.inf)
 
 
 def words(entries: Iterable[str], what: str, faults: Faults) -> dict[str, str]:

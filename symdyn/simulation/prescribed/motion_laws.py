@@ -36,8 +36,8 @@ from symdyn.errors import SimulateError, suggestion
 from symdyn.frozen import dataclass, field
 from symdyn.graph import Graph, evaluate, tangents
 from symdyn.scene import Quantity
-from symdyn.scene.values import Faults, FormulaError, acceleration_name, split_commas
-from symdyn.simulation.prescribed.formulas_in_time import Columns, bound, jump_of, number_of, read_formula
+from symdyn.scene.values import Faults, FormulaError, Parameter, acceleration_name, split_commas
+from symdyn.simulation.prescribed.formulas_in_time import Columns, bound, jump_of, read_formula, read_number
 
 Motion3 = tuple[Array, Array, Array]
 Profile = Callable[[Array], Motion3]
@@ -279,8 +279,7 @@ def _named(
 def _number(
     text: str, whole: str, values: Mapping[str, Quantity], where: str, faults: Faults, unit: str
 ) -> float | None:
-    formula = read_formula(text, values, f"{where}: {whole}", faults, unit=unit)
-    return None if formula is None else number_of(formula, values, f"{where}: {whole}", faults)
+    return read_number(text, values, f"{where}: {whole}", faults, Parameter("", unit=unit))
 
 
 def _made(name: str, numbers: Mapping[str, float], text: str, where: str, faults: Faults) -> Law | None:

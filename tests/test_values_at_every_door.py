@@ -1,0 +1,132 @@
+"""Every argument that takes values of parameters reads them alike: a new one joins `DOORS`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import symdyn
+from symdyn.draw.stage import values_of
+from symdyn.errors import SymdynError
+from symdyn.scene import Scene, read_text
+
+
+def pendulum(m: str) -> Scene:
+    """Return a pendulum of 2 m, damped, with a mass as it is written."""
+    return read_text(
+        f"""
+name = "pendulum"
+[parameters]
+m = "{m}"
+c = "0.1 N*m*s/rad"
+[bodies.bob]
+mass = "m"
+com = [0, 0, -2]
+[joints.pin]
+type = "revolute"
+parent = "ground"
+child = "bob"
+axis = [0, 1, 0]
+coordinate = "phi"
+drive = "tau"
+damping = "c"
+start = "30 deg"
+"""
+    )
+
+
+def _varied(x: object) -> object:
+    return f"[{x}]" if isinstance(x, str) else np.array([x])
+
+
+def _symbols(s: Scene) -> Any:
+    return symdyn.equations(s).sympy()
+
+
+DOORS: dict[str, Callable[[Scene, Any], Any]] = {
+    "equations": lambda s, x: symdyn.equations(s, values={"m": x}).sympy().M[0, 0],
+    "subs": lambda s, x: symdyn.equations(s).subs(m=x).M[0, 0],
+    "subs of a symbol": lambda s, x: _symbols(s).subs({_symbols(s)["m"]: x}).M[0, 0],
+    "lambdify": lambda s, x: symdyn.equations(s).lambdify({"m": x})(0, [0.1, 1])[1],
+    "linearize": lambda s, x: symdyn.linearize(s, start={"phi": 0}, values={"m": x}).B[1, 0],
+    "inverse": lambda s, x: symdyn.inverse(s, motion="phi=t", times=[0.5], values={"m": x})["tau"][0],
+    "load": lambda s, x: symdyn.load(s, "mass_matrix", parameters={"m": x}).mass_matrix([0.0])[0, 0],
+    "sweep": lambda s, x: symdyn.sweep(s, {"m": _varied(x)}, "end(phi)", until=0.1)["end(phi)"][0],
+    "sweep of a function": lambda s, x: symdyn.sweep(
+        s, {"m": _varied(x)}, "max(tau)", function="inverse_dynamics", at={"phi": 1}
+    )["max(tau)"][0],
+    "ensemble": lambda s, x: symdyn.ensemble(s, values={"m": x if isinstance(x, str) else [x]}, until=0.1)["end(phi)"],
+    "uncertainty": lambda s, x: symdyn.uncertainty(s, {"m": x}, until=0.1)["sd_phi"][-1],
+    "bounds": lambda s, x: symdyn.collocation(s, 1, 2, free="m", bounds={"m": (None, x)}).upper[-1],
+    "picture": lambda s, x: values_of(s, {"m": x})["m"],
+}
+"""What comes of a value of m, by the argument that takes it."""
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.parametrize("name", DOORS)
+def test_a_value_says_its_unit_or_is_asked(name: str) -> None:
+    """A length and a bare number of a mass in grams are told; 85 g is 0.085 kg, and no question where all is in SI."""
+    grams, kilograms, door = pendulum("85 g"), pendulum("0.085 kg"), DOORS[name]
+    with pytest.raises(SymdynError, match=r"in mm, and kg is asked for|'85 mm': give a finite number"):
+        door(grams, "85 mm")
+    with pytest.raises(SymdynError, match="m is given in g: write m=85g or m=85kg, whichever is meant"):
+        door(grams, 85)
+    found, right = np.asarray(door(grams, "85 g"), float), np.asarray(door(kilograms, 0.085), float)
+    assert np.all(found != 0)
+    assert found == pytest.approx(right, rel=1e-9)
+
+
+@pytest.mark.runs("cc")
+def test_a_mean_in_kilograms_is_taken_at_its_word() -> None:
+    """A distribution that says kg for a mass in grams is not asked again, and one number of a deviation is."""
+    heavy = symdyn.uncertainty(pendulum("85 g"), "m=normal(85kg, 1kg)", until=0.1)["sd_phi"][-1]
+    assert heavy == pytest.approx(symdyn.uncertainty(pendulum("85 kg"), {"m": 1}, until=0.1)["sd_phi"][-1], rel=1e-6)
+    with pytest.raises(SymdynError, match="over m: m is given in g: write m=1g or m=1kg"):
+        symdyn.uncertainty(pendulum("85 g"), {"m": 1}, until=0.1)
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.parametrize(
+    ("own", "said", "wrong", "told"),
+    [
+        ({"limits": {"tau": 0.5}}, {"limits": {"tau": "500 N*mm"}}, {"limits": {"tau": "5 mm"}}, "N m is asked for"),
+        ({"limits": (-0.5, 0.1)}, {"limits": ("-500 N*mm", 0.1)}, {"limits": "5 N"}, "N m is asked for"),
+        ({"period": 0.01}, {"period": "10 ms"}, {"period": "10 mm"}, "s is asked for"),
+        (
+            {"period": 0.01, "delay": 0.002, "noise": {"phi": np.radians(0.1)}},
+            {"period": "10 ms", "delay": "2 ms", "noise": {"phi": "0.1 deg"}},
+            {"period": 0.01, "noise": {"phi": "0.1 mm"}},
+            "rad is asked for",
+        ),
+    ],
+)
+def test_a_controller_says_its_units(own: Any, said: Any, wrong: Any, told: str) -> None:
+    """Limits, times and noise with units are those in SI."""
+
+    def driven(settings: Any) -> Any:
+        law = symdyn.Feedback(lambda t, q, u: -9 * q, **settings)
+        return symdyn.simulate(pendulum("85 g"), until=0.2, feedback=law)["phi"]
+
+    assert driven(said).tolist() == driven(own).tolist()
+    with pytest.raises(SymdynError, match=told):
+        driven(wrong)
+
+
+@pytest.mark.runs("cc")
+def test_ranges_of_collocation_say_their_units() -> None:
+    """Bounds, formulas of the path and times with units are those in SI, and others are refused."""
+    one = pendulum("85 g")
+
+    def found(until: Any, size: Any, path: Any) -> list[list[float]]:
+        problem = symdyn.collocation(one, until, 2, bounds={"phi": size}, path={"2*phi": path})
+        return [x.tolist() for x in (problem.lower, problem.upper, problem.rows_lower, problem.rows_upper)]
+
+    said = found(("100 ms", "1 s"), "45 deg", (None, "0.5 rev"))
+    assert said == found((0.1, 1), np.pi / 4, (None, np.pi))
+    for wrong in (("1 m", 1, 1), (1, "1 m", 1), (1, 1, ("-1 m", 1))):
+        with pytest.raises(SymdynError, match=r"is in m, and (s|rad|1) is asked for"):
+            found(*wrong)
