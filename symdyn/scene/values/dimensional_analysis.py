@@ -251,9 +251,7 @@ class Analysis:
         elif left.dimension != NUMBER and number is not None:
             carried = Carried(pair.place, number, left.dimension ** (Fraction(-1) / own))
             letters = [_measured(one) for one in (pair.one, pair.other) if one is not None]
-            plain = all(_of_shapes(one) for one, _ in ratio.numbers) and all(
-                set() < one <= self.said for one in letters
-            )
+            plain = all(_of_shapes(one) for one, _ in ratio.numbers) and all(set() < x <= self.said for x in letters)
             body = pair.place.where.startswith("bodies.")  # in forces 2 may be a gain
             if body and plain and min(carried.dimension.exponents) < 0:  # else a mass or a length of 1 may be left out
                 self.wrong.append(pair)
