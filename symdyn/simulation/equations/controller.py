@@ -81,13 +81,13 @@ class Feedback(Shown):
     inputs: Sequence[str] = ()
     period: float | None = None
     delay: float = 0.0
-    limits: Mapping[str, float | Sequence[float]] | Sequence[float] | float = field(default_factory=dict)
+    limits: Mapping[str, float | str | Sequence[float | str]] | Sequence[float] | float = field(default_factory=dict)
     initial: Sequence[float] = ()
     measures: Sequence[str] = ()
     reference: Mapping[str, object] | str | float | None = None
-    noise: Mapping[str, float] = field(default_factory=dict)
+    noise: Mapping[str, float | str] = field(default_factory=dict)
     seed: int = 0
-    quantisation: Mapping[str, float] = field(default_factory=dict)
+    quantisation: Mapping[str, float | str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Take one name as several; SimulateError of what is no names."""
