@@ -344,14 +344,23 @@ def check_arguments(
     fields: Mapping[str, Any] = arguments[FIELDS] if function in _NOUNS else {}
     _refuse_unknown(function, fields)
     lines, given = [], {**arguments, **fields}
+    places = getattr(given.get("scene"), "coordinates", ())
     for name, kind in _read(function).items():
         if name in given and not kind.takes(value := given[name]):
             measured = isinstance(value, str) and MEASURED.fullmatch(value) and "number" in kind.words[0]
             unit = ", in SI" if measured else ""
-            lines.append(f"{name} = {quoted(value)}: give {kind.words[0]}{unit}")
+            words = kind.words[0].replace("'q1'", f"'{places[0]}'") if places and name == "start" else kind.words[0]
+            lines.append(f"{name} = {quoted(value)}: give {words}{unit}{_way_out(name, given)}")
     if lines:
         raise error(lines if hasattr(error(""), "faults") else "\n".join(lines))
     return given
+
+
+def _way_out(name: str, given: Mapping[str, Any]) -> str:
+    """Return what does what an argument was given for, or the names that it takes; "" where neither is known."""
+    needed, told = hint("arguments", name) or ("", "")
+    names = getattr(getattr(given.get("self"), f"{name}s", None), "names", ())
+    return f"; {told}" if needed in given else f"; there {'is' if len(names) == 1 else 'are'} {listed(names)}" * bool(names)
 
 
 def checked(error: type[SymdynError]) -> Callable[[F], F]:

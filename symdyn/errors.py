@@ -291,7 +291,8 @@ def alike(notes: Iterable[str]) -> tuple[str, ...]:
 def hints() -> Any:
     """Return what to write in place of what is not there, by its names, `$` for the one that was written; for errors.
 
-    Attributes are of nouns with another attribute, keywords of functions of a name or with another keyword. Names are
+    Attributes are of nouns with another attribute, [] what is asked in brackets; keywords are of functions of a name or
+    with another keyword, arguments, given what they do not take, of functions with another argument. Names are
     words of MATLAB, python-control, SciPy, pandas and of textbooks for joints, targets, options, verbs, methods and
     attributes; of several that they stand for the first that something has is meant.
     """

@@ -14,6 +14,10 @@ def shown_by(bundle: Callable[[object], dict[str, str]]) -> None:
     _BUNDLES[:] = [bundle]
 
 
+def _named(noun: object) -> list[str]:
+    return [one for one in dir(noun) if not one.startswith("_")]
+
+
 class Suggesting:
     """A noun that says which of its attributes was meant by a name that is none, and how a method is called."""
 
@@ -38,14 +42,20 @@ class Suggesting:
             from symdyn.errors import hint, listed, nearest, suggestion  # an error's own
 
             keys = self.keys() if hasattr(kind, "keys") and not isinstance(self, str) else ()
-            known = [one for one in dir(self) if not one.startswith("_")]
-            told = hint("attributes", name, known).replace("$", name)
+            told = hint("attributes", name, known := _named(self)).replace("$", name)
             if name in keys:
                 told = f'write ["{name}"]'
             elif not told and (near := nearest(name, [*known, *keys])) not in known and near:
                 told = f'did you mean ["{near}"]?'
             told = told or suggestion(name, known) + (f"; brackets take {listed(keys, 4)}" if keys else "")
             raise AttributeError(f"{kind.__name__} has no attribute {name!r}; {told}")
+
+        def __getitem__(self, key: object) -> object:
+            """Raise ArgumentError; a noun that has something in brackets has a method of its own."""
+            from symdyn.errors import ArgumentError, hint, listed  # an error's own
+
+            told = hint("attributes", "[]", known := _named(self)) or f"it has {listed(known)}"
+            raise ArgumentError(f"{type(self).__name__} has nothing in brackets, [{key!r}], and is no list; {told}")
 
 
 class Shown(Suggesting):

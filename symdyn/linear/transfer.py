@@ -225,6 +225,8 @@ class Transfer(Answer):
         """Return G(s)."""
         return complex(self.gain * np.prod(s - self.zeros) / np.prod(s - self.poles))
 
+    __call__ = at
+
     def as_json(self) -> dict[str, Any]:
         """Return it for JSON."""
         return {
