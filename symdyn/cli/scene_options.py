@@ -83,6 +83,11 @@ def read_scene(options: argparse.Namespace) -> Scene:
         say(note)
     if options.verb in BY_VALUES and not any(getattr(options, name) for name in BY_VALUES[options.verb]):
         say_values_alone(options, scene, options.verb)
+    if options.verb == "equations" and any(one.ends for one in scene.struts):
+        from symdyn.simulation.integrate.valueless import valueless_at_start  # of few scenes
+
+        if told := valueless_at_start(scene):
+            say(f"{scene.name}: at the start {told}")
     opening = [one.name for one in scene.unilaterals]
     opening += [f"stops of {one.name}" for one in scene.joints if one.limits.restitution is not None]
     opening += [f"freewheel of {one.name}" for one in scene.joints if one.limits.one_way]

@@ -9,16 +9,17 @@ share has then a symbol of its own, as `sympy.cse` gives it, so that no entry is
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from functools import wraps
 from itertools import count
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from symdyn.algebra import Array, Nodes, shared_to_sympy
-from symdyn.arguments import check_arguments
+from symdyn.arguments import SympyExpression, check_arguments, is_sympy
 from symdyn.emit.print import latex_symbols
-from symdyn.errors import LinearizeError, suggestion
+from symdyn.errors import ArgumentError, LinearizeError, listed, quoted, suggestion
 from symdyn.frozen import dataclass, field
 from symdyn.graph import Expr, growing, substitute
 from symdyn.linear.symbolic import EXACT, Blocks, assembled, blocks_of, entries_of, exact, fresh, kept, places, symbolic
@@ -93,24 +94,35 @@ class Formulas(Shown):
         A, B, C, D = (_numbers(one.xreplace(self.point)) for one in (self.A, self.B, self.C, self.D))
         return A, B, C, D
 
-    def lambdify(self, *names: str) -> Callable[..., list[Array]]:
-        """Return a function of some symbols by name that gives A, B, C, D; all others keep their values at the point.
+    def lambdify(self, *symbols: str | SympyExpression | Sequence[str | SympyExpression]) -> Callable[..., list[Array]]:
+        """Return a function of some symbols, or names, that gives A, B, C, D; all others keep values of the point.
 
         Raises:
-            LinearizeError: a name that no formula has.
+            LinearizeError: a name that no formula has, or one twice.
         """
         import sympy
 
         known = {str(one): one for one in self.point if one not in self.definitions}
+        names = [str(x) for one in symbols for x in ([one] if isinstance(one, str) or is_sympy(one) else one)]
         for name in names:
             if name not in known:
                 raise LinearizeError(f"{self.name}: no formula of A, B, C, D has {name}; {suggestion(name, known)}")
+            if names.count(name) > 1:
+                raise LinearizeError(f"{self.name}: {name} is given twice; give it once")
         free = [known[name] for name in names]
         kept = {one: self.point[one] for name, one in known.items() if name not in names}
         defined = [(symbol, one.xreplace(kept)) for symbol, one in self._needed()]
         parts = [one.xreplace(kept) for one in (self.A, self.B, self.C, self.D)]
-        made: Callable[..., list[Array]] = sympy.lambdify(free, parts, "numpy", cse=lambda entries: (defined, entries))
-        return made
+        made = sympy.lambdify(free, parts, "numpy", cse=lambda entries: (defined, entries))
+
+        @wraps(made)
+        def matrices(*values: Any) -> list[Array]:
+            if len(values) != len(names) or any(isinstance(one, str) for one in values):
+                raise ArgumentError(f"{quoted(values)}: give a number in SI for each of: {listed(names)}")
+            found: list[Array] = made(*values)
+            return found
+
+        return matrices
 
     def latex(self, part: Literal["", "A", "B", "C", "D"] = "") -> str:
         """Return ẋ = A x + B w, y = C x + D w in LaTeX and what its symbols stand for, or one matrix alone."""

@@ -40,6 +40,9 @@ Range = tuple[float | None, float | None] | float
 Number = str | float | SympyExpression
 """A formula in parameters, or a number."""
 
+SOONEST = ("minimum time", "min time", "time", "T", "tf", "t_f", "t_final", "final_time", "duration")
+"""What others call the cost of the shortest motion, for errors alone."""
+
 CLOSE = 1e-9
 """What a start or an end may be beyond its bounds by rounding."""
 
@@ -424,6 +427,9 @@ def _read(
     for name, texts in given.items():
         allowed = (*state, *more.get(name, ()))
         told = [formula_text(one) for one in texts if one]
+        if name in words and {*told} & {*SOONEST} - {*allowed}:
+            faults.add(words[name], 'the shortest motion has cost="1", and until=(3, 20) where its end is between')
+            told = []
         found[name] = _formulas(scene, told, allowed, words.get(name, name), faults, last * (name == "final") + held)
     return found
 

@@ -14,6 +14,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from numbers import Integral, Real
 from pathlib import Path
+from types import FunctionType
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -90,11 +91,17 @@ class Feedback(Shown):
     quantisation: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Take one name as several; SimulateError of what is no names."""
+        """Take one name as several; SimulateError of what is no names, and of times and limits of no controller."""
         names = {name: getattr(self, name) for name in ("inputs", "measures")}
         check_arguments(Feedback, names, SimulateError)
         for name, one in names.items():
             object.__setattr__(self, name, (one,) if isinstance(one, str) else tuple(one))
+        faults, limits = Faults(""), self.limits if isinstance(self.limits, Mapping) else {"the force": self.limits}
+        alone = isinstance(self.law, FunctionType) or getattr(self.law, "period", "") is None  # no period of its own
+        if self.period is not None or alone:
+            _check_times(self, 0.0, faults)
+        _ranges({name: one for name, one in limits.items() if isinstance(one, Real)}, tuple(limits), faults)
+        faults.close(SimulateError)
 
     def __repr__(self) -> str:
         settings = "".join(f", {name} = {value!r}" for name, value in self.given.items())
@@ -295,7 +302,7 @@ def placed(scene: Scene, feedback: Feedback, until: float, beside: bool = False)
     initial = () if isinstance(said, Mapping | str) else tuple(map(float, said))
     if len(initial) != len(names) or not all(map(math.isfinite, initial)):
         faults.add("feedback: initial", f"{quoted(said)} are not {len(names)} finite numbers, one an input")
-    ranges = _ranges(feedback, names, faults)
+    ranges = _ranges(feedback.limits, names, faults)
     signals = _signals(scene, feedback, names, faults)
     state = (*scene.coordinates, *scene.first_order)
     measures, labels = (state, state) if signals is None else (signals.measures, signals.labels)
@@ -367,10 +374,9 @@ def _check_times(feedback: Feedback, until: float, faults: Faults) -> None:
         faults.add("feedback: period", f"{period:g} s makes more than {LARGEST:g} samples until {until:g} s")
 
 
-def _ranges(feedback: Feedback, names: Sequence[str], faults: Faults) -> dict[str, tuple[float, float]]:
+def _ranges(limits: Any, names: Sequence[str], faults: Faults) -> dict[str, tuple[float, float]]:
     """Return smallest and largest value by input."""
     found = dict.fromkeys(names, (-math.inf, math.inf))
-    limits = feedback.limits
     if len(names) == 1 and not isinstance(limits, Mapping):
         limits = {names[0]: limits}
     if not isinstance(limits, Mapping):

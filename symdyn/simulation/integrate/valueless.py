@@ -5,13 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+import numpy as np
+
 from symdyn.algebra import Array, Floats
 from symdyn.dynamics.mechanism import ends_apart, pull
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.forces import FORCES
-from symdyn.scene.values import TIMED, spell
+from symdyn.scene.joints import start_of
+from symdyn.scene.values import TIMED, Faults, spell
 from symdyn.simulation.prescribed.forces import Forces, force_names
+from symdyn.simulation.prescribed.formulas_in_time import number_of, parameter_values
 from symdyn.spatial import dot
 
 
@@ -44,6 +48,15 @@ def valueless(scene: Scene, forces: Forces, t: float, q: Array, u: Array) -> str
     return ""
 
 
+def valueless_at_start(scene: Scene) -> str:
+    """Return what has no value at the start, "" too of closed loops and where parameters have no values."""
+    if scene.loops or scene.free_parameters:
+        return ""
+    values, start, none = parameter_values(scene), start_of(scene), Faults("")
+    q, u = ([number_of(x, values, "", none) or 0.0 for x in some] for some in (start.position, start.velocity))
+    return valueless(scene, Forces(), 0.0, np.array(q), np.array([*u, *(0.0 for _ in scene.states)]))
+
+
 def _formulas(scene: Scene, forces: Forces) -> Iterator[tuple[str, Quantity]]:
     names = force_names(scene)
     for k, formula in forces.formulas.items():
@@ -72,7 +85,8 @@ def _between_points(scene: Scene, graph: Graph) -> Iterator[tuple[str, Expr]]:
             continue
         words = f"{strut.kind} {strut.name} has no length there"
         if FORCES[strut.kind].pull.over is None:
-            yield f"{words}, and so no direction", graph.one / square
+            ways = "put it on a joint, or give a spring beside it a free length (free = 0.5) and start where it has it"
+            yield f"{words}, and so no direction: {ways}", graph.one / square
         else:
             words = f"{words}, where it pulls (with free = 0 it would not; else set its ends apart)"
             yield f"{words}, and so no direction", pull(strut, square, graph.zero)
