@@ -96,6 +96,8 @@ class Feedback(Shown):
         check_arguments(Feedback, names, SimulateError)
         for name, one in names.items():
             object.__setattr__(self, name, (one,) if isinstance(one, str) else tuple(one))
+        if isinstance(self.law, Gains | Schedule | LinearLaw):  # which are read, and looked at in their scene
+            return
         faults, limits = Faults(""), self.limits if isinstance(self.limits, Mapping) else {"the force": self.limits}
         alone = isinstance(self.law, FunctionType) or getattr(self.law, "period", "") is None  # no period of its own
         if self.period is not None or alone:
