@@ -360,7 +360,11 @@ def _way_out(name: str, given: Mapping[str, Any]) -> str:
     """Return what does what an argument was given for, or the names that it takes; "" where neither is known."""
     needed, told = hint("arguments", name) or ("", "")
     names = getattr(getattr(given.get("self"), f"{name}s", None), "names", ())
-    return f"; {told}" if needed in given else f"; there {'is' if len(names) == 1 else 'are'} {listed(names)}" * bool(names)
+    return (
+        f"; {told}"
+        if needed in given
+        else f"; there {'is' if len(names) == 1 else 'are'} {listed(names)}" * bool(names)
+    )
 
 
 def checked(error: type[SymdynError]) -> Callable[[F], F]:
