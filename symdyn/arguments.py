@@ -156,7 +156,7 @@ KINDS = {
     "SympyExpression": ArgumentKind(("a SymPy expression", "SymPy expressions"), is_sympy),
     "None": ArgumentKind(("None", "None"), lambda value: value is None),
     "Callable": ArgumentKind(("a function", "functions"), callable),
-    "Mapping": ArgumentKind(("values by name, as in {'q1': 0.3}", "mappings"), _named),
+    "Mapping": ArgumentKind(("values by name, as in {'NAME': 0.3}", "mappings"), _named),
     "Array": ArgumentKind(("an array", "arrays"), lambda value: hasattr(value, "__array__")),
     "PathLike": ArgumentKind(("a path", "paths"), _path),
     "Path": ArgumentKind(("a path", "paths"), _path),
@@ -344,13 +344,11 @@ def check_arguments(
     fields: Mapping[str, Any] = arguments[FIELDS] if function in _NOUNS else {}
     _refuse_unknown(function, fields)
     lines, given = [], {**arguments, **fields}
-    places = getattr(given.get("scene"), "coordinates", ())
     for name, kind in _read(function).items():
         if name in given and not kind.takes(value := given[name]):
             measured = isinstance(value, str) and MEASURED.fullmatch(value) and "number" in kind.words[0]
             unit = ", in SI" if measured else ""
-            words = kind.words[0].replace("'q1'", f"'{places[0]}'") if places and name == "start" else kind.words[0]
-            lines.append(f"{name} = {quoted(value)}: give {words}{unit}{_way_out(name, given)}")
+            lines.append(f"{name} = {quoted(value)}: give {kind.words[0]}{unit}{_way_out(name, given)}")
     if lines:
         raise error(lines if hasattr(error(""), "faults") else "\n".join(lines))
     return given
@@ -358,13 +356,9 @@ def check_arguments(
 
 def _way_out(name: str, given: Mapping[str, Any]) -> str:
     """Return what does what an argument was given for, or the names that it takes; "" where neither is known."""
-    needed, told = hint("arguments", name) or ("", "")
-    names = getattr(getattr(given.get("self"), f"{name}s", None), "names", ())
-    return (
-        f"; {told}"
-        if needed in given
-        else f"; there {'is' if len(names) == 1 else 'are'} {listed(names)}" * bool(names)
-    )
+    (needed, told), at_start = hint("arguments", name) or ("", ""), getattr(given.get("scene"), "coordinates", ())
+    names = at_start if name == "start" else getattr(getattr(given.get("self"), f"{name}s", None), "names", ())
+    return f"; {told}" if needed in given else f"; names are {listed(names)}" * bool(names)
 
 
 def checked(error: type[SymdynError]) -> Callable[[F], F]:

@@ -14,10 +14,6 @@ def shown_by(bundle: Callable[[object], dict[str, str]]) -> None:
     _BUNDLES[:] = [bundle]
 
 
-def _named(noun: object) -> list[str]:
-    return [one for one in dir(noun) if not one.startswith("_")]
-
-
 class Suggesting:
     """A noun that says which of its attributes was meant by a name that is none, and how a method is called."""
 
@@ -42,7 +38,8 @@ class Suggesting:
             from symdyn.errors import hint, listed, nearest, suggestion  # an error's own
 
             keys = self.keys() if hasattr(kind, "keys") and not isinstance(self, str) else ()
-            told = hint("attributes", name, known := _named(self)).replace("$", name)
+            known = [one for one in dir(self) if not one.startswith("_")]
+            told = hint("attributes", name, known).replace("$", name)
             if name in keys:
                 told = f'write ["{name}"]'
             elif not told and (near := nearest(name, [*known, *keys])) not in known and near:
@@ -52,10 +49,10 @@ class Suggesting:
 
         def __getitem__(self, key: object) -> object:
             """Raise ArgumentError; a noun that has something in brackets has a method of its own."""
-            from symdyn.errors import ArgumentError, hint, listed  # an error's own
+            from symdyn.errors import ArgumentError, hint
 
-            told = hint("attributes", "[]", known := _named(self)) or f"it has {listed(known)}"
-            raise ArgumentError(f"{type(self).__name__} has nothing in brackets, [{key!r}], and is no list; {told}")
+            told = hint("attributes", "[]", dir(self)) or "it is no list"
+            raise ArgumentError(f"{type(self).__name__} has nothing in brackets, [{key!r}]; {told}")
 
 
 class Shown(Suggesting):

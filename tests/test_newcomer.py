@@ -425,7 +425,6 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
         SceneError,
         lambda: symdyn.Scene("rot", bodies=[body("arm", mass=1)]),  # type: ignore[arg-type]
     ),
-    "mp is given twice": (LinearizeError, lambda: upright().formulas.lambdify("mp", "mp")),
     "give a number in SI for each of: mp": (ArgumentError, lambda: upright().formulas.lambdify("mp")("85 g")),
     "give a number in SI for each of: mp, l": (ArgumentError, lambda: upright().formulas.lambdify("mp", "l")(1)),
     "give t, a number, and then x, 4 numbers; t = [0, 0.1, 0, 0], x = 0": (
@@ -470,7 +469,7 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
         LinearizeError,
         lambda: upright().bode("x", "F")[0],  # type: ignore[index]
     ),
-    "output = 0: give text or None; there are x, theta": (
+    "output = 0: give text or None; names are x, theta": (
         LinearizeError,
         lambda: upright().bode(0, 0),  # type: ignore[arg-type]
     ),
@@ -478,7 +477,7 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
         ArgumentError,
         lambda: symdyn.simulate(CART, until=0.1).plot("x", xlim=(0, 1)),  # type: ignore[call-arg]
     ),
-    "as in {'x': 0.3}": (SimulateError, lambda: symdyn.simulate(CART, start=[0, 0.1, 0, 0])),  # type: ignore[arg-type]
+    "a Start or None; names are x, theta": (SimulateError, lambda: symdyn.simulate(CART, start=[0, 0.1, 0, 0])),  # type: ignore[arg-type]
 }
 
 

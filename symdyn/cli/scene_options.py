@@ -84,9 +84,9 @@ def read_scene(options: argparse.Namespace) -> Scene:
     if options.verb in BY_VALUES and not any(getattr(options, name) for name in BY_VALUES[options.verb]):
         say_values_alone(options, scene, options.verb)
     if options.verb == "equations" and any(one.ends for one in scene.struts):
-        from symdyn.simulation.integrate.valueless import valueless_at_start  # of few scenes
+        from symdyn.simulation import Forces, valueless  # of few scenes
 
-        if told := valueless_at_start(scene):
+        if not (scene.loops or scene.free_parameters) and (told := valueless(scene, Forces())):
             say(f"{scene.name}: at the start {told}")
     opening = [one.name for one in scene.unilaterals]
     opening += [f"stops of {one.name}" for one in scene.joints if one.limits.restitution is not None]
@@ -129,13 +129,7 @@ def scene_and_notes(options: argparse.Namespace) -> tuple[Scene, list[str]]:
 def read_bindings(
     text: str, option: str = "--bind", what: str = "parameter", write: str = "m1=2.5,h1=1"
 ) -> dict[str, str]:
-    """Return name and formula of every part of `m1=2.5, h1=1/2`.
-
-    Args:
-        text: the parts.
-        option: what gives them, for messages; so are the next two.
-        what: what has a name.
-        write: parts that are some.
+    """Return name and formula of every part of `m1=2.5, h1=1/2`; all but `text` is for messages.
 
     Raises:
         SceneError: a part that is no name = value, a name that comes twice, or a value that is no formula.

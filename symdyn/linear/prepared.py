@@ -40,8 +40,7 @@ from symdyn.linear.variations import Outputs, Variations, read_outputs, variatio
 from symdyn.linear.weights import Axis
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import Faults, force_unit
-from symdyn.simulation import Forces, Problem, opened
-from symdyn.simulation.integrate.valueless import valueless
+from symdyn.simulation import Forces, Problem, opened, valueless
 
 RANK = 1e-7
 """Singular values of rows of unit length, over the largest, below which rows depend on each other at a place."""

@@ -262,14 +262,15 @@ class SympyEquations(Shown, BySympy):
         if free := sorted(map(str, set().union(*(one.free_symbols for one in parts)) - set(places.values()))):
             raise EmitError(f"{self.scene.name}: no value for {listed(free)}; give {{'{free[0]}': 1}}")
         shared = partial(sympy.cse, order="none", list=False)  # the usual order takes minutes of an arm
-        call = sympy.lambdify([places[t], [places[one] for one in x]], parts, "numpy", cse=shared)
-        n, size = self.M.rows, len(x)
+        call, n = sympy.lambdify([places[t], [places[one] for one in x]], parts, "numpy", cse=shared), self.M.rows
 
         @suggesting
         def rates(t: float, x: Any) -> Array:
             """Return f of ẋ = f at a time, s, and x = [q; u; s], shape of x."""
-            if np.ndim(t) or np.shape(x)[:1] != (size,):
-                raise ArgumentError(f"give t, a number, and then x, {size} numbers; t = {quoted(t)}, x = {quoted(x)}")
+            if np.ndim(t) or np.shape(x)[:1] != (len(places) - 1,):
+                raise ArgumentError(
+                    f"give t, a number, and then x, {len(places) - 1} numbers; t = {quoted(t)}, x = {quoted(x)}"
+                )
             A, b, moved, own = call(t, x)
             return np.concatenate([np.ravel(moved), np.linalg.solve(A, b)[:n, 0], np.ravel(own)])
 

@@ -392,7 +392,7 @@ def _ranges(limits: Any, names: Sequence[str], faults: Faults) -> dict[str, tupl
             continue
         try:
             ends = (-float(limit), float(limit)) if isinstance(limit, Real) else limit
-            least, most = map(float, ends)  # type: ignore[arg-type]
+            least, most = map(float, ends)
         except (TypeError, ValueError, OverflowError):
             least = most = math.nan
         if not least < most:

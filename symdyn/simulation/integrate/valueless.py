@@ -8,20 +8,21 @@ from collections.abc import Iterator
 import numpy as np
 
 from symdyn.algebra import Array, Floats
+from symdyn.dynamics.loops import Numbers
 from symdyn.dynamics.mechanism import ends_apart, pull
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.forces import FORCES
-from symdyn.scene.joints import start_of
-from symdyn.scene.values import TIMED, Faults, spell
+from symdyn.scene.values import TIMED, spell
 from symdyn.simulation.prescribed.forces import Forces, force_names
-from symdyn.simulation.prescribed.formulas_in_time import number_of, parameter_values
 from symdyn.spatial import dot
 
 
-def valueless(scene: Scene, forces: Forces, t: float, q: Array, u: Array) -> str:
-    """Return what has no value at a time, s, and a state, shapes (nq,) and (nu,); "" where all has one."""
+def valueless(scene: Scene, forces: Forces, t: float = 0.0, q: Array | None = None, u: Array | None = None) -> str:
+    """Return what has no value at a time, s, and a state, shapes (nq,) and (nu,), or the start; "" for nothing."""
     graph = Graph()
+    if q is None or u is None:
+        q, u = Numbers(scene).start(), np.zeros(len(scene.first_order))
     values = scene.at_time(graph, t) | dict(zip(map(graph.symbol, scene.coordinates), q.tolist(), strict=True))
     moving = (*scene.velocities, *(one.name for one in scene.states))
     values |= dict(zip(map(graph.symbol, moving), u.tolist(), strict=True))
@@ -46,15 +47,6 @@ def valueless(scene: Scene, forces: Forces, t: float, q: Array, u: Array) -> str
         if not has_value(formula):
             return what
     return ""
-
-
-def valueless_at_start(scene: Scene) -> str:
-    """Return what has no value at the start, "" too of closed loops and where parameters have no values."""
-    if scene.loops or scene.free_parameters:
-        return ""
-    values, start, none = parameter_values(scene), start_of(scene), Faults("")
-    q, u = ([number_of(x, values, "", none) or 0.0 for x in some] for some in (start.position, start.velocity))
-    return valueless(scene, Forces(), 0.0, np.array(q), np.array([*u, *(0.0 for _ in scene.states)]))
 
 
 def _formulas(scene: Scene, forces: Forces) -> Iterator[tuple[str, Quantity]]:
