@@ -123,7 +123,16 @@ def scene_and_notes(options: argparse.Namespace) -> tuple[Scene, list[str]]:
     if len(reading.notes) > MOST_NOTES:
         notes.append(f"{name}: and {len(reading.notes) - MOST_NOTES} notes more")
     scene = with_symbols(reading.scene, options.symbolic) if options.symbolic else reading.scene
-    return bind(scene, _bindings(options, scene)) if options.bind is not None else scene, notes
+    if options.bind is None:
+        return scene, notes
+    given = read_bindings(options.bind)
+    ask_for_units(scene.parameters, given.items(), "--bind")
+    if over := getattr(options, "over", None):
+        from symdyn.study import check_unbound
+
+        check_unbound(over, given, faults := Faults(""))
+        faults.close(SceneError)
+    return bind(scene, given), notes
 
 
 def read_bindings(
@@ -169,18 +178,6 @@ def read_numbers(text: str, scene: Scene | None = None) -> dict[str, float]:
             raise SceneError(f'--at: {name} = "{formula}" is no number; write --at {name}=0.3')
         values[name] = float(value)
     return values
-
-
-def _bindings(options: argparse.Namespace, scene: Scene) -> dict[str, str]:
-    """Return what --bind gives, in units of SI or in units that are said."""
-    given = read_bindings(options.bind)
-    ask_for_units(scene.parameters, given.items(), "--bind")
-    if over := getattr(options, "over", None):
-        from symdyn.study import check_unbound
-
-        check_unbound(over, given, faults := Faults(""))
-        faults.close(SceneError)
-    return given
 
 
 def read_scene_to_move(options: argparse.Namespace) -> Scene:

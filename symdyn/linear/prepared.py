@@ -303,8 +303,8 @@ class Prepared:
             raise LinearizeError(self._valueless(fault, t, q, u)) from None
 
     def _valueless(self, fault: NoValueError, t: float, q: Array, u: Array) -> str:
-        part = valueless(self.scene, self.forces, t, q, u)
-        return f"{self.scene.name}: {fault}{'; ' * bool(part)}{part}"
+        parts = (str(fault), valueless(self.scene, self.forces, t, q, u))
+        return f"{self.scene.name}: {'; '.join(filter(None, parts))}"
 
     def kinematics(self, q: Array, t: float = 0.0) -> tuple[Array, Array]:
         """Return the rows that hold velocities, those of prescribed motions last, shape (rows, nv), and H: q̇ = H u."""

@@ -269,7 +269,7 @@ class SympyEquations(Shown, BySympy):
             """Return f of ẋ = f at a time, s, and x = [q; u; s], shape of x."""
             if np.ndim(t) or np.shape(x)[:1] != (len(places) - 1,):
                 raise ArgumentError(
-                    f"give t, a number, and then x, {len(places) - 1} numbers; t = {quoted(t)}, x = {quoted(x)}"
+                    f"t = {quoted(t)}, x = {quoted(x)}: give a number, and then {len(places) - 1} in a list"
                 )
             A, b, moved, own = call(t, x)
             return np.concatenate([np.ravel(moved), np.linalg.solve(A, b)[:n, 0], np.ravel(own)])
