@@ -427,11 +427,11 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
     ),
     "give a number in SI for each of: mp": (ArgumentError, lambda: upright().formulas.lambdify("mp")("85 g")),
     "give a number in SI for each of: mp, l": (ArgumentError, lambda: upright().formulas.lambdify("mp", "l")(1)),
-    "t = [0, 0.1, 0, 0], x = 0: give a number, and then 4 in a list": (
+    "t = [0, 0.1, 0, 0], x = 0: give a number and a list of 4": (
         ArgumentError,
         lambda: symdyn.equations(CART).lambdify()([0, 0.1, 0, 0], 0),  # type: ignore[arg-type]
     ),
-    "t = 0, x = [0, 0.1, 0]: give a number, and then 4": (
+    "t = 0, x = [0, 0.1, 0]: give a number and a list of 4": (
         ArgumentError,
         lambda: symdyn.equations(CART).lambdify()(0, [0, 0.1, 0]),
     ),

@@ -268,9 +268,7 @@ class SympyEquations(Shown, BySympy):
         def rates(t: float, x: Any) -> Array:
             """Return f of ẋ = f at a time, s, and x = [q; u; s], shape of x."""
             if np.ndim(t) or np.shape(x)[:1] != (len(places) - 1,):
-                raise ArgumentError(
-                    f"t = {quoted(t)}, x = {quoted(x)}: give a number, and then {len(places) - 1} in a list"
-                )
+                raise ArgumentError(f"t = {quoted(t)}, x = {quoted(x)}: give a number and a list of {len(places) - 1}")
             A, b, moved, own = call(t, x)
             return np.concatenate([np.ravel(moved), np.linalg.solve(A, b)[:n, 0], np.ravel(own)])
 

@@ -99,8 +99,7 @@ class Feedback(Shown):
         if isinstance(self.law, Gains | Schedule | LinearLaw):  # which are read, and looked at in their scene
             return
         faults, limits = Faults(""), self.limits if isinstance(self.limits, Mapping) else {"the force": self.limits}
-        alone = isinstance(self.law, FunctionType) or getattr(self.law, "period", "") is None  # no period of its own
-        if self.period is not None or alone:
+        if self.period is not None or isinstance(self.law, FunctionType) or getattr(self.law, "period", "") is None:
             _check_times(self, 0.0, faults)
         _ranges({name: one for name, one in limits.items() if isinstance(one, Real)}, tuple(limits), faults)
         faults.close(SimulateError)
