@@ -156,7 +156,7 @@ KINDS = {
     "SympyExpression": ArgumentKind(("a SymPy expression", "SymPy expressions"), is_sympy),
     "None": ArgumentKind(("None", "None"), lambda value: value is None),
     "Callable": ArgumentKind(("a function", "functions"), callable),
-    "Mapping": ArgumentKind(("values by name, as in {'q1': 0.3}", "mappings"), _named),
+    "Mapping": ArgumentKind(("values by name, as in {'NAME': 0.3}", "mappings"), _named),
     "Array": ArgumentKind(("an array", "arrays"), lambda value: hasattr(value, "__array__")),
     "PathLike": ArgumentKind(("a path", "paths"), _path),
     "Path": ArgumentKind(("a path", "paths"), _path),
@@ -348,10 +348,17 @@ def check_arguments(
         if name in given and not kind.takes(value := given[name]):
             measured = isinstance(value, str) and MEASURED.fullmatch(value) and "number" in kind.words[0]
             unit = ", in SI" if measured else ""
-            lines.append(f"{name} = {quoted(value)}: give {kind.words[0]}{unit}")
+            lines.append(f"{name} = {quoted(value)}: give {kind.words[0]}{unit}{_way_out(name, given)}")
     if lines:
         raise error(lines if hasattr(error(""), "faults") else "\n".join(lines))
     return given
+
+
+def _way_out(name: str, given: Mapping[str, Any]) -> str:
+    """Return what does what an argument was given for, or the names that it takes; "" where neither is known."""
+    (needed, told), at_start = hint("arguments", name) or ("", ""), getattr(given.get("scene"), "coordinates", ())
+    names = at_start if name == "start" else getattr(getattr(given.get("self"), f"{name}s", None), "names", ())
+    return f"; {told}" if needed in given else f"; names are {listed(names)}" * bool(names)
 
 
 def checked(error: type[SymdynError]) -> Callable[[F], F]:

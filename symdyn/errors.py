@@ -24,7 +24,8 @@ def printable(text: str, keep: str = "\n\t") -> str:
     """
     if text.isprintable():
         return text
-    return "".join(x if x.isprintable() or x in keep else _spelled(x) for x in text)
+    shown = {x for x in {*text} if x.isprintable() or x in keep or unicodedata.category(x) == "Zs"}
+    return "".join(x if x in shown else x.encode("unicode_escape").decode("ascii") for x in text)
 
 
 LONGEST_WORD = 240
@@ -65,11 +66,6 @@ def _told(message: object, keep: str = "\n\t") -> str:
 def without_long_words(text: str) -> str:
     """Return text in which a name of a page's length is shortened to its begin and its end."""
     return re.sub(_LONG, lambda found: f"{found[0][:80]}...{found[0][-40:]}", text)
-
-
-def _spelled(character: str) -> str:
-    space = unicodedata.category(character) == "Zs"  # a thin space is no control
-    return character if space else character.encode("unicode_escape").decode("ascii")
 
 
 class SymdynError(Exception):
@@ -291,7 +287,8 @@ def alike(notes: Iterable[str]) -> tuple[str, ...]:
 def hints() -> Any:
     """Return what to write in place of what is not there, by its names, `$` for the one that was written; for errors.
 
-    Attributes are of nouns with another attribute, keywords of functions of a name or with another keyword. Names are
+    Attributes, [] for brackets, are of nouns with another attribute, keywords of functions of a name or with another
+    keyword, arguments, which do not take what was given, of functions with another one. Names are
     words of MATLAB, python-control, SciPy, pandas and of textbooks for joints, targets, options, verbs, methods and
     attributes; of several that they stand for the first that something has is meant.
     """

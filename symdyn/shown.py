@@ -47,6 +47,13 @@ class Suggesting:
             told = told or suggestion(name, known) + (f"; brackets take {listed(keys, 4)}" if keys else "")
             raise AttributeError(f"{kind.__name__} has no attribute {name!r}; {told}")
 
+        def __getitem__(self, key: object) -> object:
+            """Raise ArgumentError; a noun that has something in brackets has a method of its own."""
+            from symdyn.errors import ArgumentError, hint
+
+            told = hint("attributes", "[]", dir(self)) or "it is no list"
+            raise ArgumentError(f"{type(self).__name__} has nothing in brackets, [{key!r}]; {told}")
+
 
 class Shown(Suggesting):
     """A noun that a notebook shows as a person wants to see it."""

@@ -58,6 +58,11 @@ MEANT = {
     "parametric excitation": "recipes", "aerodynamic drag": "recipes", "anti-roll bar": "recipes", "tire": "recipes",
     "quantization": "simulate", "sensor noise": "simulate", "event detection": "simulate",
     "trapezoidal velocity profile": "simulate",
+    "rotary pendulum": "gallery/furuta", "slew rate": "scenes", "rate limit": "scenes", "Pacejka": "recipes",
+    "magic formula": "recipes", "confidence interval": "identify", "constraint stabilisation": "scenes",
+    "bang-bang": "collocation", "encoder resolution": "simulate", "cross-validation": "identify",
+    "matplotlib style": "pictures", "YAML": "scenes", "eigenvectors": "linearize", "torque ripple": "recipes",
+    "Sobol index": "sweeps", "white noise": "recipes", "parameter values": "units",
 }  # fmt: skip
 """Words of the field, and the page that a reader looks for."""
 

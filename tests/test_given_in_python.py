@@ -215,7 +215,7 @@ def test_a_mistake_in_a_motion_is_one_error(scene: Scene, motion: object, messag
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({"start": [1, 2]}, r"^start = \[1, 2\]: give values by name, as in \{'q1': 0.3\} or text or a Start or None$"),
+        ({"start": [1, 2]}, r"^start = \[1, 2\]: give values by name, as in \{'NAME': 0.3\} or text or a Start"),
         ({"start": "q1"}, '^start: "q1" is not name=formula$'),
         ({"until": "3"}, "^until = '3': give a number"),
         ({"until": None}, "^until = None: give a number"),

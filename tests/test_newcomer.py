@@ -154,6 +154,14 @@ joints.story = {{ type = "prismatic", parent = "ground", child = "floor", coordi
 {more}
 """
 
+DASHPOT = '[dampers.pot]\nfrom = "floor"\nto = "ground"\ndamping = 1'
+"""Between points that meet."""
+
+
+def upright() -> symdyn.linear.Linearization:
+    return symdyn.linearize(CART)
+
+
 TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
     "formulas has A, B, C and D in SymPy": (AttributeError, lambda: symdyn.linearize(CART).symbolic()),  # type: ignore[attr-defined]
     "margins() and step().info() are numbers of it": (AttributeError, lambda: symdyn.linearize(CART).info()),  # type: ignore[attr-defined]
@@ -399,13 +407,89 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
     "0 1: a comma stands between numbers": (SceneError, lambda: _with(joint="axis = [0, 0 1]")),
     'the text has no end; write " behind it': (SceneError, lambda: _with(joint='coordinate = "phi')),
     "is not valid TOML: Unclosed array": (SceneError, lambda: _with(joint="axis = [0, 0, 1\ndrive = false")),
-    "where its ends meet, spring prop has no direction": (
+    "spring prop has no length there, where it pulls (with free = 0 it would not": (
         LinearizeError,
         lambda: symdyn.linearize(
             _on_a_base("-k*x", '[springs.prop]\nfrom = "floor"\nto = "ground"\nstiffness = 1\nfree = 1')
         ),
     ),
+    "put it on a joint, or give a spring beside it a free length (free = 0.5) and start where it has it": (
+        LinearizeError,
+        lambda: symdyn.linearize(_on_a_base("-k*x", DASHPOT)),
+    ),
+    "give 3 values; symdyn.scene.scene(name, bodies=[symdyn.scene.body(...)], ...) takes what a file has": (
+        SceneError,
+        lambda: symdyn.Scene("rot", gravity=[0, 0, -9.81]),  # type: ignore[arg-type]
+    ),
+    "give a list of Body; symdyn.scene.scene(": (
+        SceneError,
+        lambda: symdyn.Scene("rot", bodies=[body("arm", mass=1)]),  # type: ignore[arg-type]
+    ),
+    "give a number in SI for each of: mp": (ArgumentError, lambda: upright().formulas.lambdify("mp")("85 g")),
+    "give a number in SI for each of: mp, l": (ArgumentError, lambda: upright().formulas.lambdify("mp", "l")(1)),
+    "t = [0, 0.1, 0, 0], x = 0: give a number and a list of 4": (
+        ArgumentError,
+        lambda: symdyn.equations(CART).lambdify()([0, 0.1, 0, 0], 0),  # type: ignore[arg-type]
+    ),
+    "t = 0, x = [0, 0.1, 0]: give a number and a list of 4": (
+        ArgumentError,
+        lambda: symdyn.equations(CART).lambdify()(0, [0, 0.1, 0]),
+    ),
+    'lambdify("m")(0.1) has A, B, C, D in numbers': (AttributeError, lambda: upright().formulas.subs(mp=1)),  # type: ignore[attr-defined]
+    'lambdify("m") is a function of a parameter': (ArgumentError, lambda: upright().formulas["mp"]),  # type: ignore[index]
+    "K has gains, an array": (ArgumentError, lambda: upright().lqr()[0]),  # type: ignore[index]
+    'float(scene.parameters["NAME"].value)': (ArgumentError, lambda: CART["mp"]),  # type: ignore[index]
+    'simulate(scene, values={"NAME": 0.2})': (AttributeError, lambda: CART.with_parameters(mp=1)),  # type: ignore[attr-defined]
+    'symdyn.equations(scene, values={"NAME": 0.1}).latex() has numbers': (
+        AttributeError,
+        lambda: symdyn.equations(CART).subs(mp=1).latex(),  # type: ignore[attr-defined]
+    ),
+    'symdyn.identification.output_error(scene, data, ["NAME"]) finds chosen parameters': (
+        IdentifyError,
+        lambda: symdyn.identify(CART, {}, ["mp"]),  # type: ignore[arg-type]
+    ),
+    'the shortest motion has cost="1"': (
+        SimulateError,
+        lambda: symdyn.collocation(CART, until=1, end={"x": 1}, cost="minimum time"),
+    ),
+    'until=(3, 20), and cost="1" makes it the soonest': (
+        SimulateError,
+        lambda: symdyn.collocation(CART, until="free", end={"x": 1}),  # type: ignore[arg-type]
+    ),
+    "it is symdyn.collocation(scene, until=(3, 20)": (AttributeError, lambda: symdyn.minimum_time),  # type: ignore[attr-defined]
+    "it is symdyn.simulate(..., reactions=True)": (AttributeError, lambda: symdyn.reactions),  # type: ignore[attr-defined]
+    ".text() or .sympy()": (AttributeError, lambda: symdyn.to_sympy),  # type: ignore[attr-defined]
+    "linearize(...).transfer(output, input)": (AttributeError, lambda: symdyn.transfer_function),  # type: ignore[attr-defined]
+    'it is symdyn.read("FILE")': (AttributeError, lambda: symdyn.from_toml),  # type: ignore[attr-defined]
+    'quantiles("MEASURE", [0.5]) has it': (
+        AttributeError,
+        lambda: symdyn.sweep(CART, "mp=[1,2]", "end(x)", until=0.02).median,  # type: ignore[attr-defined]
+    ),
+    "mag, phase, omega = lin.bode(...) and t, y = lin.step(...)": (
+        LinearizeError,
+        lambda: upright().bode("x", "F")[0],  # type: ignore[index]
+    ),
+    "output = 0: give text or None; names are x, theta": (
+        LinearizeError,
+        lambda: upright().bode(0, 0),  # type: ignore[arg-type]
+    ),
+    ".axes[0].set_xlim(0, 1)": (
+        ArgumentError,
+        lambda: symdyn.simulate(CART, until=0.1).plot("x", xlim=(0, 1)),  # type: ignore[call-arg]
+    ),
+    "a Start or None; names are x, theta": (SimulateError, lambda: symdyn.simulate(CART, start=[0, 0.1, 0, 0])),  # type: ignore[arg-type]
 }
+
+
+def test_functions_of_formulas_take_symbols_and_lists_of_names() -> None:
+    lin = upright()
+    of_names = lin.formulas.lambdify("mp", "l")(0.2, 0.3)
+    symbols = [symdyn.equations(CART).sympy()[name] for name in ("mp", "l")]
+    assert all(np.array_equal(x, y) for x, y in zip(of_names, lin.formulas.lambdify(*symbols)(0.2, 0.3), strict=True))
+    assert np.array_equal(of_names[0], lin.formulas.lambdify(["mp", "l"])(0.2, 0.3)[0])
+    assert np.allclose(of_names[0], symdyn.linearize(CART, values={"mp": 0.2, "l": 0.3}).A)
+    transfer = lin.transfer("x", "F")
+    assert transfer(1j) == transfer.at(1j)
 
 
 def _with(head: str = "", body: str = "mass = 1", joint: str = "") -> symdyn.Scene:

@@ -100,6 +100,23 @@ def test_controllers_that_cannot_act_are_told_what_would(told: str) -> None:
         read_feedback(CART, symdyn.Feedback(law, **settings))  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize(
+    ("settings", "told"),
+    [
+        ({"limits": {"F": -0.5}}, "limits: F: -0.5 is neither a size above 0"),
+        ({"limits": -0.5}, "limits: the force: -0.5 is neither a size above 0"),
+        ({"period": 0}, "period: 0 s is no period; give one above 0"),
+        ({"delay": 0.01}, "0.01 s without a period would be"),
+    ],
+)
+def test_times_and_limits_of_no_controller_are_refused_where_it_is_made(settings: dict[str, object], told: str) -> None:
+    gains = symdyn.linearize(CART).lqr()
+    for law in (gains, lambda t, q, u: 0.0):
+        with pytest.raises(SimulateError, match=re.escape(told)):
+            symdyn.Feedback(law, **settings)  # type: ignore[arg-type]
+    assert symdyn.Feedback(symdyn.linearize(CART).lqr(period=0.01), delay=0.01).delay == 0.01
+
+
 def test_one_input_takes_its_limit_as_a_number() -> None:
     run = symdyn.simulate(CART, until=0.5, feedback=symdyn.Feedback(lambda t, q, u: 100 * t, limits=3))
     assert abs(run["F"]).max() == 3

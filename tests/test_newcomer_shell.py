@@ -35,6 +35,9 @@ CART = symdyn.example("cart_pole")
         (["simulate", "a.toml", "--noise", "x=1"], "in Python a controller has it: symdyn.Feedback(law, noise=...)"),
         (["sweep", "a.toml", "--noise", "x=1"], "in Python a controller has it: symdyn.Feedback(law, noise=...)"),
         (["identify", "a.toml", "--output-error", "m"], "--output-error is no option; give --by output-error"),
+        (["identify", "a.toml", "--log", "x.csv"], "files of data stand behind the scene"),
+        (["sweep", "a.toml", "--indices"], "give --design saltelli"),
+        (["optimize", "a.toml"], "in Python symdyn.collocation(...) finds optimal motions"),
         (["linearize", "a.toml", "--transmissibility", "z"], "give --bode FILE"),
         (["generate", "a.toml", "--language", "c"], "did you mean --target?"),
         (["eom", "a.toml"], "did you mean equations?"),
@@ -90,6 +93,19 @@ stiffness = 100
 [parameters]
 c = 1
 """
+
+
+def test_equations_that_divide_by_zero_at_the_start_have_a_note(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    path, told = tmp_path / "a.toml", "at the start damper pot has no length there, and so no direction"
+    pot = '[dampers.pot]\nfrom = "ground"\nto = "block"\ndamping = 3\n'
+    free = SPRUNG.replace("c = 1", "c = {}")
+    for text, noted in ((SPRUNG, True), (SPRUNG.replace("mass", "com = [0.1, 0, 0]\nmass"), True), (free, False),
+                        (SPRUNG.replace("drive", "start = 0.2\ndrive"), False)):  # fmt: skip
+        path.write_text(text + pot)
+        assert main(["equations", str(path)]) == 0
+        assert (told in capsys.readouterr().err) == noted
 
 
 def test_a_joint_of_no_type_is_one_fault_and_a_centre_without_a_mass_is_told(

@@ -59,7 +59,9 @@ ELSEWHERE = {"--margins": "give --show margins", "--step": "give --show step", "
              "--latex": "give --format latex, which is usual", **dict.fromkeys(("plot", "--plot"), PLOT),
              **dict.fromkeys(("animate", "film", "movie", "video"), "simulate writes one, --animate FILE"),
              "--tf": "give --show transfer", "--transmissibility": "give --bode FILE, of --outputs",
-             "--output-error": "give --by output-error",
+             "--output-error": "give --by output-error", "--indices": "give --design saltelli, which prints them",
+             **dict.fromkeys(("--log", "--data"), "files of data stand behind the scene, SCENE.toml LOG.csv"),
+             **dict.fromkeys(("optimize", "optimise"), "in Python symdyn.collocation(...) finds optimal motions"),
              "--noise": "in Python a controller has it: symdyn.Feedback(law, noise=...), and --kalman variances",
              "--quantisation": "in Python a controller has it: symdyn.Feedback(law, quantisation=...)",
              "--list": "--template takes {template}", "--method": "give --by output-error", "--period": "give --dt",
@@ -175,7 +177,8 @@ def _meant(word: str, known: Mapping[str, str]) -> str:
     if RENAMED.get(word, "").partition(" ")[0] in known:
         return f"; it is called {RENAMED[word]} now"
     others = {"--noise": "--feedback --kalman", "--output-error": "--by", "--latex": "--format", "--list": "--template",
-              "--quantisation": "--feedback", "--method": "--by", "--period": "--dt"}  # fmt: skip
+              "--quantisation": "--feedback", "--method": "--by", "--period": "--dt", "--log": "--by", "--data": "--by",
+              "--indices": "--design"}  # fmt: skip
     if word in ELSEWHERE and not {*others.get(word, "--lqr").split()}.isdisjoint(known):
         return f"; {ELSEWHERE[word].replace('{template}', known.get('--template', ''))}"
     near = [name for name in known if len(word) > 2 and name.startswith(word)] or filter(None, [nearest(word, known)])

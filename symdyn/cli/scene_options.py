@@ -83,6 +83,11 @@ def read_scene(options: argparse.Namespace) -> Scene:
         say(note)
     if options.verb in BY_VALUES and not any(getattr(options, name) for name in BY_VALUES[options.verb]):
         say_values_alone(options, scene, options.verb)
+    if options.verb == "equations" and any(one.ends for one in scene.struts):
+        from symdyn.simulation import Forces, valueless  # of few scenes
+
+        if not (scene.loops or scene.free_parameters) and (told := valueless(scene, Forces())):
+            say(f"{scene.name}: at the start {told}")
     opening = [one.name for one in scene.unilaterals]
     opening += [f"stops of {one.name}" for one in scene.joints if one.limits.restitution is not None]
     opening += [f"freewheel of {one.name}" for one in scene.joints if one.limits.one_way]
@@ -118,19 +123,22 @@ def scene_and_notes(options: argparse.Namespace) -> tuple[Scene, list[str]]:
     if len(reading.notes) > MOST_NOTES:
         notes.append(f"{name}: and {len(reading.notes) - MOST_NOTES} notes more")
     scene = with_symbols(reading.scene, options.symbolic) if options.symbolic else reading.scene
-    return bind(scene, _bindings(options, scene)) if options.bind is not None else scene, notes
+    if options.bind is None:
+        return scene, notes
+    given = read_bindings(options.bind)
+    ask_for_units(scene.parameters, given.items(), "--bind")
+    if over := getattr(options, "over", None):
+        from symdyn.study import check_unbound
+
+        check_unbound(over, given, faults := Faults(""))
+        faults.close(SceneError)
+    return bind(scene, given), notes
 
 
 def read_bindings(
     text: str, option: str = "--bind", what: str = "parameter", write: str = "m1=2.5,h1=1"
 ) -> dict[str, str]:
-    """Return name and formula of every part of `m1=2.5, h1=1/2`.
-
-    Args:
-        text: the parts.
-        option: what gives them, for messages; so are the next two.
-        what: what has a name.
-        write: parts that are some.
+    """Return name and formula of every part of `m1=2.5, h1=1/2`; all but `text` is for messages.
 
     Raises:
         SceneError: a part that is no name = value, a name that comes twice, or a value that is no formula.
@@ -170,18 +178,6 @@ def read_numbers(text: str, scene: Scene | None = None) -> dict[str, float]:
             raise SceneError(f'--at: {name} = "{formula}" is no number; write --at {name}=0.3')
         values[name] = float(value)
     return values
-
-
-def _bindings(options: argparse.Namespace, scene: Scene) -> dict[str, str]:
-    """Return what --bind gives, in units of SI or in units that are said."""
-    given = read_bindings(options.bind)
-    ask_for_units(scene.parameters, given.items(), "--bind")
-    if over := getattr(options, "over", None):
-        from symdyn.study import check_unbound
-
-        check_unbound(over, given, faults := Faults(""))
-        faults.close(SceneError)
-    return given
 
 
 def read_scene_to_move(options: argparse.Namespace) -> Scene:

@@ -9,16 +9,17 @@ share has then a symbol of its own, as `sympy.cse` gives it, so that no entry is
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from functools import wraps
 from itertools import count
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from symdyn.algebra import Array, Nodes, shared_to_sympy
-from symdyn.arguments import check_arguments
+from symdyn.arguments import SympyExpression, check_arguments, is_sympy
 from symdyn.emit.print import latex_symbols
-from symdyn.errors import LinearizeError, suggestion
+from symdyn.errors import ArgumentError, LinearizeError, listed, quoted, suggestion
 from symdyn.frozen import dataclass, field
 from symdyn.graph import Expr, growing, substitute
 from symdyn.linear.symbolic import EXACT, Blocks, assembled, blocks_of, entries_of, exact, fresh, kept, places, symbolic
@@ -90,11 +91,14 @@ class Formulas(Shown):
 
     def evaluated(self) -> tuple[Array, Array, Array, Array]:
         """Return A, B, C, D in numbers at the point: those of the linearization, to rounding."""
-        A, B, C, D = (_numbers(one.xreplace(self.point)) for one in (self.A, self.B, self.C, self.D))
+        A, B, C, D = (
+            np.array([float(x) for x in one.xreplace(self.point)]).reshape(one.shape)
+            for one in (self.A, self.B, self.C, self.D)
+        )
         return A, B, C, D
 
-    def lambdify(self, *names: str) -> Callable[..., list[Array]]:
-        """Return a function of some symbols by name, numbers in SI, that gives A, B, C, D; others keep their values.
+    def lambdify(self, *symbols: str | SympyExpression | Sequence[str | SympyExpression]) -> Callable[..., list[Array]]:
+        """Return a function of some symbols, or names, each once, in SI, that gives A, B, C, D; others keep their values.
 
         Raises:
             LinearizeError: a name that no formula has.
@@ -102,6 +106,8 @@ class Formulas(Shown):
         import sympy
 
         known = {str(one): one for one in self.point if one not in self.definitions}
+        lists: Any = ([one] if isinstance(one, str) or is_sympy(one) else one for one in symbols)
+        names = [*dict.fromkeys(str(one) for some in lists for one in some)]
         for name in names:
             if name not in known:
                 raise LinearizeError(f"{self.name}: no formula of A, B, C, D has {name}; {suggestion(name, known)}")
@@ -109,8 +115,14 @@ class Formulas(Shown):
         kept = {one: self.point[one] for name, one in known.items() if name not in names}
         defined = [(symbol, one.xreplace(kept)) for symbol, one in self._needed()]
         parts = [one.xreplace(kept) for one in (self.A, self.B, self.C, self.D)]
-        made: Callable[..., list[Array]] = sympy.lambdify(free, parts, "numpy", cse=lambda entries: (defined, entries))
-        return made
+
+        @wraps(made := sympy.lambdify(free, parts, "numpy", cse=lambda entries: (defined, entries)))
+        def matrices(*values: Any) -> list[Array]:
+            if len(values) != len(names) or any(isinstance(one, str) for one in values):
+                raise ArgumentError(f"{quoted(values)}: give a number in SI for each of: {listed(names)}")
+            return [*made(*values)]
+
+        return matrices
 
     def latex(self, part: Literal["", "A", "B", "C", "D"] = "") -> str:
         """Return ẋ = A x + B w, y = C x + D w in LaTeX and what its symbols stand for, or one matrix alone."""
@@ -131,10 +143,6 @@ class Formulas(Shown):
         return "\n".join([r"\begin{align*}", " \\\\\n".join(rows), r"\end{align*}"])
 
 
-def _numbers(matrix: Any) -> Array:
-    return np.array([float(x) for x in matrix]).reshape(matrix.shape)
-
-
 @growing()
 def formulas(system: Linearization) -> Formulas:
     """Return a linear system in formulas.
@@ -149,7 +157,10 @@ def formulas(system: Linearization) -> Formulas:
         raise LinearizeError(f"{scene.name}: it is not known what was linearised; take the system of symdyn.linearize")
     if prepared.asked[-1]:
         raise LinearizeError(f"{scene.name}: a mode of contacts is linearised in numbers alone; read .A, .B, .C, .D")
-    point, letters = _point(prepared, system), _letters(prepared)
+    letters, at = _letters(prepared), system.point
+    free = prepared.place(at.q, at.u, at.t, np.zeros(len(scene.velocities) + len(at.inputs))).point
+    given = np.concatenate([at.tau - free.tau, at.inputs - free.inputs])  # beside formulas
+    point = dict(prepared.place(at.q, at.u, at.t, given).values)
     values = {letters.get(node, str(node.value)): x for node, x in point.items()}
     values |= {SPIN.format(i + 1, k + 1): system.spin[i, k] for i, k in np.argwhere(system.spin)}
     states, inputs, outputs = len(system.states), len(system.inputs), len(system.outputs)
@@ -186,13 +197,6 @@ def formulas(system: Linearization) -> Formulas:
     )
     implicit = (M, side[:, :states], side[:, states:])
     return Formulas(scene.name, x, w, y, A, B, C, D, implicit, dict(defined), numbers, latex_symbols(scene))
-
-
-def _point(prepared: Prepared, system: Linearization) -> dict[Expr, float]:
-    point, n = system.point, len(system.scene.velocities)
-    free = prepared.place(point.q, point.u, point.t, np.zeros(n + len(point.inputs))).point
-    given = np.concatenate([point.tau - free.tau, point.inputs - free.inputs])  # beside formulas
-    return dict(prepared.place(point.q, point.u, point.t, given).values)
 
 
 def _letters(prepared: Prepared) -> dict[Expr, str]:

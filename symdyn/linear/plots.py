@@ -158,22 +158,18 @@ def bode(response: FrequencyResponse) -> FilledFigure:
     """Return the Bode plot of frequency responses."""
 
     def draw(axes: Sequence[Any], i: int, k: int) -> str:
+        from matplotlib.ticker import MaxNLocator
+
         x = response.hertz if response.unit == "Hz" else response.omega
         if response.response[:, i, k].any():
             axes[0].semilogx(x, response.decibels[:, i, k], linewidth=1.0)
             axes[1].semilogx(x, response.degrees[:, i, k], linewidth=1.0)
-            axes[1].yaxis.set_major_locator(_quarters())
+            axes[1].yaxis.set_major_locator(MaxNLocator(nbins=5, steps=[1, 1.5, 3, 4.5, 9, 10]))
         axes[0].set_ylabel("dB")
         axes[1].set_ylabel("phase, °")
         return f"frequency, {response.unit}"
 
     return _grid(response, "frequency response", (3.2, 3.0), draw, 2, sharex=True)
-
-
-def _quarters() -> Any:
-    from matplotlib.ticker import MaxNLocator
-
-    return MaxNLocator(nbins=5, steps=[1, 1.5, 3, 4.5, 9, 10])
 
 
 FAR = 5.0

@@ -40,7 +40,7 @@ from symdyn.linear.variations import Outputs, Variations, read_outputs, variatio
 from symdyn.linear.weights import Axis
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import Faults, force_unit
-from symdyn.simulation import Forces, Problem, opened
+from symdyn.simulation import Forces, Problem, opened, valueless
 
 RANK = 1e-7
 """Singular values of rows of unit length, over the largest, below which rows depend on each other at a place."""
@@ -251,13 +251,6 @@ def _turning(v: Variations, u: Array) -> Array:
     return found
 
 
-def _valueless(scene: Scene, fault: NoValueError) -> str:
-    """Return what has no value at a point, in words."""
-    between = ", ".join(f"{one.kind} {one.name}" for one in scene.struts if one.ends)
-    apart = "set its ends apart there (an end's at, an origin, the start), or give a spring free = 0"
-    return f"{scene.name}: {fault}{f'; where its ends meet, {between} has no direction: {apart}' if between else ''}"
-
-
 HELD = 1e-8
 """How far a contact may be from its plane, m or rad, or move against it, and still be closed."""
 
@@ -307,7 +300,11 @@ class Prepared:
             with np.errstate(all="ignore"):
                 return place(self.functions, values, t, q, u, tables)
         except NoValueError as fault:
-            raise LinearizeError(_valueless(self.scene, fault)) from None
+            raise LinearizeError(self._valueless(fault, t, q, u)) from None
+
+    def _valueless(self, fault: NoValueError, t: float, q: Array, u: Array) -> str:
+        parts = (str(fault), valueless(self.scene, self.forces, t, q, u))
+        return f"{self.scene.name}: {'; '.join(filter(None, parts))}"
 
     def kinematics(self, q: Array, t: float = 0.0) -> tuple[Array, Array]:
         """Return the rows that hold velocities, those of prescribed motions last, shape (rows, nv), and H: q̇ = H u."""
@@ -334,7 +331,7 @@ class Prepared:
             with np.errstate(all="ignore"):  # what has no finite value is told below
                 found = matrices(v, here, choice, self.drives)
         except NoValueError as fault:
-            raise LinearizeError(_valueless(scene, fault)) from None
+            raise LinearizeError(self._valueless(fault, t, q, u)) from None
         except np.linalg.LinAlgError:
             raise LinearizeError(f"{scene.name}: independent states do not determine the others there") from None
         for matrix in (found.A, found.B, found.C, found.D):

@@ -310,7 +310,10 @@ def time_response(
     if until is not None and not (math.isfinite(until) and until > 0):
         raise LinearizeError(f"until = {until:g}: give a time above zero, s")
     end = _usual_end(one) if until is None else until
-    count = (_usual_count(one, end) if points is None else points) if one.period is None else int(end / one.period) + 1
+    count = points if one.period is None else int(end / one.period) + 1
+    if count is None:
+        fastest = max((mode.frequency for mode in one.modes if mode.oscillates), default=0.0)
+        count = min(MOST, max(USUAL, math.ceil(ROUND * fastest * end) + 1))
     if not 2 <= count <= LONGEST:
         raise LinearizeError(f"points, until: {count} times; give 2 to {LONGEST} of them")
     try:
@@ -363,11 +366,6 @@ def _usual_end(one: StateSpace) -> float:
             [*still, *(-SETTLED / value.real for value in values if value.real < -SIDEWAYS * size)], default=ROUNDS
         )
     return end if one.period is None else max(end, ROUNDS * one.period)
-
-
-def _usual_count(one: StateSpace, end: float) -> int:
-    fastest = max((mode.frequency for mode in one.modes if mode.oscillates), default=0.0)
-    return min(MOST, max(USUAL, math.ceil(ROUND * fastest * end) + 1))
 
 
 GAINS, DECADES = 300, 8

@@ -225,6 +225,8 @@ class Transfer(Answer):
         """Return G(s)."""
         return complex(self.gain * np.prod(s - self.zeros) / np.prod(s - self.poles))
 
+    __call__ = at
+
     def as_json(self) -> dict[str, Any]:
         """Return it for JSON."""
         return {
@@ -439,9 +441,8 @@ def _distance(G: Callable[[float], complex], grid: Array, values: Array, d: floa
     from scipy.optimize import minimize_scalar
 
     away = np.abs(1 + values)
-    inner = np.flatnonzero((away[1:-1] <= away[:-2]) & (away[1:-1] <= away[2:])) + 1
     least = [abs(1 + d), float(away[0])]
-    for k in inner:
+    for k in np.flatnonzero((away[1:-1] <= away[:-2]) & (away[1:-1] <= away[2:])) + 1:
         bounds = (float(grid[k - 1]), float(grid[k + 1]))
         least.append(
             float(minimize_scalar(lambda w: abs(1 + G(w)), bounds=bounds, options={"xatol": 1e-9 * bounds[0]}).fun)

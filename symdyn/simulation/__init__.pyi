@@ -14,6 +14,7 @@ from .forward import simulate as simulate
 from .gait import Gait as Gait, gait as gait
 from .initial import Start as Start
 from .integrate import METHODS as METHODS
+from .integrate.valueless import valueless as valueless
 from .inverse_run import inverse as inverse
 from .measures import Measure as Measure, Measures as Measures, measure_slopes as measure_slopes
 from .natural_contacts import contact_checks as contact_checks

@@ -408,24 +408,17 @@ def _read(
     )
     held = f"and no inputs, {listed(one.name for one in kept)}: they keep their values; {instead}" if kept else ""
     last = f"and no force, whose cost is over time: {argument('cost')}{'; ' * bool(held)}"
-    words, more = {"running": "cost", "final": "final cost"}, {"running": (*_drives(scene), *inputs)}
-    found = {}
+    words, forces = {"running": "cost", "final": "final cost"}, zip(drive_names(scene), scene.drives, strict=True)
+    more, check, found = {"running": (*(name for name, drive in forces if drive), *inputs)}, SceneUnits(scene).check, {}
+    advice = (lambda _: held, lambda _: last + held)
     for name, texts in given.items():
-        allowed = (*state, *more.get(name, ()))
+        where, allowed = words.get(name, name), (*state, *more.get(name, ()))
         told = [formula_text(one) for one in texts if one]
-        found[name] = _formulas(scene, told, allowed, words.get(name, name), faults, last * (name == "final") + held)
-    return found
-
-
-def _drives(scene: Scene) -> list[str]:
-    return [name for name, drive in zip(drive_names(scene), scene.drives, strict=True) if drive]
-
-
-def _formulas(
-    scene: Scene, texts: Sequence[str], allowed: Sequence[str], where: str, faults: Faults, inputs: str
-) -> tuple[Quantity, ...]:
-    read = [read_formula(text, allowed, where, faults, lambda _: inputs) for text in texts]
-    found = tuple(substituted(one, scene.definitions) for one in read if one is not None)
-    for one in found:
-        SceneUnits(scene).check(one, where, faults)
+        if name in words and {*told} & {"minimum time", "time", "T", "tf"} - {*allowed}:
+            faults.add(where, 'the shortest motion has cost="1", and until=(3, 20) where its end is between')
+            told = []
+        read = [read_formula(text, allowed, where, faults, advice[name == "final"]) for text in told]
+        found[name] = tuple(substituted(one, scene.definitions) for one in read if one is not None)
+        for one in found[name]:
+            check(one, where, faults)
     return found

@@ -17,7 +17,7 @@ from symdyn.dynamics import Workspace
 from symdyn.dynamics.loops import differentiated
 from symdyn.dynamics.mechanism import TIME, State
 from symdyn.emit.print.printable import Printable
-from symdyn.errors import EmitError, UnknownNameError, choice, listed, quoted
+from symdyn.errors import ArgumentError, EmitError, UnknownNameError, choice, listed, quoted
 from symdyn.frozen import dataclass, field, fields, replace
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene, SceneUnits, parse
@@ -278,6 +278,8 @@ class SympyEquations(Shown, BySympy):
         @suggesting
         def rates(t: float, x: Any) -> Array:
             """Return f of ẋ = f at a time, s, and x = [q; u; s], shape of x."""
+            if np.ndim(t) or np.shape(x)[:1] != (len(places) - 1,):
+                raise ArgumentError(f"t = {quoted(t)}, x = {quoted(x)}: give a number and a list of {len(places) - 1}")
             A, b, moved, own = call(t, x)
             return np.concatenate([np.ravel(moved), np.linalg.solve(A, b)[:n, 0], np.ravel(own)])
 

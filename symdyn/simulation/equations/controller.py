@@ -14,6 +14,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from numbers import Integral, Real
 from pathlib import Path
+from types import FunctionType
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -23,7 +24,7 @@ from symdyn.arguments import argument, check_arguments, suggesting
 from symdyn.errors import SimulateError, quoted
 from symdyn.frozen import dataclass, field, fields, replace
 from symdyn.scene import Scene, SceneUnits
-from symdyn.scene.values import Faults, Parameter, ask_for_units, velocity_name
+from symdyn.scene.values import Faults, Letter, Parameter, Quantity, velocity_name
 from symdyn.shown import Shown
 from symdyn.simulation.equations.linear_feedback import Gains, Schedule, gains_from, read_gains, state_names
 from symdyn.simulation.equations.linear_law import (
@@ -90,7 +91,7 @@ class Feedback(Shown):
     quantisation: Mapping[str, float | str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Take one name as several; SimulateError of what is no names."""
+        """Take one name as several; SimulateError of what is no names, and of times and limits of no controller."""
         names = {name: getattr(self, name) for name in ("inputs", "measures")}
         check_arguments(Feedback, names, SimulateError)
         found: dict[str, Any] = {name: (one,) if isinstance(one, str) else tuple(one) for name, one in names.items()}
@@ -100,6 +101,14 @@ class Feedback(Shown):
         faults.close(SimulateError)
         for name, one in found.items():
             object.__setattr__(self, name, one)
+        if isinstance(self.law, Gains | Schedule | LinearLaw):  # which are read, and looked at in their scene
+            return
+        faults, limits = Faults(""), self.limits if isinstance(self.limits, Mapping) else {"the force": self.limits}
+        if self.period is not None or isinstance(self.law, FunctionType) or getattr(self.law, "period", "") is None:
+            _check_times(self, 0.0, faults)
+        sizes = {name: one for name, one in limits.items() if isinstance(one, Real)}
+        _ranges(sizes, tuple(limits), faults, Parameter, {})
+        faults.close(SimulateError)
 
     def __repr__(self) -> str:
         settings = "".join(f", {name} = {value!r}" for name, value in self.given.items())
@@ -300,7 +309,7 @@ def placed(scene: Scene, feedback: Feedback, until: float, beside: bool = False)
     initial = () if isinstance(said, Mapping | str) else tuple(map(float, said))
     if len(initial) != len(names) or not all(map(math.isfinite, initial)):
         faults.add("feedback: initial", f"{quoted(said)} are not {len(names)} finite numbers, one an input")
-    ranges = _ranges(scene, feedback, names, faults)
+    ranges = _ranges(feedback.limits, names, faults, SceneUnits(scene).letter, parameter_values(scene))
     signals = _signals(scene, feedback, names, faults)
     state = (*scene.coordinates, *scene.first_order)
     measures, labels = (state, state) if signals is None else (signals.measures, signals.labels)
@@ -372,10 +381,11 @@ def _check_times(feedback: Feedback, until: float, faults: Faults) -> None:
         faults.add("feedback: period", f"{period:g} s makes more than {LARGEST:g} samples until {until:g} s")
 
 
-def _ranges(scene: Scene, feedback: Feedback, names: Sequence[str], faults: Faults) -> dict[str, tuple[float, float]]:
+def _ranges(
+    limits: Any, names: Sequence[str], faults: Faults, letter: Callable[[str], Letter], values: Mapping[str, Quantity]
+) -> dict[str, tuple[float, float]]:
     """Return smallest and largest value by input."""
     found = dict.fromkeys(names, (-math.inf, math.inf))
-    limits = feedback.limits
     if len(names) == 1 and not isinstance(limits, Mapping):
         limits = {names[0]: limits}
     if not isinstance(limits, Mapping):
@@ -387,7 +397,7 @@ def _ranges(scene: Scene, feedback: Feedback, names: Sequence[str], faults: Faul
         if name not in found:
             faults.add(where, f"is no input of the controller; it has {', '.join(names)}")
             continue
-        found[name] = read_range(limit, where, faults, SceneUnits(scene).letter(name), parameter_values(scene))
+        found[name] = read_range(limit, where, faults, letter(name), values)
     return found
 
 

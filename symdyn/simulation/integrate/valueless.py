@@ -5,7 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+import numpy as np
+
 from symdyn.algebra import Array, Floats
+from symdyn.dynamics.loops import Numbers
 from symdyn.dynamics.mechanism import ends_apart, pull
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import Quantity, Scene
@@ -15,9 +18,11 @@ from symdyn.simulation.prescribed.forces import Forces, force_names
 from symdyn.spatial import dot
 
 
-def valueless(scene: Scene, forces: Forces, t: float, q: Array, u: Array) -> str:
-    """Return what has no value at a time, s, and a state, shapes (nq,) and (nu,); "" where all has one."""
+def valueless(scene: Scene, forces: Forces, t: float = 0.0, q: Array | None = None, u: Array | None = None) -> str:
+    """Return what has no value at a time, s, and a state, shapes (nq,) and (nu,), or the start; "" for nothing."""
     graph = Graph()
+    if q is None or u is None:
+        q, u = Numbers(scene).start(), np.zeros(len(scene.first_order))
     values = scene.at_time(graph, t) | dict(zip(map(graph.symbol, scene.coordinates), q.tolist(), strict=True))
     moving = (*scene.velocities, *(one.name for one in scene.states))
     values |= dict(zip(map(graph.symbol, moving), u.tolist(), strict=True))
@@ -72,7 +77,8 @@ def _between_points(scene: Scene, graph: Graph) -> Iterator[tuple[str, Expr]]:
             continue
         words = f"{strut.kind} {strut.name} has no length there"
         if FORCES[strut.kind].pull.over is None:
-            yield f"{words}, and so no direction", graph.one / square
+            ways = "put it on a joint, or give a spring beside it a free length (free = 0.5) and start where it has it"
+            yield f"{words}, and so no direction: {ways}", graph.one / square
         else:
             words = f"{words}, where it pulls (with free = 0 it would not; else set its ends apart)"
             yield f"{words}, and so no direction", pull(strut, square, graph.zero)
