@@ -217,10 +217,10 @@ def with_loads(tree: Scene, seed: int) -> Scene:
         return place(first), place(second)
 
     k, c, f, t = Quantity.symbol("k1"), Quantity.symbol("c1"), Quantity.symbol("f1"), Quantity.symbol("t")
-    springs = [Spring("far", "", ends(), (k, Quantity.number(2)), Quantity.symbol("l0"), small())]
+    springs = [Spring("far", "", ends(), (k, Quantity.number(2)), free=Quantity.symbol("l0"), preload=small())]
     dampers = [Damper("far", "", ends(), (c, Quantity.number(3)))]
     if moving:
-        springs.append(Spring("near", rng.choice(moving), (), (k, Quantity.number(2)), small(), small()))
+        springs.append(Spring("near", rng.choice(moving), (), (k, Quantity.number(2)), free=small(), preload=small()))
         dampers.append(Damper("near", rng.choice(moving), (), (c, Quantity.number(2))))
     joints = list(tree.joints)
     for i, joint in enumerate(joints):

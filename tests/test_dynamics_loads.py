@@ -74,7 +74,7 @@ def without_load(q, qdd):
 
 
 def test_spring_at_a_joint():
-    spring = Spring("s", "hinge", (), vec("k", 5), parse("s0"), Quantity.number(2))
+    spring = Spring("s", "hinge", (), vec("k", 5), free=parse("s0"), preload=Quantity.number(2))
     one, q = pendulum(elements=(spring,)), 0.8
     x = q - S0
 
@@ -86,7 +86,7 @@ def test_spring_at_a_joint():
 
 
 def test_spring_between_points():
-    one, q = pendulum(elements=(Spring("s", "", (ABOVE, TIP), vec("k"), parse("s0")),)), 0.8
+    one, q = pendulum(elements=(Spring("s", "", (ABOVE, TIP), vec("k"), free=parse("s0")),)), 0.8
     s = length(q)
     slope = L * H * math.cos(q) / s
 
@@ -108,7 +108,7 @@ def test_damper_between_points_and_at_a_joint():
 def test_points_that_never_part_pull_at_nothing():
     """A spring that would pull and a damper between the hinge and itself change nothing, by any formulation."""
     ends = Place("ground", vec(0, 0, 0)), Place("bob", vec(0, 0, 0))
-    one = pendulum(elements=(Spring("s", "", ends, vec("k"), parse("s0")), Damper("d", "", ends, vec("c"))))
+    one = pendulum(elements=(Spring("s", "", ends, vec("k"), free=parse("s0")), Damper("d", "", ends, vec("c"))))
     state = {"q": [0.8], "qd": [-1.7], "qdd": [0.6], "params": VALUES}
 
     for formulation in formulations_of("inverse_dynamics"):
@@ -155,7 +155,7 @@ def test_a_spring_pendulum_moves_as_the_book_says():
             prismatic("slider", "rod", "bob", axis=[0, -1, 0], coordinate="r"),
         ],
     )
-    one = replace(one, elements=(Spring("s", "slider", (), vec("k"), parse("r0")),))
+    one = replace(one, elements=(Spring("s", "slider", (), vec("k"), free=parse("r0")),))
     m, k, r0, (theta, r), (w, v) = 1.3, 40.0, 0.5, (0.4, 0.8), (1.1, -0.6)
     expected = [
         -(2 * v * w + 9.81 * math.sin(theta)) / r,
@@ -180,7 +180,7 @@ def governor():
         ],
     )
     balls = (Place("left", vec(0, 0, "-l")), Place("right", vec(0, 0, "-l")))
-    return replace(one, elements=(Spring("s", "", balls, vec("k"), parse("s0")),))
+    return replace(one, elements=(Spring("s", "", balls, vec("k"), free=parse("s0")),))
 
 
 def test_a_governor_with_a_spring_finds_its_balance():
@@ -413,7 +413,7 @@ def test_a_long_scalar_function_hands_time_to_its_parts():
 
 @pytest.mark.runs
 def test_the_certificate_of_a_loaded_scene_proves_and_measures_everything():
-    spring, damper = Spring("s", "", (ABOVE, TIP), vec("k"), parse("s0")), Damper("d", "", (ABOVE, TIP), vec("c"))
+    spring, damper = Spring("s", "", (ABOVE, TIP), vec("k"), free=parse("s0")), Damper("d", "", (ABOVE, TIP), vec("c"))
     load, dry = (
         Load("w", TIP, vec("F*sin(t)", 0, 0)),
         Friction("hinge", Quantity.number(1), None, Quantity.number(1), parse("0.1")),
@@ -431,8 +431,8 @@ def test_the_certificate_of_a_loaded_scene_proves_and_measures_everything():
 @pytest.mark.long
 def test_every_load_is_printed():
     spring, twist = (
-        Spring("s", "", (ABOVE, TIP), vec("k"), parse("s0")),
-        Spring("e", "hinge", (), vec("c"), parse("s0")),
+        Spring("s", "", (ABOVE, TIP), vec("k"), free=parse("s0")),
+        Spring("e", "hinge", (), vec("c"), free=parse("s0")),
     )
     load, dry = (
         Load("w", TIP, vec("F*sin(t)", 0, 0), frame="body"),

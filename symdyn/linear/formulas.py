@@ -98,7 +98,7 @@ class Formulas(Shown):
         return A, B, C, D
 
     def lambdify(self, *symbols: str | SympyExpression | Sequence[str | SympyExpression]) -> Callable[..., list[Array]]:
-        """Return a function of some symbols, or names, each once, in SI, that gives A, B, C, D; others keep their values.
+        """Return a function of symbols, or names, each once, in SI, that gives A, B, C, D; others keep their values.
 
         Raises:
             LinearizeError: a name that no formula has.

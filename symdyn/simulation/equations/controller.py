@@ -23,8 +23,8 @@ from symdyn.algebra import Array
 from symdyn.arguments import argument, check_arguments, suggesting
 from symdyn.errors import SimulateError, quoted
 from symdyn.frozen import dataclass, field, fields, replace
-from symdyn.scene import Scene, SceneUnits
-from symdyn.scene.values import Faults, Letter, Parameter, Quantity, velocity_name
+from symdyn.scene import Quantity, Scene, SceneUnits
+from symdyn.scene.values import Faults, Letter, Parameter, ask_for_units, velocity_name
 from symdyn.shown import Shown
 from symdyn.simulation.equations.linear_feedback import Gains, Schedule, gains_from, read_gains, state_names
 from symdyn.simulation.equations.linear_law import (
