@@ -285,10 +285,7 @@ def _tension(w: Workspace, name: str) -> list[Quantity]:
 
 
 SIGNALS: dict[str, Output] = {
-    "outputs": _USUAL(
-        "outputs",
-        axes=(lambda w: tuple(one.name for one in w.scene.outputs),),
-    ),
+    "outputs": _USUAL("outputs", axes=(lambda w: tuple(one.name for one in w.scene.outputs),)),
     "output": _USUAL("output {name}", axes=(), place="output"),
     "state_rates": _USUAL(
         "rates of coordinates, velocities and states",

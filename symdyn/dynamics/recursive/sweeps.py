@@ -121,11 +121,7 @@ def over_table(table: JointTable, sweeps: Sweeps, given: Mapping[str, Sequence[E
 
 
 def values_over_table(
-    table: JointTable,
-    sweeps: Sweeps,
-    numbers: Sequence[T],
-    given: Mapping[str, Sequence[T]],
-    algebra: Algebra[T],
+    table: JointTable, sweeps: Sweeps, numbers: Sequence[T], given: Mapping[str, Sequence[T]], algebra: Algebra[T]
 ) -> list[T]:
     """Return the same over an algebra, without a graph of it; `numbers` are the ground's and those of every row.
 
@@ -226,11 +222,7 @@ def _paired(
 
 
 def _solved(
-    table: JointTable,
-    entries: Sequence[T],
-    zero: T,
-    one: T,
-    put: Callable[[Sequence[Expr], Mapping[str, T]], list[T]],
+    table: JointTable, entries: Sequence[T], zero: T, one: T, put: Callable[[Sequence[Expr], Mapping[str, T]], list[T]]
 ) -> list[T]:
     """Return -M⁻¹ x, -M⁻¹ y, M⁻¹ of blocks x, y, M, row by row: M = Lᵀ D L, whose L has entries for ancestors alone."""
     n, parents = len(table.rows), [row.parent - 1 for row in table.rows]

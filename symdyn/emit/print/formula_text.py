@@ -13,18 +13,7 @@ from contextlib import suppress
 from fractions import Fraction
 from functools import lru_cache
 
-from symdyn.algebra import (
-    AngleGroup,
-    Compactor,
-    Form,
-    Function,
-    Number,
-    Pi,
-    Power,
-    Product,
-    Sum,
-    Symbol,
-)
+from symdyn.algebra import AngleGroup, Compactor, Form, Function, Number, Pi, Power, Product, Sum, Symbol
 from symdyn.dynamics.mechanism import State
 from symdyn.emit.print.breaking import BREAK, LINE, Sizes, latex_width, parts
 from symdyn.emit.print.printed_names import PrintName
