@@ -410,17 +410,14 @@ def _read(
     )
     held = f"and no inputs, {listed(one.name for one in kept)}: they keep their values; {instead}" if kept else ""
     last = f"and no force, whose cost is over time: {argument('cost')}{'; ' * bool(held)}"
-    words, more = {"running": "cost", "final": "final cost"}, {"running": (*_drives(scene), *inputs)}
+    drives = [name for name, drive in zip(drive_names(scene), scene.drives, strict=True) if drive]
+    words, more = {"running": "cost", "final": "final cost"}, {"running": (*drives, *inputs)}
     found = {}
     for name, texts in given.items():
         allowed = (*state, *more.get(name, ()))
         told = [formula_text(one) for one in texts if one]
         found[name] = _formulas(scene, told, allowed, words.get(name, name), faults, last * (name == "final") + held)
     return found
-
-
-def _drives(scene: Scene) -> list[str]:
-    return [name for name, drive in zip(drive_names(scene), scene.drives, strict=True) if drive]
 
 
 def _formulas(

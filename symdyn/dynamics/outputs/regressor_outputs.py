@@ -204,11 +204,6 @@ def _turned(w: Workspace) -> list[Expr]:
     return found
 
 
-def _along(w: Workspace, forces: Sequence[Expr]) -> list[Expr]:
-    """Return half the derivative of functions along q̇ = v."""
-    return [one / 2 for one in tangents(forces, dict(zip(w.state.qd, _reference(w), strict=True)))]
-
-
 def _sum(*lists: Sequence[Expr]) -> list[Expr]:
     return [one.graph.total((one, *rest)) for one, *rest in zip(*lists, strict=True)]
 
@@ -259,7 +254,8 @@ def _polarised(w: Workspace, column: Sequence[Expr]) -> list[Expr]:
     at_rest = substitute(column, rest)
     if all(one is other for one, other in zip(at_rest, column, strict=True)):
         return list(column)
-    return _sum(substitute(alone, moved), _along(w, at_rest))
+    along = tangents(at_rest, dict(zip(state.qd, _reference(w), strict=True)))
+    return _sum(substitute(alone, moved), [one / 2 for one in along])
 
 
 def _slotine_li_regressor(w: Workspace) -> list[Expr]:

@@ -328,7 +328,8 @@ class Latex:
         if form.op is Op.POW:
             base, to = form.args
             bare = isinstance(base, Symbol) and LatexSymbol(self(base)).takes_exponent
-            text = self.unbroken(base) if bare or _is_abs(base) else _brackets(self.unbroken(base))
+            bare = bare or (isinstance(base, Function) and base.op is Op.ABS)
+            text = self.unbroken(base) if bare else _brackets(self.unbroken(base))
             return f"{text}^{{{self.unbroken(Form.product((Number(Fraction(power)), to)))}}}"
         if form.op is Op.SELECT and _word(form) == "select":
             guard, a, b = map(self.unbroken, form.args)
@@ -349,10 +350,6 @@ class Latex:
         if isinstance(form.args[0], (Symbol, Pi)) and len(form.args) == 1:
             return f"{FUNCTIONS[form.op]}{exponent} {arguments}"
         return f"{FUNCTIONS[form.op]}{exponent}{_brackets(arguments)}"
-
-
-def _is_abs(form: Form) -> bool:
-    return isinstance(form, Function) and form.op is Op.ABS
 
 
 def _brackets(text: str) -> str:

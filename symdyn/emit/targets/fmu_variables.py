@@ -216,13 +216,11 @@ def described(draft: Draft, variables: Sequence[Variable], differentiated: bool,
         "outputs": [_unknown(one) for one in outputs],
         "rates": [_unknown(one) for one in rates],
         "initial": [_unknown(one) for one in computed],
-        "events": [_event(len(variables) + k, k, text) for k, text in enumerate(jumps)],
+        "events": [  # in FMI 3 alone
+            _variable(Variable(len(variables) + k, f"event({k + 1})", "local", text=text))
+            for k, text in enumerate(jumps)
+        ],
     }
-
-
-def _event(reference: int, k: int, text: str) -> dict[str, Any]:
-    """Return the indicator of an event, which is a variable in FMI 3 alone."""
-    return _variable(Variable(reference, f"event({k + 1})", "local", text=text))
 
 
 def _base(unit: str) -> str:

@@ -8,7 +8,7 @@ a certificate without divided angles.
 from __future__ import annotations
 
 import random
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
 from hashlib import blake2b
 from math import lcm
@@ -63,7 +63,7 @@ class Everywhere:
     def __init__(self, fields: Sequence[Sequence[Uninterpreted]]) -> None:
         """Start without values; `fields` are those of point j of every prime, for each j."""
         self._first = fields[0][0]
-        self._points = ManyPoints(fields, _symbol, _function)
+        self._points = ManyPoints(fields, _symbol, lambda field, node, args, _: field.function(node, args))
         self._operations: dict[Expr, Operation] = {}
 
     def values(self, outputs: Sequence[Expr]) -> list[tuple[int, ...]]:
@@ -87,10 +87,6 @@ class Everywhere:
 def _symbol(field: FiniteField, name: str) -> int:
     assert isinstance(field, Uninterpreted), "fields of files are uninterpreted"
     return field.symbol(name)
-
-
-def _function(field: FiniteField, node: Expr, args: Sequence[int], _: Mapping[Expr, int]) -> int:
-    return field.function(node, args)
 
 
 def everywhere(outputs: Sequence[Expr], seed: int) -> Everywhere:
