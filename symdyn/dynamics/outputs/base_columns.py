@@ -24,7 +24,7 @@ from itertools import product
 
 from symdyn.dynamics.mechanism.tree import body_inertia
 from symdyn.dynamics.outputs.workspace import Workspace
-from symdyn.dynamics.recursive.links import Moments
+from symdyn.dynamics.recursive.links import Moments, six
 from symdyn.dynamics.recursive.reduced_tree import ReducedTree, slides_along_all_turns, split
 from symdyn.dynamics.recursive.tree_dynamics import rnea
 from symdyn.errors import DerivationError
@@ -32,7 +32,7 @@ from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, gradient, reachable, substitute, tangents
 from symdyn.scene import INERTIAL, Quantity, with_force_parameters
 from symdyn.scene.forces import FORCES
-from symdyn.spatial import Mat, Transform, Vec, dot, zero_vector
+from symdyn.spatial import Mat, Transform, dot, zero_vector
 
 
 @dataclass(frozen=True)
@@ -107,15 +107,9 @@ def linear(w: Workspace) -> Linear:
     kept = [name for name in possible if name in kept]
     known = {symbols[name]: value for name, value in values.items() if name not in kept}
     bodies = [body_inertia(body, there.graph) for body in scene.bodies]
-    declared = [entry for body in bodies for entry in _ten(body.m, body.h, body.I)]
+    declared = [entry for body in bodies for entry in (body.m, *body.h, *six(body.I))]
     declared += [values.get(name, symbols[name]) for name in kept if name not in ten]
     return Linear(there, tuple(kept), known, tuple(declared), w)
-
-
-def _ten(m: Expr, h: Vec, matrix: Mat) -> tuple[Expr, ...]:
-    """Return the ten of a body about a frame, in the order of `INERTIAL`."""
-    (xx, xy, xz), (_, yy, yz), (_, _, zz) = matrix
-    return (m, *h, xx, yy, zz, xy, xz, yz)
 
 
 def _any(slopes: Sequence[Expr]) -> bool:
@@ -177,7 +171,7 @@ def base(w: Workspace) -> Base:
     )
     grouped = _given_on(reduced, along) if along else reduced.body
     for k in reduced.outward():
-        own = dict(zip(ALL, _ten(grouped[k].m, grouped[k].h, grouped[k].J), strict=True))
+        own = dict(zip(ALL, (grouped[k].m, *grouped[k].h, *six(grouped[k].J)), strict=True))
         felt: tuple[str, ...] = ALONG if k in along else SLIDING if reduced.slides[k] else TURNING
         if k in together:  # joints that act as one: only behind the last of them is there a frame that is a body's
             felt = ALL if k == together[k] else ()

@@ -228,7 +228,7 @@ def _solved(
     n, parents = len(table.rows), [row.parent - 1 for row in table.rows]
     rows = [list(entries[k * 3 * n : k * 3 * n + 2 * n]) for k in range(n)]
     L = [list(entries[k * 3 * n + 2 * n : (k + 1) * 3 * n]) for k in range(n)]
-    lessened, scaled = _lessened(), _scaled()
+    lessened, scaled = _lessened_and_scaled()
 
     def ancestors(k: int) -> Iterator[int]:
         while (k := parents[k]) >= 0:
@@ -259,16 +259,9 @@ def _solved(
 
 
 @cache
-def _lessened() -> tuple[Expr, ...]:
-    graph = Graph()
-    return (graph.symbol("x") - graph.symbol("f") * graph.symbol("y"),)
-
-
-@cache
-def _scaled() -> tuple[Expr, ...]:
-    graph = Graph()
-    quotient = graph.symbol("x") / graph.symbol("d")
-    return quotient, -quotient
+def _lessened_and_scaled() -> tuple[tuple[Expr, ...], tuple[Expr, ...]]:
+    x, y, f, d = map(Graph().symbol, "xyfd")
+    return (x - f * y,), (x / d, -(x / d))
 
 
 @cache

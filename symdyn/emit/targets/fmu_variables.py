@@ -83,7 +83,13 @@ def variables(program: Program, q: Sequence[float], u: Sequence[float]) -> tuple
     free = parameters_of(program)
     named += [*inputs, *outputs, *free]
     place = {name: k for k, name in enumerate(named)}
-    limits, depends = _limits(scene), _depends(program, place)
+    values = {one.name: one.value for one in scene.parameters if one.value is not None}
+    limits = {
+        joint.coordinate: (_bound(joint.limits.lower, values), _bound(joint.limits.upper, values))
+        for joint in scene.moving
+        if joint.coordinate
+    }
+    depends = _depends(program, place)
     found = [Variable(0, TIME, "independent", None, scene.shown_unit("s"), "time")]
     for name, value in zip([*scene.coordinates, *scene.first_order], [*q, *u, *own], strict=True):
         least, most = limits.get(name, (None, None))
@@ -120,15 +126,6 @@ def _words(scene: Scene) -> dict[str, tuple[str, str]]:
         words |= {u: (f"{next(speeds)}/s", f"velocity, joint {joint.name}") for u in joint.rates}
     told = SceneUnits(scene).inferred
     return words | {one.name: (told[one.name] or "1", one.text or "state") for one in scene.states}
-
-
-def _limits(scene: Scene) -> dict[str, tuple[float | None, float | None]]:
-    values = {one.name: one.value for one in scene.parameters if one.value is not None}
-    return {
-        joint.coordinate: (_bound(joint.limits.lower, values), _bound(joint.limits.upper, values))
-        for joint in scene.moving
-        if joint.coordinate
-    }
 
 
 def _bound(limit: Quantity | None, values: Mapping[str, Quantity]) -> float | None:
