@@ -241,13 +241,18 @@ KEPT = 40  # points that are kept, of fields and of numbers; claims with few roo
 HELD = 300_000  # values that are kept at all points together; with more all are forgotten, for the sake of memory
 
 
+def symbol_value(field: FiniteField, name: str) -> int:
+    """Return a random value, the same for all symbols of a name."""
+    return random.Random(f"{field.seed}:{name}").randrange(field.p)
+
+
 class FirstPoints:
     """The first points that are drawn over all fields, which hardly ever are unlucky: looked at together."""
 
     def __init__(self, needs: Needs, primes: Sequence[int], seeds: Sequence[Sequence[int]]) -> None:
         """Start without values; `seeds` are those of point j of every prime, for each j."""
         fields = [[FiniteField(p, seed, needs) for p, seed in zip(primes, row, strict=True)] for row in seeds]
-        self._points = ManyPoints(fields, _drawn_from, FiniteField.function_at)
+        self._points = ManyPoints(fields, symbol_value, FiniteField.function_at)
         self._most = HELD // (len(primes) * len(seeds))
 
     @property
@@ -270,10 +275,6 @@ class FirstPoints:
 
     def at(self, values: Sequence[tuple[int, ...]], j: int, k: int) -> list[int]:
         return [self._points.at(value, j, k) for value in values]
-
-
-def _drawn_from(field: FiniteField, name: str) -> int:
-    return random.Random(f"{field.seed}:{name}").randrange(field.p)
 
 
 class FieldPoints:

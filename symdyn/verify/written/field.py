@@ -7,7 +7,6 @@ a certificate without divided angles.
 
 from __future__ import annotations
 
-import random
 from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
 from hashlib import blake2b
@@ -15,6 +14,7 @@ from math import lcm
 
 from symdyn.algebra import FiniteField, ManyPoints, Needs, Redraw
 from symdyn.graph import Expr, Op, Piecewise, evaluate, reachable
+from symdyn.verify.points import symbol_value
 
 PRIMES = POINTS = 2
 MAX_DRAWS = 200
@@ -31,14 +31,10 @@ class Uninterpreted(FiniteField):
         key = repr((self.seed, int(node.op), *args, *table)).encode()
         return int.from_bytes(blake2b(key, digest_size=32).digest(), "big") % self.p
 
-    def symbol(self, name: str) -> int:
-        """Return a random value, the same for all symbols of a name."""
-        return random.Random(f"{self.seed}:{name}").randrange(self.p)
-
     def values(self, outputs: Sequence[Expr]) -> tuple[int, ...]:
         """Return the values of nodes of one graph; Redraw where one is not defined at this point."""
         order = reachable(outputs)
-        symbols = {node: self.symbol(str(node.value)) for node in order if node.op is Op.SYMBOL}
+        symbols = {node: symbol_value(self, str(node.value)) for node in order if node.op is Op.SYMBOL}
         return tuple(evaluate(outputs, self, symbols, order))
 
     def operation(self, op: Op, values: Sequence[int]) -> Operation:
@@ -63,7 +59,7 @@ class Everywhere:
     def __init__(self, fields: Sequence[Sequence[Uninterpreted]]) -> None:
         """Start without values; `fields` are those of point j of every prime, for each j."""
         self._first = fields[0][0]
-        self._points = ManyPoints(fields, _symbol, lambda field, node, args, _: field.function(node, args))
+        self._points = ManyPoints(fields, symbol_value, lambda field, node, args, _: field.function(node, args))
         self._operations: dict[Expr, Operation] = {}
 
     def values(self, outputs: Sequence[Expr]) -> list[tuple[int, ...]]:
@@ -82,11 +78,6 @@ class Everywhere:
                 values = [self._points.at(self._points.known[one], 0, 0) for one in node.args]
                 found[node] = self._first.operation(node.op, values)
         return frozenset([found[node] for node in below])
-
-
-def _symbol(field: FiniteField, name: str) -> int:
-    assert isinstance(field, Uninterpreted), "fields of files are uninterpreted"
-    return field.symbol(name)
 
 
 def everywhere(outputs: Sequence[Expr], seed: int) -> Everywhere:
