@@ -35,6 +35,7 @@ from typing import Any, NamedTuple
 from symdyn.algebra import FiniteField, ManyPoints, Needs, RealBalls, Redraw
 from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Op, Piecewise, arithmetic, evaluate, reachable
+from symdyn.verify.written.field import symbol_value
 
 UNEVENNESS = 64  # a prime after a long gap is drawn more often than the average one; no gap there is this much longer
 
@@ -239,11 +240,6 @@ MAX_DRAWS = 200
 SPREAD = (2.0, 8.0, 64.0, 1024.0)  # widths of the ranges that numerical points are drawn from, one after the other
 KEPT = 40  # points that are kept, of fields and of numbers; claims with few roots are looked at fewer
 HELD = 300_000  # values that are kept at all points together; with more all are forgotten, for the sake of memory
-
-
-def symbol_value(field: FiniteField, name: str) -> int:
-    """Return a random value, the same for all symbols of a name."""
-    return random.Random(f"{field.seed}:{name}").randrange(field.p)
 
 
 class FirstPoints:

@@ -7,6 +7,7 @@ a certificate without divided angles.
 
 from __future__ import annotations
 
+import random
 from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
 from hashlib import blake2b
@@ -14,13 +15,17 @@ from math import lcm
 
 from symdyn.algebra import FiniteField, ManyPoints, Needs, Redraw
 from symdyn.graph import Expr, Op, Piecewise, evaluate, reachable
-from symdyn.verify.points import symbol_value
 
 PRIMES = POINTS = 2
 MAX_DRAWS = 200
 
 Operation = tuple[int, ...]
 """Which operation, and of what."""
+
+
+def symbol_value(field: FiniteField, name: str) -> int:
+    """Return a random value, the same for all symbols of a name."""
+    return random.Random(f"{field.seed}:{name}").randrange(field.p)
 
 
 class Uninterpreted(FiniteField):
