@@ -167,10 +167,6 @@ def _apart(look: str, hinge: JointAxis, view: View) -> Shape:
     return line(look, view.flat(hinge.fixed.p), view.flat(hinge.moved.p), size=1.2)
 
 
-def _frames(hinge: JointAxis, view: View, part: MarkPart) -> tuple[Shape, ...]:
-    return joined([triad(view, frame.p, frame.R, part.half) for frame in (hinge.fixed, hinge.moved)])
-
-
 PARTS: dict[str, Callable[[JointAxis, View, MarkPart], tuple[Shape, ...]]] = {
     "line": lambda hinge, view, part: (line("axis", *_ends(hinge, view, part), size=1.2),),
     "arm": _arm,
@@ -189,7 +185,7 @@ PARTS: dict[str, Callable[[JointAxis, View, MarkPart], tuple[Shape, ...]]] = {
     "diamond": partial(_polygon, "joint", [[-1, 0], [0, -1], [1, 0], [0, 1]]),
     "rod": _rod,
     "flight": lambda hinge, view, part: (_apart("flight", hinge, view),),
-    "frames": _frames,
+    "frames": lambda hinge, view, part: joined([triad(view, X.p, X.R, part.half) for X in (hinge.fixed, hinge.moved)]),
 }
 
 

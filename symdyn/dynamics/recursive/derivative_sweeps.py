@@ -93,7 +93,8 @@ def _bodies(kind: RowKind, graph: Graph) -> tuple[tuple[Expr, ...], Pairs]:
     h, J, (*P, l, n, f) = *vectors(beyond[1:4]), beyond[4:10], vectors(beyond[10:])  # noqa: E741
     composite = single_body(body, scale(2, w)) + Composite(Moments(beyond[0], h, Mat.symmetric(*J)), Mat(P), l)
     wrench = plus(body.wrench(a, U), (n, f))
-    by, S = _shift(graph), subspace(graph, KEPT, kind.slides)
+    by = OriginShift(*vectors(symbols(graph, KEPT, MANY)[MOTION : MOTION + 6]))
+    S = subspace(graph, KEPT, kind.slides)
     near, moment = composite.shifted(by), add(wrench[0], cross(by.p, wrench[1]))
     one = composite.contribution(S, wrench)
     own = power(one.F0, S.twist), power(one.F1, S.twist), power(one.A, S.twist) + rotor_of(kind, graph)
@@ -122,11 +123,6 @@ def subspace(graph: Graph, name: str, slides: bool) -> Subspace:
     if slides:
         return Subspace((zeros, z), (zeros, dz), (zeros, ddz), (zeros, scale(2, dz)))
     return Subspace((z, zeros), (dz, zeros), (ddz, beside), (scale(2, dz), zeros))
-
-
-def _shift(graph: Graph) -> OriginShift:
-    p, u = vectors(symbols(graph, KEPT, MANY)[MOTION : MOTION + 6])
-    return OriginShift(p, u)
 
 
 def _axis(R: Mat) -> Vec:
