@@ -18,7 +18,16 @@ from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.outputs import unilaterals_of, with_modes
 from symdyn.errors import SimulateError, listed, suggestion
 from symdyn.scene import Quantity, Scene, SceneLike, SceneUnits
-from symdyn.scene.values import Faults, FormulaError, Input, Unilateral, formula_text, spell, substituted, velocity_name
+from symdyn.scene.values import (
+    Faults,
+    FormulaError,
+    Input,
+    Unilateral,
+    formula_text,
+    spell,
+    substituted,
+    velocity_name,
+)
 from symdyn.simulation import Problem, Start
 from symdyn.simulation.prescribed import drive_names, number_of, parameter_values, read_formula
 from symdyn.transcription.grid import METHODS, ROWWISE, Grid, grid as grid_of, numbered, read_mesh, read_span
