@@ -69,10 +69,6 @@ def triad(view: View, at: Array, R: Array, half: float = 3.0) -> tuple[Shape, ..
 # Along a direction
 
 
-def _line(hinge: JointAxis, view: View, part: MarkPart) -> tuple[Shape, ...]:
-    return (line("axis", *_ends(hinge, view, part), size=1.2),)
-
-
 def _arm(hinge: JointAxis, view: View, part: MarkPart) -> tuple[Shape, ...]:
     ends = _ends(hinge, view, part)
     return (line("cross", *ends, size=2.6), *(dot("joint", end, view.size * 0.42) for end in ends))
@@ -144,14 +140,6 @@ def _plate(hinge: JointAxis, view: View, part: MarkPart) -> tuple[Shape, ...]:
 # At a point, or between the ends
 
 
-def _ring(hinge: JointAxis, view: View, part: MarkPart) -> tuple[Shape, ...]:
-    return (dot("joint", view.flat(hinge.moved.p), view.size * 0.8),)
-
-
-def _ball(hinge: JointAxis, view: View, part: MarkPart) -> tuple[Shape, ...]:
-    return (dot("joint ball", view.flat(hinge.moved.p), view.size * part.half),)
-
-
 def _socket(hinge: JointAxis, view: View, part: MarkPart) -> tuple[Shape, ...]:
     angles = np.linspace(np.radians(-35), np.radians(215), 19)
     around = np.stack([np.cos(angles), np.sin(angles)], axis=1)[None] * view.size * 1.45
@@ -169,10 +157,6 @@ def _rod(hinge: JointAxis, view: View, part: MarkPart) -> tuple[Shape, ...]:
     return (line("halo", *ends, size=5.4), line("rod", *ends, size=2.4), *balls)
 
 
-def _flight(hinge: JointAxis, view: View, part: MarkPart) -> tuple[Shape, ...]:
-    return (_apart("flight", hinge, view),)
-
-
 def _wire(hinge: JointAxis, view: View, part: MarkPart) -> tuple[Shape, ...]:
     if hinge.wire is None:
         return (_apart("flight", hinge, view),)
@@ -183,12 +167,8 @@ def _apart(look: str, hinge: JointAxis, view: View) -> Shape:
     return line(look, view.flat(hinge.fixed.p), view.flat(hinge.moved.p), size=1.2)
 
 
-def _frames(hinge: JointAxis, view: View, part: MarkPart) -> tuple[Shape, ...]:
-    return joined([triad(view, frame.p, frame.R, part.half) for frame in (hinge.fixed, hinge.moved)])
-
-
 PARTS: dict[str, Callable[[JointAxis, View, MarkPart], tuple[Shape, ...]]] = {
-    "line": _line,
+    "line": lambda hinge, view, part: (line("axis", *_ends(hinge, view, part), size=1.2),),
     "arm": _arm,
     "arrow": _arrow,
     "cylinder": partial(_solid, cylinder),
@@ -198,14 +178,14 @@ PARTS: dict[str, Callable[[JointAxis, View, MarkPart], tuple[Shape, ...]]] = {
     "rail": _rail,
     "wire": _wire,
     "plate": _plate,
-    "ring": _ring,
-    "ball": _ball,
+    "ring": lambda hinge, view, part: (dot("joint", view.flat(hinge.moved.p), view.size * 0.8),),
+    "ball": lambda hinge, view, part: (dot("joint ball", view.flat(hinge.moved.p), view.size * part.half),),
     "socket": _socket,
     "square": partial(_polygon, "weld", [[-1, -1], [1, -1], [1, 1], [-1, 1]]),
     "diamond": partial(_polygon, "joint", [[-1, 0], [0, -1], [1, 0], [0, 1]]),
     "rod": _rod,
-    "flight": _flight,
-    "frames": _frames,
+    "flight": lambda hinge, view, part: (_apart("flight", hinge, view),),
+    "frames": lambda hinge, view, part: joined([triad(view, X.p, X.R, part.half) for X in (hinge.fixed, hinge.moved)]),
 }
 
 

@@ -416,7 +416,8 @@ def _best(label: Label, segments: Array, boxes: Array, most: float) -> Array | N
             cost, led = float(costs[k]) + CROSSING * crossings, Put(label, offsets[k])
             if led.leader is not None and cost <= least:
                 cost += LED
-                if boxes.shape[1] and _on_a_label(_led(led), boxes):
+                leader = _led(led)
+                if any(crosses(boxes[:, i, 0], boxes[:, i, 1], leader).any() for i in range(boxes.shape[1])):
                     continue
             if cost < least - SAME or (k < best and cost < least + SAME):
                 best, least = k, min(cost, least)
@@ -426,10 +427,6 @@ def _best(label: Label, segments: Array, boxes: Array, most: float) -> Array | N
 def _led(one: Put) -> Array:
     assert one.leader is not None, "asked only of labels far from their anchors"
     return np.stack([one.label.at + end for end in one.leader], axis=1)[:, None]
-
-
-def _on_a_label(leader: Array, boxes: Array) -> bool:
-    return any(bool(crosses(boxes[:, k, 0], boxes[:, k, 1], leader).any()) for k in range(boxes.shape[1]))
 
 
 def _overlaps(low: Array, high: Array, boxes: Array) -> Array:

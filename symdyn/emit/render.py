@@ -119,13 +119,13 @@ def in_comment(text: str, prefix: str = " * ") -> str:
     return "\n".join(f"{prefix}{_printable(line)}".rstrip() for line in harmless.split("\n"))
 
 
-def in_percent_comment(text: str, prefix: str = "% ") -> str:
+def in_percent_comment(text: str) -> str:
     """Return `text` as lines of a comment of MATLAB and Octave, whose `help` shows it as it stands.
 
     No line opens a comment over several lines, holds a link, which may be a command, or is read as Texinfo.
     """
     harmless = text.replace("-*-", "- * -").replace("<", "< ").replace("< =", "<=")
-    return "\n".join(f"{prefix}{_printable(line)}".rstrip() for line in harmless.split("\n"))
+    return "\n".join(f"% {_printable(line)}".rstrip() for line in harmless.split("\n"))
 
 
 def in_docstring(text: str, indent: int = 0) -> str:

@@ -68,7 +68,11 @@ def write(files: Mapping[str, Contents], folder: str | Path) -> tuple[Path, ...]
                     raise IsADirectoryError(EISDIR, "a folder of that name stands there")
                 aside.append(temporary := _aside((place / name).parent))
                 left_over.callback(temporary.unlink, missing_ok=True)
-                _fill(temporary, contents)
+                with temporary.open("wb") as file:
+                    if callable(contents):
+                        contents(file)
+                    else:
+                        file.write(contents.encode() if isinstance(contents, str) else contents)
             for temporary, name in zip(aside, files, strict=True):
                 os.replace(temporary, place / name)
     except (OSError, ValueError) as fault:  # a name that no system can spell
@@ -111,11 +115,3 @@ def _aside(place: Path) -> Path:
     os.umask(mask)
     os.chmod(name, 0o666 & ~mask)
     return Path(name)
-
-
-def _fill(path: Path, contents: Contents) -> None:
-    with path.open("wb") as file:
-        if callable(contents):
-            contents(file)
-        else:
-            file.write(contents.encode() if isinstance(contents, str) else contents)

@@ -71,7 +71,12 @@ def skipped(equations: Equations, requests: Sequence[str]) -> tuple[Skipped, ...
             f"{request} by {chosen[request]} instead of {formulation}" for request, formulation in changed.items()
         )
         report.append(Skipped("formulation", why, _saved(on, Workspace(scene, equations.closing), first)))
-    return (*report, *_passes(equations, on))
+    for k, name in enumerate(DEFAULT, start=1):
+        after = _counts(equations, DEFAULT[:k])
+        saved = _positive({function: on[function] - after[function] for function in on})
+        report.append(Skipped(name, f"pass {k} of {len(DEFAULT)} over the program", saved))
+        on = after
+    return tuple(report)
 
 
 def _dead(workspace: Workspace, chosen: Mapping[str, str]) -> Iterator[Skipped]:
@@ -136,15 +141,6 @@ def _filled(body: Body) -> Body:
 
     place = {key: fill(vector) for key in ("com", "first_moment") if (vector := getattr(body, key)) is not None}
     return replace(body, inertia=fill(body.inertia), **place)  # type: ignore[arg-type]
-
-
-def _passes(equations: Equations, on: Savings) -> Iterator[Skipped]:
-    """Return what each pass saves after those before it."""
-    for k, name in enumerate(DEFAULT, start=1):
-        after = _counts(equations, DEFAULT[:k])
-        saved = _positive({function: on[function] - after[function] for function in on})
-        yield Skipped(name, f"pass {k} of {len(DEFAULT)} over the program", saved)
-        on = after
 
 
 def _saved(on: Savings, other: Workspace, chosen: Mapping[str, str]) -> Savings | None:

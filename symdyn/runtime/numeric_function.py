@@ -148,7 +148,10 @@ class NumericFunction(Shown):
             elif one.scalar:
                 known[one.name] = (taken or self.usual)[one.entries[0]]
             else:
-                known[one.name] = self._together([taken.get(name, self.usual.get(name)) for name in one.entries])
+                try:
+                    known[one.name] = self._stack([taken.get(name, self.usual.get(name)) for name in one.entries])
+                except (ValueError, RuntimeError) as error:
+                    raise ArgumentError(f"values by name do not broadcast: {error}") from error
         faults += [self._strange(name, known) for name in named]
         if faults:
             raise ArgumentError(f"{self.name}: {'; '.join(faults)}; {self.description}")
@@ -223,12 +226,6 @@ class NumericFunction(Shown):
         except ValueError:  # rows of several lengths
             return None
         return array.shape if array.dtype.kind in REAL else None
-
-    def _together(self, values: Sequence[Any]) -> Any:
-        try:
-            return self._stack(values)
-        except (ValueError, RuntimeError) as error:
-            raise ArgumentError(f"values by name do not broadcast: {error}") from error
 
     def _stack(self, values: Sequence[Any]) -> Any:
         return np.stack(np.broadcast_arrays(*values), axis=-1)

@@ -278,11 +278,7 @@ def _contradictions(problem: Collocation, z: Array) -> None:
 
 
 def _callback(
-    name: str,
-    takes: Sequence[Any],
-    gives: Sequence[Any],
-    compute: Callable[..., Sequence[Any]],
-    kind: str = "",
+    name: str, takes: Sequence[Any], gives: Sequence[Any], compute: Callable[..., Sequence[Any]], kind: str = ""
 ) -> Any:
     """Return a function of CasADi that is computed here; what it gives are the entries of its sparsity."""
     import casadi

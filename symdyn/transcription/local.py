@@ -35,7 +35,7 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.dynamics import Argument, LoopChoices, Workspace
-from symdyn.dynamics.mechanism import TIME, cost, refuse_ideal_friction
+from symdyn.dynamics.mechanism import TIME, cost, quaternions, refuse_ideal_friction
 from symdyn.dynamics.outputs import dot, inverse_derivatives, kinks
 from symdyn.errors import listed
 from symdyn.frozen import dataclass, replace
@@ -124,7 +124,8 @@ def written(w: Workspace, free: Sequence[str], formulas: Mapping[str, Sequence[Q
     holding = tuple(k for k, entry in enumerate(residual) if not entry.is_zero)
     own = [k for k, name in enumerate(w.scene.drives) if name and k not in given.place]
     driven = (*own, *range(n, n + len(w.inputs)))
-    parts, contacts = _quaternions(w), Contacts.of(w, len(G))
+    parts = [[w.scene.coordinates.index(name) for name in names] for names in quaternions(w.scene)]
+    contacts = Contacts.of(w, len(G))
     count, first = len(contacts.gaps) + len(contacts.forces), len(holding) + len(G) + len(parts)
     kinds = {
         "q": w.state.q,
@@ -199,12 +200,6 @@ def _rows(w: Workspace) -> tuple[list[list[Expr]], list[Expr], list[Expr], list[
 def symbols_of(w: Workspace, name: str, count: int) -> tuple[Expr, ...]:
     """Return so many symbols of unknowns."""
     return tuple(w.graph.symbol(f"{name}[{k}]") for k in range(count))
-
-
-def _quaternions(w: Workspace) -> list[list[int]]:
-    from symdyn.dynamics.mechanism import quaternions
-
-    return [[w.scene.coordinates.index(name) for name in names] for names in quaternions(w.scene)]
 
 
 def _expressed(w: Workspace, formulas: Sequence[Quantity]) -> list[Expr]:

@@ -280,7 +280,9 @@ def _states(function: Function, one: Any, seed: int) -> tuple[list[Array], Array
             [values[0 if a.name == common else k] for a, values in zip(function.arguments, given, strict=True)]
             for k in range(LONGEST)
         ]
-        wanted = np.array([np.ravel(one(*(v[0] if a.scalar else v for a, v in _named(function, s)))) for s in states])
+        scalar = [a.scalar for a in function.arguments]
+        given_to_one = [[v[0] if single else v for single, v in zip(scalar, s, strict=True)] for s in states]
+        wanted = np.array([np.ravel(one(*values)) for values in given_to_one])
         if np.isfinite(wanted).all(axis=1).any():
             break
     return given, wanted
@@ -302,10 +304,6 @@ def _wrong(function: Function, one: Any, calls: Mapping[str, Any], near: float, 
             if out[-1] != UNTOUCHED or not _close(found, wanted[:length], near):
                 return compared, f"{function.name}, {way} of {length} states"
     return compared, ""
-
-
-def _named(function: Function, state: Sequence[Array]) -> list[tuple[Any, Array]]:
-    return list(zip(function.arguments, state, strict=True))
 
 
 def _close(values: Array, requested: Array, near: float) -> bool:

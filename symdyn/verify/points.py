@@ -35,6 +35,7 @@ from typing import Any, NamedTuple
 from symdyn.algebra import FiniteField, ManyPoints, Needs, RealBalls, Redraw
 from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Op, Piecewise, arithmetic, evaluate, reachable
+from symdyn.verify.written.field import symbol_value
 
 UNEVENNESS = 64  # a prime after a long gap is drawn more often than the average one; no gap there is this much longer
 
@@ -247,7 +248,7 @@ class FirstPoints:
     def __init__(self, needs: Needs, primes: Sequence[int], seeds: Sequence[Sequence[int]]) -> None:
         """Start without values; `seeds` are those of point j of every prime, for each j."""
         fields = [[FiniteField(p, seed, needs) for p, seed in zip(primes, row, strict=True)] for row in seeds]
-        self._points = ManyPoints(fields, _drawn_from, FiniteField.function_at)
+        self._points = ManyPoints(fields, symbol_value, FiniteField.function_at)
         self._most = HELD // (len(primes) * len(seeds))
 
     @property
@@ -270,10 +271,6 @@ class FirstPoints:
 
     def at(self, values: Sequence[tuple[int, ...]], j: int, k: int) -> list[int]:
         return [self._points.at(value, j, k) for value in values]
-
-
-def _drawn_from(field: FiniteField, name: str) -> int:
-    return random.Random(f"{field.seed}:{name}").randrange(field.p)
 
 
 class FieldPoints:

@@ -165,15 +165,19 @@ def rigorous(
         if given is None:
             points = [Sampling(routine.function.arguments, rng, real).state() for _ in range(states)]
         else:
-            points = [[_values(argument.symbols, given, argument.shape) for argument in function.arguments]]
+            points = [
+                [np.array([given[str(x.value)] for x in one.symbols]).reshape(one.shape) for one in function.arguments]
+            ]
         balls = []
         for point in points:
             held, used = _balls(function, point, parameters, real)
             balls.append(held)
             bits = max(bits, used)
-        if given is not None and not all(ball.is_finite() for ball in balls[0]) and (why := _lost(workspace, given)):
-            absent.append(Unclaimed(f"{function.name} at this state", why))
-            continue
+        if given is not None and not all(ball.is_finite() for ball in balls[0]):
+            q = np.array([given[str(node.value)] for node in workspace.state.q])
+            if why := lost_rank(workspace, q):
+                absent.append(Unclaimed(f"{function.name} at this state", why))
+                continue
         bounds += _bounds(function, points, balls, made.built, real)
         names = [argument.name for argument in function.arguments]
         tried[function.name] = tuple(dict(zip(names, (x.tolist() for x in point), strict=True)) for point in points)
@@ -200,21 +204,12 @@ def _given(scene: Scene, workspace: Workspace, at: Mapping[str, float], real: st
     return {name: float(np.float32(value)) for name, value in values.items()} if real == "float" else values
 
 
-def _lost(workspace: Workspace, given: Mapping[str, float]) -> str:
-    """Return why the equations of motion have no one solution at a state, "" where they have."""
-    return lost_rank(workspace, np.array([given[str(node.value)] for node in workspace.state.q]))
-
-
 def _number(quantity: Quantity, workspace: Workspace) -> float:
     """Return the double nearest to a number of the scene; 0 where it depends on a free parameter."""
     try:
         return float(evaluate([quantity.express(workspace.graph)], BigFloats(), {})[0])
     except KeyError:
         return 0.0
-
-
-def _values(symbols: Sequence[Expr], given: Mapping[str, float], shape: tuple[int, ...]) -> Array:
-    return np.array([given[str(symbol.value)] for symbol in symbols]).reshape(shape)
 
 
 def _balls(

@@ -187,7 +187,7 @@ def closed_form(scene: SceneLike) -> ClosedForm:
     needed = [*state.qd, potential, *nodes.needed, *along.entries]
     for inertia, chain in massive:
         needed += [inertia.m, *inertia.h, *(x for row in inertia.I for x in row)]
-        needed += [x for _, T in chain for x in _entries(T)]
+        needed += [x for _, T in chain for x in (*T.R[0], *T.R[1], *T.R[2], *T.p)]
     rotors = _rotors(scene, graph)
     needed += [rotor for _, _, rotor in rotors]
     parallel = angle_groups(scene, graph)
@@ -235,10 +235,6 @@ def _balls(scene: Scene, graph: Graph) -> list[tuple[Inertia, list[tuple[int, Tr
             inertia = Inertia(zero, zero_vector(graph), Mat.symmetric(a, a, a, zero, zero, zero))
             found.append((inertia, [(number[u], X) for u in joint.rates]))
     return found
-
-
-def _entries(T: Transform) -> list[Expr]:
-    return [*T.R[0], *T.R[1], *T.R[2], *T.p]
 
 
 def _add_body(

@@ -237,11 +237,7 @@ def assemble(
     return numbers.closed_position(q, None if held is None else [_velocity(scene, name) for name in held])
 
 
-def follow(
-    scene: Scene,
-    begin: Assembly,
-    path: Mapping[str, Sequence[float]],
-) -> Array:
+def follow(scene: Scene, begin: Assembly, path: Mapping[str, Sequence[float]]) -> Array:
     """Return closed positions along a path, on the branch where it begins.
 
     Args:

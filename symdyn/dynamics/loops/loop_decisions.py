@@ -28,13 +28,7 @@ from symdyn.algebra import Array
 from symdyn.dynamics.loops import sparse_rows
 from symdyn.dynamics.loops.assembly import Assembly
 from symdyn.dynamics.loops.newton import NEGLIGIBLE, NOISE, spoken
-from symdyn.dynamics.loops.partition import (
-    LoopChoices,
-    Partition,
-    blocks,
-    drives_of,
-    over_actuated,
-)
+from symdyn.dynamics.loops.partition import LoopChoices, Partition, blocks, drives_of, over_actuated
 from symdyn.dynamics.loops.sparse_rows import is_large, triangular
 from symdyn.errors import DerivationError, choice
 from symdyn.frozen import dataclass

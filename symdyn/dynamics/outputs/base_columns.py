@@ -24,16 +24,15 @@ from itertools import product
 
 from symdyn.dynamics.mechanism.tree import body_inertia
 from symdyn.dynamics.outputs.workspace import Workspace
-from symdyn.dynamics.recursive.links import Moments
+from symdyn.dynamics.recursive.links import Moments, six
 from symdyn.dynamics.recursive.reduced_tree import ReducedTree, slides_along_all_turns, split
 from symdyn.dynamics.recursive.tree_dynamics import rnea
 from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, gradient, reachable, substitute, tangents
-from symdyn.scene import INERTIAL, Quantity, Scene, with_force_parameters
+from symdyn.scene import INERTIAL, Quantity, with_force_parameters
 from symdyn.scene.forces import FORCES
-from symdyn.scene.values import Joint
-from symdyn.spatial import Inertia, Mat, Transform, dot, zero_vector
+from symdyn.spatial import Mat, Transform, dot, zero_vector
 
 
 @dataclass(frozen=True)
@@ -94,7 +93,8 @@ def linear(w: Workspace) -> Linear:
     values = {p.name: p.value.express(there.graph) for p in added if p.value is not None}
     ten = {p.name for p in added if p.value is None}
     symbols = {name: there.graph.symbol(name) for name in (*(p.name for p in added), *own)}
-    rows = dict(_slopes(driving(there), symbols))
+    by_force = [gradient(force, list(symbols.values())) for force in driving(there)]
+    rows = {name: [row[k] for row in by_force] for k, name in enumerate(symbols)}
     own_symbols = {*symbols.values()}
     met = {name: {str(node.value) for node in reachable(rows[name]) if node in own_symbols} for name in rows}
     possible = [name for name, slopes in rows.items() if name not in met[name] and (name in ten or _any(slopes))]
@@ -106,24 +106,14 @@ def linear(w: Workspace) -> Linear:
             kept.append(name)  # all ten of a body, whether they are felt or not
     kept = [name for name in possible if name in kept]
     known = {symbols[name]: value for name, value in values.items() if name not in kept}
-    declared = [entry for body in scene.bodies for entry in _declared(body_inertia(body, there.graph))]
+    bodies = [body_inertia(body, there.graph) for body in scene.bodies]
+    declared = [entry for body in bodies for entry in (body.m, *body.h, *six(body.I))]
     declared += [values.get(name, symbols[name]) for name in kept if name not in ten]
     return Linear(there, tuple(kept), known, tuple(declared), w)
 
 
 def _any(slopes: Sequence[Expr]) -> bool:
     return any(not slope.is_zero for slope in slopes)
-
-
-def _declared(body: Inertia) -> tuple[Expr, ...]:
-    """Return the ten of a body about its frame, in the order of `INERTIAL`."""
-    (xx, xy, xz), (_, yy, yz), (_, _, zz) = body.I
-    return (body.m, *body.h, xx, yy, zz, xy, xz, yz)
-
-
-def _slopes(forces: Sequence[Expr], symbols: dict[str, Expr]) -> list[tuple[str, list[Expr]]]:
-    rows = [gradient(force, list(symbols.values())) for force in forces]
-    return [(name, [row[k] for row in rows]) for k, name in enumerate(symbols)]
 
 
 def driving(w: Workspace) -> list[Expr]:
@@ -181,7 +171,7 @@ def base(w: Workspace) -> Base:
     )
     grouped = _given_on(reduced, along) if along else reduced.body
     for k in reduced.outward():
-        own = dict(zip(ALL, _ten(grouped[k]), strict=True))
+        own = dict(zip(ALL, (grouped[k].m, *grouped[k].h, *six(grouped[k].J)), strict=True))
         felt: tuple[str, ...] = ALONG if k in along else SLIDING if reduced.slides[k] else TURNING
         if k in together:  # joints that act as one: only behind the last of them is there a frame that is a body's
             felt = ALL if k == together[k] else ()
@@ -207,11 +197,6 @@ def _given_on(reduced: ReducedTree, along: tuple[int, ...]) -> list[Moments]:
             given = replace(given, h=(x, y, zero))
         bodies[p] = bodies[p] + reduced.X[k].fixed_part(reduced.slides[k]).moments_back(given)
     return bodies
-
-
-def _ten(body: Moments) -> tuple[Expr, ...]:
-    (xx, xy, xz), (_, yy, yz), (_, _, zz) = body.J
-    return (body.m, *body.h, xx, yy, zz, xy, xz, yz)
 
 
 @dataclass(frozen=True)
@@ -311,14 +296,10 @@ def base_by_lagrange(w: Workspace) -> list[list[Expr]]:
         for i, j in product(range(4), repeat=2):
             K = K + S[i][j] * w.graph.total(x * y for x, y in zip(rates[i], rates[j], strict=True)) / 2
         P = P - w.graph.total(S[3][j] * dot(found.tree.gravity, columns[j]) for j in range(4))
-    energy = replace(w.energy, K=K, G=P, E=w.graph.zero, scene=replace(w.scene, elements=(), joints=_bare(w.scene)))
+    bare = tuple(replace(joint, damping=Quantity.ZERO, dry=None) for joint in w.scene.joints)
+    energy = replace(w.energy, K=K, G=P, E=w.graph.zero, scene=replace(w.scene, elements=(), joints=bare))
     rows = [gradient(force, found.symbols) for force in energy.driving_forces()]
     return [*map(list, zip(*rows, strict=True)), *_beside(w, lagrange_driving)[1]]
-
-
-def _bare(scene: Scene) -> tuple[Joint, ...]:
-    """Return the joints without damping and friction."""
-    return tuple(replace(joint, damping=Quantity.ZERO, dry=None) for joint in scene.joints)
 
 
 def chosen(w: Workspace, slopes: Sequence[Sequence[Expr]]) -> list[Expr]:

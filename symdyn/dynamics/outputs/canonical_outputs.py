@@ -195,10 +195,7 @@ CANONICAL: dict[str, Output] = {
         "S",
         units="J/s^2",
         when_constrained="same",
-        formulations={
-            "rnea": Formulation(_accelerating),
-            "kane": by_lagrange(lambda w: [w.kane.gibbs_function()]),
-        },
+        formulations={"rnea": Formulation(_accelerating), "kane": by_lagrange(lambda w: [w.kane.gibbs_function()])},
     ),
 }
 """Rows of the table, which a scene has when it is asked for them."""

@@ -14,14 +14,7 @@ from symdyn.dynamics.loops.partition import solve_normal
 from symdyn.dynamics.loops.reduction import accelerations
 from symdyn.dynamics.mechanism.linear_solve import moves_no_mass
 from symdyn.dynamics.outputs import result_labels as labels, tree_formulations as formulations
-from symdyn.dynamics.outputs.output import (
-    FORCES,
-    Constrained,
-    Formulation,
-    Output,
-    by_differentiation,
-    by_lagrange,
-)
+from symdyn.dynamics.outputs.output import FORCES, Constrained, Formulation, Output, by_differentiation, by_lagrange
 from symdyn.dynamics.outputs.tree_formulations import flat
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.errors import DerivationError
@@ -226,10 +219,7 @@ OF_LOOPS: dict[str, Output] = {
         "lambda",
         (labels.kept_rows,),
         "N or N m",
-        formulations={
-            "crba": Formulation(multipliers),
-            "lagrange": by_lagrange(lagrange_multipliers),
-        },
+        formulations={"crba": Formulation(multipliers), "lagrange": by_lagrange(lagrange_multipliers)},
         depends=("independent", "alpha", "beta"),
         compared=("G^T multipliers", lambda w, found: w.loops.constraint_forces(found)),
         may_fail="reported",
@@ -302,9 +292,7 @@ Solved = Callable[[Workspace], list[Expr]]
 
 
 def forward_reactions(
-    w: Workspace,
-    axes: str,
-    moved: tuple[Solved, Solved, Solved] = (formulations.forward, forward, multipliers),
+    w: Workspace, axes: str, moved: tuple[Solved, Solved, Solved] = (formulations.forward, forward, multipliers)
 ) -> list[Expr]:
     """Return reactions during the motion that driving forces give, with the multipliers of that motion.
 

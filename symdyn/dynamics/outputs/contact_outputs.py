@@ -61,7 +61,8 @@ def _touch(w: Workspace, name: str, by_recursion: bool) -> Touch:
     return found[name]
 
 
-def _rows(w: Workspace, touch: Touch) -> list[Row]:
+def _rows(w: Workspace, name: str, by_recursion: bool) -> list[Row]:
+    touch = _touch(w, name, by_recursion)
     none = Row(tuple(w.zeros), w.graph.zero)
     found = [touch.normal or none, *touch.slips]
     return [*found, *[none] * (len(DIRECTIONS) - len(found))]
@@ -74,18 +75,6 @@ def _gap(w: Workspace, name: str, by_recursion: bool) -> list[Expr]:
     return [touch.gap]
 
 
-def _jacobian(w: Workspace, name: str, by_recursion: bool) -> list[Expr]:
-    return [entry for row in _rows(w, _touch(w, name, by_recursion)) for entry in row.entries]
-
-
-def _rate(w: Workspace, name: str, by_recursion: bool) -> list[Expr]:
-    return [dot(row.entries, w.state.qd) for row in _rows(w, _touch(w, name, by_recursion))]
-
-
-def _bias(w: Workspace, name: str, by_recursion: bool) -> list[Expr]:
-    return [row.bias for row in _rows(w, _touch(w, name, by_recursion))]
-
-
 def _free(w: Workspace, by_recursion: bool) -> list[Expr]:
     forward = (constrained.forward, constrained.lagrange_forward), (trees.forward_crba, trees.lagrange_forward)
     found: list[Expr] = w.once(forward[not w.scene.is_constrained][not by_recursion])
@@ -94,7 +83,7 @@ def _free(w: Workspace, by_recursion: bool) -> list[Expr]:
 
 def _impact_matrix(w: Workspace, name: str, by_recursion: bool) -> list[Expr]:
     free = _free(w, by_recursion)
-    columns = [columns_of(w, free, row) for row in _rows(w, _touch(w, name, by_recursion))]
+    columns = [columns_of(w, free, row) for row in _rows(w, name, by_recursion)]
     return [entry for parts in zip(*columns, strict=True) for entry in parts]
 
 
@@ -114,15 +103,6 @@ def _in_mode(w: Workspace, by_recursion: bool) -> list[Expr]:
         touches.append(replace(touch, mode=(next(masks), sticks, one, one), directions=along))
     told = replace(c, touches=tuple(touches), shared=len(c.rows) > _free_ways(w))
     return [*told.accelerations, *told.forces]
-
-
-def _delassus(w: Workspace, by_recursion: bool) -> list[Expr]:
-    return [entry for row in w.once(_all, by_recursion).delassus for entry in row]
-
-
-def _drift(w: Workspace, by_recursion: bool) -> list[Expr]:
-    found: list[Expr] = w.once(_all, by_recursion).drift
-    return found
 
 
 # One impact
@@ -239,7 +219,7 @@ CONTACTS: Mapping[str, Output] = {
         "W",
         (labels.fixed(*DIRECTIONS), labels.velocities),
         "m, rad or 1",
-        formulations=_both(_jacobian, 8),
+        formulations=_both(lambda w, *touch: [entry for row in _rows(w, *touch) for entry in row.entries], 8),
     ),
     "gap_rate": _PLACED(
         "rates of gap and slip of {name}",
@@ -247,7 +227,7 @@ CONTACTS: Mapping[str, Output] = {
         "v",
         (labels.fixed(*DIRECTIONS),),
         _UNITS,
-        formulations=_both(_rate, 8),
+        formulations=_both(lambda w, *touch: [dot(row.entries, w.state.qd) for row in _rows(w, *touch)], 8),
     ),
     "gap_jdot": _PLACED(
         "accelerations of gap and slip of {name} at qdd = 0",
@@ -255,7 +235,7 @@ CONTACTS: Mapping[str, Output] = {
         "gamma",
         (labels.fixed(*DIRECTIONS),),
         f"{_UNITS}, per s",
-        formulations=_both(_bias, 8),
+        formulations=_both(lambda w, *touch: [row.bias for row in _rows(w, *touch)], 8),
     ),
     "impact_matrix": _STRUCK(
         "velocities by a unit of impulse at {name}, M^-1 W^T",
@@ -280,7 +260,7 @@ CONTACTS: Mapping[str, Output] = {
         (_contact_rows, _contact_rows),
         "per kg or kg m^2",
         depends=("independent",),
-        formulations=_both(_delassus),
+        formulations=_both(lambda w, by_recursion: trees.flat(w.once(_all, by_recursion).delassus)),
     ),
     "contact_bias": _OF_ALL(
         "accelerations of gaps and slips without contact forces, W qdd + Wdot qd",
@@ -288,7 +268,7 @@ CONTACTS: Mapping[str, Output] = {
         "b",
         (_contact_rows,),
         "m/s^2 or rad/s^2",
-        formulations=_both(_drift),
+        formulations=_both(lambda w, by_recursion: w.once(_all, by_recursion).drift),
     ),
     "contact_dynamics": _OF_ALL(
         "accelerations and contact forces in a mode: mask closes contacts, slip is 0 where they stick",

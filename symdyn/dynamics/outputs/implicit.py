@@ -69,9 +69,11 @@ Equations = Callable[[Workspace, TangentSpace], Implicit]
 def motion(w: Workspace, space: TangentSpace) -> Implicit:
     """Return the equations of motion, solved for accelerations, then multipliers."""
     if not w.scene.is_constrained:
-        return Implicit(
-            w.state.qdd, partial(_unbalanced, w), lambda: tree_formulations.forward(w), partial(_accelerated, w)
-        )
+
+        def unbalanced() -> list[Expr]:
+            return [force - tau for force, tau in zip(w.forces(list(w.state.qdd)), w.state.tau, strict=True)]
+
+        return Implicit(w.state.qdd, unbalanced, lambda: tree_formulations.forward(w), partial(_accelerated, w))
     n, at_once = w.state.n, _all_at_once(w, space)
 
     def residual() -> list[Expr]:
@@ -83,11 +85,6 @@ def motion(w: Workspace, space: TangentSpace) -> Implicit:
         return [*x, *found]
 
     return Implicit((*w.state.qdd, *multiplier_symbols(w)), residual, partial(w.once, _solution, space), solved)
-
-
-def _unbalanced(w: Workspace) -> list[Expr]:
-    """Return M u̇ + h - τ of a tree."""
-    return [force - tau for force, tau in zip(w.forces(list(w.state.qdd)), w.state.tau, strict=True)]
 
 
 def _solution(w: Workspace, space: TangentSpace) -> list[Expr]:

@@ -390,8 +390,6 @@ def _unmatched(w: Workspace, name: str, left: Expr) -> str:
     )
 
 
-_OF = "of a shaped energy, quadratic in velocities"
-
 SHAPING: dict[str, Output] = {
     "damping_forces": of_signal(
         "output",
@@ -405,7 +403,7 @@ SHAPING: dict[str, Output] = {
     ),
     "shaping_forces": of_signal(
         "output",
-        f"driving forces that keep the value {_OF}, where nothing is lost,",
+        "driving forces that keep the value of a shaped energy, quadratic in velocities, where nothing is lost,",
         _shaping,
         FORCES,
         result="tau",

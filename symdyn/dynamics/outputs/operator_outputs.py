@@ -41,10 +41,6 @@ def _factors(w: Workspace, by_recursion: bool) -> Factored:
     return factored(w.graph, *_mass(w, by_recursion))
 
 
-def _inverse(w: Workspace, by_recursion: bool) -> list[Expr]:
-    return formulations.flat(w.once(_factors, by_recursion).inverse())
-
-
 def _lower(w: Workspace, by_recursion: bool) -> list[Expr]:
     """Return L below the diagonal and D on it, row by row."""
     found: Factored = w.once(_factors, by_recursion)
@@ -54,10 +50,6 @@ def _lower(w: Workspace, by_recursion: bool) -> list[Expr]:
 
 def _right(w: Workspace) -> tuple[Expr, ...]:
     return direction(w.graph, RIGHT, w.state.n)
-
-
-def _solved(w: Workspace, by_recursion: bool) -> list[Expr]:
-    return solve(*_mass(w, by_recursion), _right(w))
 
 
 def _least(w: Workspace) -> list[Expr]:
@@ -125,7 +117,8 @@ def _both(derive: Callable[[Workspace, bool], list[Expr]]) -> dict[str, Formulat
 OPERATORS: dict[str, Output] = {
     "mass_matrix_inverse": _OF_MASS(
         "inverse of the mass matrix M(q), symmetric",
-        ("q",), "Minv", _SQUARE, "1/(kg m^2), 1/(kg m) or 1/kg", formulations=_both(_inverse), size=Size((0, 40), 1.0),
+        ("q",), "Minv", _SQUARE, "1/(kg m^2), 1/(kg m) or 1/kg", size=Size((0, 40), 1.0),
+        formulations=_both(lambda w, way: formulations.flat(w.once(_factors, way).inverse())),
     ),
     "mass_matrix_factors": _OF_MASS(
         "factors of M(q) = L^T D L: D on the diagonal, below it L, which is 1 on its own; zero between branches",
@@ -134,7 +127,7 @@ OPERATORS: dict[str, Output] = {
     "mass_matrix_solve": _OF_MASS(
         "accelerations x that solve M(q) x = forces",
         ("q", RIGHT), "x", (labels.velocities,), "rad/s^2 (revolute) or m/s^2 (prismatic)",
-        formulations=_both(_solved) | {"aba": Formulation(
+        formulations=_both(lambda w, way: solve(*_mass(w, way), _right(w))) | {"aba": Formulation(
             lambda w: aba(w.recursion_tree.without_gravity, w.zeros, _right(w)), trees_only=True
         )},
         prefer=formulations.cheaper_forward,

@@ -271,12 +271,7 @@ OUTPUTS: dict[str, Output] = {
         },
         size=Size((42,)),
     ),
-    "k_z": replace(
-        _MASS,
-        text="inertia coefficients k_z of qdd_j, which is M(q)",
-        result="k_z",
-        default_in="generate",
-    ),
+    "k_z": replace(_MASS, text="inertia coefficients k_z of qdd_j, which is M(q)", result="k_z", default_in="generate"),
     "k_C": Output(
         "Coriolis coefficients k_C of qd_j qd_k, columns are the pairs j < k in lexicographic order",
         ("q",),
@@ -310,12 +305,7 @@ OUTPUTS: dict[str, Output] = {
         prefer=formulations.shorter_centrifugal,
         size=Size((0, 83)),
     ),
-    "k_G": replace(
-        _GRAVITY,
-        text="gravity coefficients k_G, which is g(q)",
-        result="k_G",
-        default_in="generate",
-    ),
+    "k_G": replace(_GRAVITY, text="gravity coefficients k_G, which is g(q)", result="k_G", default_in="generate"),
     "k_E": replace(_ELASTIC, text="elastic coefficients k_E of springs", default_in="generate"),
     "coordinate_rates": Output(
         "rates qdot = H(q) qd of the coordinates; qd itself but for quaternions and positions of free joints",

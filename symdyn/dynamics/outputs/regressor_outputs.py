@@ -89,15 +89,23 @@ def _driven(w: Workspace, entries: Sequence[Expr], drives: Callable[[Workspace, 
     return [column[i] for i in range(w.state.n) for column in found]
 
 
+_row = partial(Output, default_in="request")
+
+
 def _of_drives(
     recursive: Callable[[Workspace], list[Expr]], differentiated: Callable[[Workspace], list[Expr]]
-) -> Constrained:
-    """Return the row of scenes with loops, for the formulations of the regressor of a tree."""
-    return Constrained(
-        {
-            "rnea": Formulation(lambda w: _driven(w, recursive(w), lambda _, forces: w.loops.drives_of(forces))),
-            "lagrange": by_lagrange(lambda w: _driven(w, differentiated(w), lagrange_drives_of)),
-        }
+) -> Callable[..., Output]:
+    """Return what makes a row of the regressors of a tree, which scenes with loops have of their drives."""
+    constrained = {
+        "rnea": Formulation(lambda w: _driven(w, recursive(w), lambda _, forces: w.loops.drives_of(forces))),
+        "lagrange": by_lagrange(lambda w: _driven(w, differentiated(w), lagrange_drives_of)),
+    }
+    return partial(
+        _row,
+        when_constrained=Constrained(constrained),
+        formulations={"rnea": Formulation(recursive), "lagrange": by_lagrange(differentiated)},
+        may_fail="reported",
+        depends=("independent",),
     )
 
 
@@ -118,50 +126,24 @@ def _power(w: Workspace, forces: Callable[[Workspace], list[Expr]]) -> list[Expr
 
 # Rows of the table
 
-
-def _whole(w: Workspace) -> list[Expr]:
-    return _regressor(w, driving)
-
-
-def _whole_by_lagrange(w: Workspace) -> list[Expr]:
-    return _regressor(w, lagrange_driving)
-
-
-def _fewest(w: Workspace) -> list[Expr]:
-    return chosen(w, w.once(felt)[1])
-
-
-def _fewest_by_lagrange(w: Workspace) -> list[Expr]:
-    return chosen(w, base_by_lagrange(w))
-
-
-_row = partial(Output, default_in="request")
 _PER_UNIT = "N m or N, per unit of the parameter"
 
 REGRESSORS: dict[str, Output] = {
-    "regressor": _row(
+    "regressor": _of_drives(lambda w: _regressor(w, driving), lambda w: _regressor(w, lagrange_driving))(
         "regressor Y(q, qd, qdd) of the driving forces tau = Y pi, pi the parameters that they are linear in",
         ("q", "qd", "qdd"),
         "Y",
         (labels.velocities, columns),
         _PER_UNIT,
-        when_constrained=_of_drives(_whole, _whole_by_lagrange),
-        formulations={"rnea": Formulation(_whole), "lagrange": by_lagrange(_whole_by_lagrange)},
         size=Size((0, 75)),
-        may_fail="reported",
-        depends=("independent",),
     ),
-    "base_regressor": _row(
+    "base_regressor": _of_drives(lambda w: chosen(w, w.once(felt)[1]), lambda w: chosen(w, base_by_lagrange(w)))(
         "base regressor Y(q, qd, qdd) of the driving forces tau = Y beta, beta the base parameters",
         ("q", "qd", "qdd"),
         "Y",
         (labels.velocities, base_columns),
         _PER_UNIT,
-        when_constrained=_of_drives(_fewest, _fewest_by_lagrange),
-        formulations={"rnea": Formulation(_fewest), "lagrange": by_lagrange(_fewest_by_lagrange)},
         size=Size((0, 50)),
-        may_fail="reported",
-        depends=("independent",),
     ),
     "energy_regressor": _row(
         "regressor Y(q, qd) of the energies [K; P] = Y pi, pi the parameters of the regressor",
@@ -202,11 +184,6 @@ def _turned(w: Workspace) -> list[Expr]:
         for m, value in terms:
             found[m] = found[m] + w.state.qd[k] * v[j] * value / 2
     return found
-
-
-def _along(w: Workspace, forces: Sequence[Expr]) -> list[Expr]:
-    """Return half the derivative of functions along q̇ = v."""
-    return [one / 2 for one in tangents(forces, dict(zip(w.state.qd, _reference(w), strict=True)))]
 
 
 def _sum(*lists: Sequence[Expr]) -> list[Expr]:
@@ -259,7 +236,8 @@ def _polarised(w: Workspace, column: Sequence[Expr]) -> list[Expr]:
     at_rest = substitute(column, rest)
     if all(one is other for one, other in zip(at_rest, column, strict=True)):
         return list(column)
-    return _sum(substitute(alone, moved), _along(w, at_rest))
+    along = tangents(at_rest, dict(zip(state.qd, _reference(w), strict=True)))
+    return _sum(substitute(alone, moved), [one / 2 for one in along])
 
 
 def _slotine_li_regressor(w: Workspace) -> list[Expr]:

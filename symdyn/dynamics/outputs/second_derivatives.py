@@ -211,10 +211,7 @@ PACKED: dict[str, Output] = {
         text="second derivatives X_j X_k qdd_i, a column for each k, j: both of q with j up to k, or of one joint; q "
         "and qd; both of qd with j up to k; q and tau; all others vanish, or follow by exchange; of "
         + OUTPUTS["forward_dynamics"].text,
-        formulations={
-            "implicit": Formulation(_solved, solve=_row_solve),
-            "forward": Formulation(_forward_by_sweeps),
-        },
+        formulations={"implicit": Formulation(_solved, solve=_row_solve), "forward": Formulation(_forward_by_sweeps)},
         when_constrained="refuse",
         axes=(COLUMNS["qd"], _columns),
         result="ddqdd",

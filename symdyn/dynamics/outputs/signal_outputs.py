@@ -218,14 +218,6 @@ def _formulas(w: Workspace, name: str = "") -> list[Quantity]:
     return [there[name]] if name else list(there.values())
 
 
-def _recursive(w: Workspace, name: str = "") -> list[Expr]:
-    return Moving.driven(w).expressed(_formulas(w, name))
-
-
-def _differentiated(w: Workspace, name: str = "") -> list[Expr]:
-    return _by_placements(w, _formulas(w, name))
-
-
 def _by_placements(w: Workspace, formulas: Sequence[Quantity]) -> list[Expr]:
     moving = Moving.driven(w, "lagrange")
     return moving.expressed(formulas, lambda point: kinematics.placed(w.scene, point, w.graph).p)
@@ -268,7 +260,10 @@ _USUAL = partial(
     result="y",
     units="as their formulas have it",
     when_constrained="same",
-    formulations={"recursive": Formulation(_recursive), "lagrange": Formulation(_differentiated, up_to=4)},
+    formulations={
+        "recursive": Formulation(lambda w, name="": Moving.driven(w).expressed(_formulas(w, name))),
+        "lagrange": Formulation(lambda w, name="": _by_placements(w, _formulas(w, name)), up_to=4),
+    },
     may_fail="reported",
     exists=lambda scene: bool(scene.outputs),
     depends=("independent", "alpha", "beta"),
@@ -285,10 +280,7 @@ def _tension(w: Workspace, name: str) -> list[Quantity]:
 
 
 SIGNALS: dict[str, Output] = {
-    "outputs": _USUAL(
-        "outputs",
-        axes=(lambda w: tuple(one.name for one in w.scene.outputs),),
-    ),
+    "outputs": _USUAL("outputs", axes=(lambda w: tuple(one.name for one in w.scene.outputs),)),
     "output": _USUAL("output {name}", axes=(), place="output"),
     "state_rates": _USUAL(
         "rates of coordinates, velocities and states",

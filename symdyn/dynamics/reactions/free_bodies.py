@@ -54,18 +54,7 @@ from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable, substitute
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import Strut
-from symdyn.spatial import (
-    Inertia,
-    Mat,
-    Transform,
-    Vec,
-    Wrench,
-    add,
-    cross,
-    neg,
-    scale,
-    zero_vector,
-)
+from symdyn.spatial import Inertia, Mat, Transform, Vec, Wrench, add, cross, neg, scale, zero_vector
 from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
@@ -111,11 +100,7 @@ def known_bivectors(hanging: FreeBodies, own: Sequence[Sequence[Expr]]) -> tuple
     scene, tree, state = hanging.scene, hanging.tree, hanging.state
     graph = hanging.graph
     moved = motions(scene, tree, state.qd, state.qdd, zero_vector(graph))
-    gravity, placed, loads = (
-        vector(scene.gravity, graph),
-        hanging.placements,
-        hanging.acting,
-    )
+    gravity, placed, loads = vector(scene.gravity, graph), hanging.placements, hanging.acting
     actions, bodies, about_origin = [], [], []
     for hinge, body, motion, T, load in zip(hanging.joints, hanging.inertias, moved, placed, loads, strict=True):
         r = hinge.place_on_child  # O_j in the body's frame

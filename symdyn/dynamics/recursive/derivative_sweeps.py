@@ -25,7 +25,7 @@ from symdyn.dynamics.recursive.joint_table import (
     transform_of,
     vectors,
 )
-from symdyn.dynamics.recursive.links import GeneralTurn, Moments, plus, power
+from symdyn.dynamics.recursive.links import GeneralTurn, Moments, plus, power, six
 from symdyn.dynamics.recursive.rnea_derivatives import Composite, Contribution, OriginShift, Subspace, single_body
 from symdyn.dynamics.recursive.sweeps import Pairs, Sweep, over_table
 from symdyn.graph import Expr, Graph
@@ -90,16 +90,15 @@ def _bodies(kind: RowKind, graph: Graph) -> tuple[tuple[Expr, ...], Pairs]:
     x, y, z = dw
     U = Mat(((-yy - zz, xy - z, zx + y), (xy + z, -xx - zz, yz - x), (zx - y, yz + x, -xx - yy)))
     beyond = symbols(graph, "beyond", COMPOSITE)
-    m, h, J, P, l, n, f = beyond[0], *vectors(beyond[1:4]), beyond[4:10], *_rest(beyond[10:])  # noqa: E741
-    composite = single_body(body, scale(2, w)) + Composite(Moments(m, h, Mat.symmetric(*J)), P, l)
+    h, J, (*P, l, n, f) = *vectors(beyond[1:4]), beyond[4:10], vectors(beyond[10:])  # noqa: E741
+    composite = single_body(body, scale(2, w)) + Composite(Moments(beyond[0], h, Mat.symmetric(*J)), Mat(P), l)
     wrench = plus(body.wrench(a, U), (n, f))
-    by, S = _shift(graph), subspace(graph, KEPT, kind.slides)
+    by = OriginShift(*vectors(symbols(graph, KEPT, MANY)[MOTION : MOTION + 6]))
+    S = subspace(graph, KEPT, kind.slides)
     near, moment = composite.shifted(by), add(wrench[0], cross(by.p, wrench[1]))
     one = composite.contribution(S, wrench)
     own = power(one.F0, S.twist), power(one.F1, S.twist), power(one.A, S.twist) + rotor_of(kind, graph)
-    (Jx, Jxy, Jxz), (_, Jy, Jyz), (_, _, Jz) = near.body.J
-    inertia = near.body.m, *near.body.h, Jx, Jy, Jz, Jxy, Jxz, Jyz
-    handed = (*inertia, *flat(*near.P, near.momentum, moment, wrench[1]))
+    handed = (near.body.m, *near.body.h, *six(near.body.J), *flat(*near.P, near.momentum, moment, wrench[1]))
     n, f, G, n1, f1, n0, f0 = vectors(symbols(graph, Pairs.CARRIED, GOES))
     shifted = Contribution((n, f), G, (n1, f1), (n0, f0)).shifted(by)
     turn, slide = (_both_ways(shifted, subspace(graph, Pairs.ABOVE, slides)) for slides in (False, True))
@@ -126,19 +125,9 @@ def subspace(graph: Graph, name: str, slides: bool) -> Subspace:
     return Subspace((z, zeros), (dz, zeros), (ddz, beside), (scale(2, dz), zeros))
 
 
-def _shift(graph: Graph) -> OriginShift:
-    p, u = vectors(symbols(graph, KEPT, MANY)[MOTION : MOTION + 6])
-    return OriginShift(p, u)
-
-
 def _axis(R: Mat) -> Vec:
     (_, _, x), (_, _, y), (_, _, z) = R
     return x, y, z
-
-
-def _rest(entries: Sequence[Expr]) -> tuple[Mat, Vec, Vec, Vec]:
-    *P, l, n, f = vectors(entries)  # noqa: E741
-    return Mat(P), l, n, f
 
 
 def _flat(one: Contribution) -> tuple[Expr, ...]:

@@ -29,7 +29,6 @@ from symdyn.dynamics.recursive.reduced_tree import ReducedTree
 from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Graph, Op, reachable, substitute
 from symdyn.scene import Quantity, Scene
-from symdyn.scene.values import Joint
 from symdyn.spatial import Mat, Vec, neg, zero_vector
 
 
@@ -132,16 +131,14 @@ def lacking(scene: Scene) -> str:
         "loops or rows close it": scene.is_constrained,
         "parameters have no value": scene.free_parameters,
         "springs, dampers or loads act on it": scene.struts or scene.loads,
-        "friction, damping or declared forces act at its joints": any(map(_resists, scene.joints)),
+        "friction, damping or declared forces act at its joints": any(
+            joint.forces or joint.dry is not None or joint.damping != Quantity.ZERO for joint in scene.joints
+        ),
         "motions are prescribed": any(joint.motion is not None for joint in scene.joints),
         "spherical, helical or coupled joints are neither revolute nor prismatic": shared,
         "nothing moves": len(tree.parent) < 2,
     }
     return next((words for words, found in reasons.items() if found), "")
-
-
-def _resists(joint: Joint) -> bool:
-    return bool(joint.forces) or joint.dry is not None or joint.damping != Quantity.ZERO
 
 
 def joint_table(tree: ReducedTree, position: Sequence[Expr]) -> JointTable:

@@ -65,6 +65,12 @@ Twist = tuple[Vec, Vec]  # angular and linear part of a velocity or an accelerat
 SpatialForce = tuple[Vec, Vec]  # moment about the origin and force; or angular and linear momentum
 
 
+def six(matrix: Mat) -> tuple[Expr, ...]:
+    """Return the entries of a symmetric matrix in the order of `Mat.symmetric`: xx, yy, zz, xy, xz, yz."""
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = matrix
+    return xx, yy, zz, xy, xz, yz
+
+
 @dataclass(frozen=True)
 class Moments:
     """Ten inertial parameters in a frame: mass, kg, first moment m r, kg m, J = Σ m r rᵀ about the origin, kg m^2."""

@@ -121,11 +121,7 @@ def over_table(table: JointTable, sweeps: Sweeps, given: Mapping[str, Sequence[E
 
 
 def values_over_table(
-    table: JointTable,
-    sweeps: Sweeps,
-    numbers: Sequence[T],
-    given: Mapping[str, Sequence[T]],
-    algebra: Algebra[T],
+    table: JointTable, sweeps: Sweeps, numbers: Sequence[T], given: Mapping[str, Sequence[T]], algebra: Algebra[T]
 ) -> list[T]:
     """Return the same over an algebra, without a graph of it; `numbers` are the ground's and those of every row.
 
@@ -226,17 +222,13 @@ def _paired(
 
 
 def _solved(
-    table: JointTable,
-    entries: Sequence[T],
-    zero: T,
-    one: T,
-    put: Callable[[Sequence[Expr], Mapping[str, T]], list[T]],
+    table: JointTable, entries: Sequence[T], zero: T, one: T, put: Callable[[Sequence[Expr], Mapping[str, T]], list[T]]
 ) -> list[T]:
     """Return -M⁻¹ x, -M⁻¹ y, M⁻¹ of blocks x, y, M, row by row: M = Lᵀ D L, whose L has entries for ancestors alone."""
     n, parents = len(table.rows), [row.parent - 1 for row in table.rows]
     rows = [list(entries[k * 3 * n : k * 3 * n + 2 * n]) for k in range(n)]
     L = [list(entries[k * 3 * n + 2 * n : (k + 1) * 3 * n]) for k in range(n)]
-    lessened, scaled = _lessened(), _scaled()
+    lessened, scaled = _lessened_and_scaled()
 
     def ancestors(k: int) -> Iterator[int]:
         while (k := parents[k]) >= 0:
@@ -267,16 +259,9 @@ def _solved(
 
 
 @cache
-def _lessened() -> tuple[Expr, ...]:
-    graph = Graph()
-    return (graph.symbol("x") - graph.symbol("f") * graph.symbol("y"),)
-
-
-@cache
-def _scaled() -> tuple[Expr, ...]:
-    graph = Graph()
-    quotient = graph.symbol("x") / graph.symbol("d")
-    return quotient, -quotient
+def _lessened_and_scaled() -> tuple[tuple[Expr, ...], tuple[Expr, ...]]:
+    x, y, f, d = map(Graph().symbol, "xyfd")
+    return (x - f * y,), (x / d, -(x / d))
 
 
 @cache

@@ -46,7 +46,7 @@ from symdyn.dynamics.recursive.joint_table import (
     transform_of,
     vectors,
 )
-from symdyn.dynamics.recursive.links import JointTransform, Twist, base_motion, plus, propagate
+from symdyn.dynamics.recursive.links import JointTransform, Twist, base_motion, plus, propagate, six
 from symdyn.dynamics.recursive.sweeps import Pairs, Sweep, Sweeps, over_table, values_over_table
 from symdyn.dynamics.recursive.tree_dynamics import ArticulatedInertia, across_locked, along_z, articulated_inertia
 from symdyn.errors import NoValueError
@@ -90,7 +90,7 @@ def forward_sweeps(kind: RowKind) -> tuple[Sweep, ...]:
     beyond = plus(across_locked(parent, X), along_z(qdd, kind.slides))
     motion = flat(moved.w, moved.dw, moved.a, *moved.U)
     A = Ia.seen_from(rest)
-    inertia = *_six(A.I), *flat(*A.H), *_six(A.M), *flat(*A.bias)
+    inertia = *six(A.I), *flat(*A.H), *six(A.M), *flat(*A.bias)
     return (
         Sweep("outward", "motion", motion, keeps="bias", kept=flat(*own.bias)),
         Sweep("inward", "inertia", inertia, inward=True, keeps="share", kept=(*flat(*share), u_D)),
@@ -121,12 +121,6 @@ def _pair(entries: Sequence[Expr]) -> Twist:
 def _inertia(entries: Sequence[Expr]) -> ArticulatedInertia:
     H = vectors(entries[6:15])
     return ArticulatedInertia(Mat.symmetric(*entries[:6]), Mat(H), Mat.symmetric(*entries[15:21]), _pair(entries[21:]))
-
-
-def _six(matrix: Mat) -> tuple[Expr, ...]:
-    """Return the entries of a symmetric matrix in the order of `symmetric`."""
-    (xx, xy, xz), (_, yy, yz), (_, _, zz) = matrix
-    return xx, yy, zz, xy, xz, yz
 
 
 WRENCH = 6

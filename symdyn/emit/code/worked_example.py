@@ -91,7 +91,11 @@ def worked_example(sources: Sources, suffix: str = "") -> WorkedExample:
             if one.loop
         }
         for draw, drawn in enumerate(Sampling(list(arguments.values()), rng, sources.real)):
-            point = _point(arguments, drawn)
+            point = {
+                symbol: value
+                for argument, values in zip(arguments.values(), drawn, strict=True)
+                for symbol, value in zip(argument.symbols, values.ravel().tolist(), strict=True)
+            }
             results = _results(functions, tables, point, analysis, unsure)
             if len(results) > len(best[0]) or not draw:
                 best = results, point
@@ -103,7 +107,7 @@ def worked_example(sources: Sources, suffix: str = "") -> WorkedExample:
         ExampleInputs(
             name,
             one.scalar,
-            () if one.name == Program.PREPARED else _texts(_at(one, point), sources.real, suffix),
+            _texts([point[x] for x in one.symbols if one.name != Program.PREPARED], sources.real, suffix),
             len(one.symbols),
         )
         for name, one in arguments.items()
@@ -125,15 +129,6 @@ def _arguments(functions: Sequence[Function]) -> dict[str, Argument]:
     every = {argument.symbols: argument for function in functions for argument in function.arguments}
     names = [argument.name for argument in every.values()]
     return {one.name if names.count(one.name) == 1 else f"{one.name}_{len(one.symbols)}": one for one in every.values()}
-
-
-def _point(arguments: Mapping[str, Argument], drawn: Sequence[Any]) -> dict[Expr, Any]:
-    """Return the value that was drawn for every symbol."""
-    return {
-        symbol: value
-        for argument, values in zip(arguments.values(), drawn, strict=True)
-        for symbol, value in zip(argument.symbols, values.ravel().tolist(), strict=True)
-    }
 
 
 def _results(
@@ -163,10 +158,6 @@ def _results(
             symbols = next((a.symbols for f in functions for a in f.arguments if a.name == Program.PREPARED), ())
             values |= dict(zip(symbols, results[Program.PREPARE], strict=True))
     return results
-
-
-def _at(argument: Argument, point: Mapping[Expr, Any]) -> list[Any]:
-    return [point[symbol] for symbol in argument.symbols]
 
 
 def _texts(values: Sequence[Any], real: str, suffix: str) -> tuple[str, ...]:

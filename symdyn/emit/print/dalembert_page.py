@@ -139,7 +139,11 @@ def dalembert_lines(scene: Scene) -> str:
     names = _names(scene, system, written)
     kept = f"{len(system.kept)} a body"
     head = f"# {system.equations} equations, {kept}; {system.reactions} reactions and {system.drives} drives"
-    lines = [head, "", *_unknowns(scene, system, names)]
+    lines = [
+        head,
+        "",
+        *(f"# {name}: {_told(scene, system, one)}" for name, one in zip(names, system.unknowns, strict=True)),
+    ]
     for j in range(len(system.bodies)):
         lines += ["", *_body(scene, system, written, names, j)]
     lines += length_lines(written.lengths, {name for one in written.lengths.named for name, _ in one.defined})
@@ -168,11 +172,6 @@ def _names(scene: Scene, system: Equilibrium, written: Written) -> list[str]:
         taken.add(name)
         found.append(name)
     return found
-
-
-def _unknowns(scene: Scene, system: Equilibrium, names: list[str]) -> Iterator[str]:
-    for name, one in zip(names, system.unknowns, strict=True):
-        yield f"# {name}: {_told(scene, system, one)}"
 
 
 def _told(scene: Scene, system: Equilibrium, one: Unknown) -> str:
@@ -316,16 +315,9 @@ class _Page:
         return f", {len(names)} of them of {what} ({where}), where zero comes out for the motion that is free there"
 
     def unknown_vector(self) -> list[str]:
-        return list(
-            align(
-                [
-                    ["& " + rf"x = \begin{{bmatrix}} {' & '.join(chunk)} \end{{bmatrix}}^T"]
-                    if k == 0 and len(self.names) <= 9
-                    else [f"& {', '.join(chunk)}"]
-                    for k, chunk in enumerate(_chunks(self.names, 9))
-                ]
-            )
-        )
+        if len(self.names) <= 9:
+            return list(align([["& " + rf"x = \begin{{bmatrix}} {' & '.join(self.names)} \end{{bmatrix}}^T"]]))
+        return list(align([[f"& {', '.join(self.names[k : k + 9])}"] for k in range(0, len(self.names), 9)]))
 
     # Bodies
 
@@ -428,7 +420,3 @@ class _Page:
 
 def _upright(name: str) -> str:
     return rf"\mathrm{{{in_latex(name)}}}"
-
-
-def _chunks(names: Sequence[str], size: int) -> list[list[str]]:
-    return [list(names[k : k + size]) for k in range(0, len(names), size)]

@@ -13,18 +13,7 @@ from contextlib import suppress
 from fractions import Fraction
 from functools import lru_cache
 
-from symdyn.algebra import (
-    AngleGroup,
-    Compactor,
-    Form,
-    Function,
-    Number,
-    Pi,
-    Power,
-    Product,
-    Sum,
-    Symbol,
-)
+from symdyn.algebra import AngleGroup, Compactor, Form, Function, Number, Pi, Power, Product, Sum, Symbol
 from symdyn.dynamics.mechanism import State
 from symdyn.emit.print.breaking import BREAK, LINE, Sizes, latex_width, parts
 from symdyn.emit.print.printed_names import PrintName
@@ -339,7 +328,8 @@ class Latex:
         if form.op is Op.POW:
             base, to = form.args
             bare = isinstance(base, Symbol) and LatexSymbol(self(base)).takes_exponent
-            text = self.unbroken(base) if bare or _is_abs(base) else _brackets(self.unbroken(base))
+            bare = bare or (isinstance(base, Function) and base.op is Op.ABS)
+            text = self.unbroken(base) if bare else _brackets(self.unbroken(base))
             return f"{text}^{{{self.unbroken(Form.product((Number(Fraction(power)), to)))}}}"
         if form.op is Op.SELECT and _word(form) == "select":
             guard, a, b = map(self.unbroken, form.args)
@@ -360,10 +350,6 @@ class Latex:
         if isinstance(form.args[0], (Symbol, Pi)) and len(form.args) == 1:
             return f"{FUNCTIONS[form.op]}{exponent} {arguments}"
         return f"{FUNCTIONS[form.op]}{exponent}{_brackets(arguments)}"
-
-
-def _is_abs(form: Form) -> bool:
-    return isinstance(form, Function) and form.op is Op.ABS
 
 
 def _brackets(text: str) -> str:

@@ -92,10 +92,7 @@ class Lengths:
 
 
 def named_lengths(
-    closed: ClosedForm,
-    taken: Iterable[str],
-    spelled: Callable[[Form], Form],
-    prefix: str = "",
+    closed: ClosedForm, taken: Iterable[str], spelled: Callable[[Form], Form], prefix: str = ""
 ) -> Lengths:
     """Return the lengths of a scene.
 

@@ -120,10 +120,6 @@ def _equations(page: Printable, variables: _Variables) -> Iterator[str]:
         yield f"{variables.fresh(f'equation{i + 1}')} = Eq({', '.join(sides)})"
 
 
-def _coefficients(page: Printable, variables: _Variables) -> Iterator[str]:
-    yield from _named(page, variables, _names(page, variables))
-
-
 def _textbook(page: Printable, variables: _Variables) -> Iterator[str]:
     """Yield the coefficients, and the equations with coefficients by name."""
     names = _names(page, variables)
@@ -183,7 +179,12 @@ def _constraints(page: Printable, variables: _Variables) -> Iterator[str]:
             yield f"{variables.fresh(f'{name}{k}')} = Eq({variables.show(form)}, 0)"
 
 
-LINES = {"equations": _equations, "coefficients": _coefficients, "textbook": _textbook, "matrix": _matrix}
+LINES = {
+    "equations": _equations,
+    "coefficients": lambda page, variables: _named(page, variables, _names(page, variables)),
+    "textbook": _textbook,
+    "matrix": _matrix,
+}
 
 
 def _text(expression: Any, variables: Mapping[str, str]) -> str:

@@ -83,7 +83,13 @@ def variables(program: Program, q: Sequence[float], u: Sequence[float]) -> tuple
     free = parameters_of(program)
     named += [*inputs, *outputs, *free]
     place = {name: k for k, name in enumerate(named)}
-    limits, depends = _limits(scene), _depends(program, place)
+    values = {one.name: one.value for one in scene.parameters if one.value is not None}
+    limits = {
+        joint.coordinate: (_bound(joint.limits.lower, values), _bound(joint.limits.upper, values))
+        for joint in scene.moving
+        if joint.coordinate
+    }
+    depends = _depends(program, place)
     found = [Variable(0, TIME, "independent", None, scene.shown_unit("s"), "time")]
     for name, value in zip([*scene.coordinates, *scene.first_order], [*q, *u, *own], strict=True):
         least, most = limits.get(name, (None, None))
@@ -120,15 +126,6 @@ def _words(scene: Scene) -> dict[str, tuple[str, str]]:
         words |= {u: (f"{next(speeds)}/s", f"velocity, joint {joint.name}") for u in joint.rates}
     told = SceneUnits(scene).inferred
     return words | {one.name: (told[one.name] or "1", one.text or "state") for one in scene.states}
-
-
-def _limits(scene: Scene) -> dict[str, tuple[float | None, float | None]]:
-    values = {one.name: one.value for one in scene.parameters if one.value is not None}
-    return {
-        joint.coordinate: (_bound(joint.limits.lower, values), _bound(joint.limits.upper, values))
-        for joint in scene.moving
-        if joint.coordinate
-    }
 
 
 def _bound(limit: Quantity | None, values: Mapping[str, Quantity]) -> float | None:
@@ -216,13 +213,11 @@ def described(draft: Draft, variables: Sequence[Variable], differentiated: bool,
         "outputs": [_unknown(one) for one in outputs],
         "rates": [_unknown(one) for one in rates],
         "initial": [_unknown(one) for one in computed],
-        "events": [_event(len(variables) + k, k, text) for k, text in enumerate(jumps)],
+        "events": [  # in FMI 3 alone
+            _variable(Variable(len(variables) + k, f"event({k + 1})", "local", text=text))
+            for k, text in enumerate(jumps)
+        ],
     }
-
-
-def _event(reference: int, k: int, text: str) -> dict[str, Any]:
-    """Return the indicator of an event, which is a variable in FMI 3 alone."""
-    return _variable(Variable(reference, f"event({k + 1})", "local", text=text))
 
 
 def _base(unit: str) -> str:

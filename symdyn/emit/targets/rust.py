@@ -25,7 +25,6 @@ from collections.abc import Mapping
 from fractions import Fraction
 from functools import cache, partial
 from math import prod
-from typing import Any
 
 from symdyn.emit.code.spelling import ATOM, OPERATORS, SIGN, SINGLE, TABLE, Printer, Spelling, call, digits
 from symdyn.emit.code.target import BATCH, Draft, FunctionText, Page, Sources, Target
@@ -200,6 +199,7 @@ def _write(draft: Draft) -> dict[str, str]:
     codes = cuts(draft.program, draft.page, draft.printer, few=1, address="&[{}]")
     batch = draft.option == BATCH
     operations = {op for function in draft.page.functions for op in function.operations}
+    sines, fma = sincos_values(draft.real.name), "fma" if draft.real.name == "double" else "fma_double"
     values = {
         "page": draft.page,
         "about": draft.about,
@@ -213,18 +213,14 @@ def _write(draft: Draft) -> dict[str, str]:
         "alone": (),
         "two_over_pi_words": words(),
         **PARTS,
-        **_fused(sincos_values(draft.real.name), "fma" if draft.real.name == "double" else "fma_double"),
+        **sines,
+        **{name: _nested(sines[name].replace("[j]", ""), fma) for name in ("sine", "cosine")},
     }
     text = render("rust/module.rs.jinja", values)
     alone = tuple(name for name in ALONE if f"{name}(" in text)
     if alone:
         text = render("rust/module.rs.jinja", {**values, "alone": alone, "sincos": True})
     return {f"{draft.stem}.rs": text}
-
-
-def _fused(values: Mapping[str, Any], fma: str) -> dict[str, Any]:
-    """Return the numbers of sines and cosines with polynomials as calls of `fma`."""
-    return {**values, **{name: _nested(values[name].replace("[j]", ""), fma) for name in ("sine", "cosine")}}
 
 
 def _nested(horner: str, fma: str) -> str:

@@ -8,7 +8,7 @@ a certificate without divided angles.
 from __future__ import annotations
 
 import random
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
 from hashlib import blake2b
 from math import lcm
@@ -23,6 +23,11 @@ Operation = tuple[int, ...]
 """Which operation, and of what."""
 
 
+def symbol_value(field: FiniteField, name: str) -> int:
+    """Return a random value, the same for all symbols of a name."""
+    return random.Random(f"{field.seed}:{name}").randrange(field.p)
+
+
 class Uninterpreted(FiniteField):
     """A field at one point; the seed draws symbols and functions."""
 
@@ -31,14 +36,10 @@ class Uninterpreted(FiniteField):
         key = repr((self.seed, int(node.op), *args, *table)).encode()
         return int.from_bytes(blake2b(key, digest_size=32).digest(), "big") % self.p
 
-    def symbol(self, name: str) -> int:
-        """Return a random value, the same for all symbols of a name."""
-        return random.Random(f"{self.seed}:{name}").randrange(self.p)
-
     def values(self, outputs: Sequence[Expr]) -> tuple[int, ...]:
         """Return the values of nodes of one graph; Redraw where one is not defined at this point."""
         order = reachable(outputs)
-        symbols = {node: self.symbol(str(node.value)) for node in order if node.op is Op.SYMBOL}
+        symbols = {node: symbol_value(self, str(node.value)) for node in order if node.op is Op.SYMBOL}
         return tuple(evaluate(outputs, self, symbols, order))
 
     def operation(self, op: Op, values: Sequence[int]) -> Operation:
@@ -63,7 +64,7 @@ class Everywhere:
     def __init__(self, fields: Sequence[Sequence[Uninterpreted]]) -> None:
         """Start without values; `fields` are those of point j of every prime, for each j."""
         self._first = fields[0][0]
-        self._points = ManyPoints(fields, _symbol, _function)
+        self._points = ManyPoints(fields, symbol_value, lambda field, node, args, _: field.function(node, args))
         self._operations: dict[Expr, Operation] = {}
 
     def values(self, outputs: Sequence[Expr]) -> list[tuple[int, ...]]:
@@ -82,15 +83,6 @@ class Everywhere:
                 values = [self._points.at(self._points.known[one], 0, 0) for one in node.args]
                 found[node] = self._first.operation(node.op, values)
         return frozenset([found[node] for node in below])
-
-
-def _symbol(field: FiniteField, name: str) -> int:
-    assert isinstance(field, Uninterpreted), "fields of files are uninterpreted"
-    return field.symbol(name)
-
-
-def _function(field: FiniteField, node: Expr, args: Sequence[int], _: Mapping[Expr, int]) -> int:
-    return field.function(node, args)
 
 
 def everywhere(outputs: Sequence[Expr], seed: int) -> Everywhere:

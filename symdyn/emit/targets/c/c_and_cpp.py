@@ -40,11 +40,11 @@ from symdyn.arguments import argument
 from symdyn.dynamics.outputs import CLOSED_AT_ONCE
 from symdyn.emit.code.identifiers import checked, lone_header, names_of_c, stem
 from symdyn.emit.code.spelling import OPERATORS, REALS, TABLE, Printer, Real, Spelling, call, digits, find_real
-from symdyn.emit.code.target import BATCH, Draft, FunctionText, Sources, Target
+from symdyn.emit.code.target import BATCH, Draft, Sources, Target
 from symdyn.emit.code.worked_example import example_text
 from symdyn.emit.render import in_comment, render
 from symdyn.emit.targets.c import double_double
-from symdyn.emit.targets.c.cuts import FEW, CutText, batches, cuts
+from symdyn.emit.targets.c.cuts import FEW, batches, cuts
 from symdyn.emit.targets.c.loops import loop_text
 from symdyn.emit.targets.c.stack import STACK, allowance, stack_of
 from symdyn.emit.targets.c.writer import ATAN2_HELPER, CHAINS, LANES, LINE, sincos_values
@@ -286,7 +286,7 @@ def _write_cpp(draft: Draft) -> dict[str, str]:
         "uses_sign": Op.SIGN in operations,
         "uses_exp": Op.EXP in operations,
         "batch": batch,
-        "widths": [_lanes(text, many) for text, many in zip(draft.page.functions, codes, strict=True)],
+        "widths": [0 if many and many.parts else PACK for many in codes],  # parts of a long one compile for long
         "lanes": PACK,
         "common": Program.PREPARED if draft.program.is_prepared else Program.PARAMS,
         "cut": any(many and many.parts for many in codes),
@@ -296,17 +296,6 @@ def _write_cpp(draft: Draft) -> dict[str, str]:
         "lookups": {op.name: name for op, name in BY_LOOKUP.items()},
     }
     return {f"{draft.stem}.hpp": render("cpp/header.hpp.jinja", values)}
-
-
-def _lanes(text: FunctionText, many: CutText | None) -> int:
-    """Return how many states of a function run side by side; 0 for a long one, whose parts would compile for long."""
-    return 0 if many and many.parts else PACK
-
-
-def _beside_cpp(sources: Sources) -> dict[str, str]:
-    """Return an example that knows what must come out."""
-    space = namespace(stem(sources.program.scene.name))
-    return example_text(sources, "cpp/main.cpp.jinja", ".cpp", space=space)
 
 
 CPP = Target(
@@ -319,5 +308,7 @@ CPP = Target(
     printer=lambda real: Printer(CPP_SPELLINGS, lambda value: f"T({digits(value, real)})"),
     comment=in_comment,
     write=_write_cpp,
-    beside=_beside_cpp,
+    beside=lambda sources: example_text(
+        sources, "cpp/main.cpp.jinja", ".cpp", space=namespace(stem(sources.program.scene.name))
+    ),
 )

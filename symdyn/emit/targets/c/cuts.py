@@ -89,12 +89,7 @@ class CutText:
 
 
 def cuts(
-    program: Program,
-    page: Page,
-    printer: Printer,
-    few: int | None = None,
-    address: str = "&{}",
-    solving: bool = False,
+    program: Program, page: Page, printer: Printer, few: int | None = None, address: str = "&{}", solving: bool = False
 ) -> tuple[CutText | None, ...]:
     """Return every function of the page in stages, None for one that stays as it is.
 

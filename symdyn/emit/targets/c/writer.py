@@ -404,12 +404,9 @@ def horner(coefficients: Sequence[float], variable: str) -> str:
     *low, top = coefficients
     text = repr(top)
     for coefficient in reversed(low):
-        text = f"{coefficient!r} + {variable} * {_factor(text)}"
+        text = f"({text})" if " " in text or text.startswith("-") else text
+        text = f"{coefficient!r} + {variable} * {text}"
     return text
-
-
-def _factor(text: str) -> str:
-    return f"({text})" if " " in text or text.startswith("-") else text
 
 
 def in_halves(coefficients: Sequence[float], first: int) -> list[float]:
