@@ -52,7 +52,7 @@ class Suggesting:
             from symdyn.errors import ArgumentError, hint
 
             told = hint("attributes", "[]", dir(self)) or "it is no list"
-            raise ArgumentError(f"{type(self).__name__} has nothing in brackets, [{key!r}]; {told}")
+            raise ArgumentError(f"{type(self).__name__}: key = {key!r:.60}: nothing is in its brackets; {told}")
 
 
 class Shown(Suggesting):

@@ -247,7 +247,8 @@ def read_span(until: Any, faults: Faults, where: str = "", word: str = "until") 
         least, most = 0.0, 0.0
     if not 0 < least <= most < np.inf:
         told = "is no time after the start; give a positive one, or a smaller and a larger"
-        faults.add(where, f"{word} = {until!s:.60} {told}")
+        free = f'; an end that is free is between two, {word}=(3, 20), and cost="1" makes it the soonest'
+        faults.add(where, f"{word} = {until!s:.60} {told}{free * isinstance(until, str)}")
         return 1.0, 1.0
     return least, most
 

@@ -365,7 +365,8 @@ def _sizes(scene: Scene, feedback: Feedback, name: str, measures: Sequence[str],
 def _check_times(feedback: Feedback, until: float, faults: Faults) -> None:
     period, delay = feedback.period, feedback.delay
     for name, value in (("period", period), ("delay", delay)):
-        if not (isinstance(value, Real) or (name == "period" and value is None)):
+        known = isinstance(value, Real) and not isinstance(value, np.timedelta64)
+        if not (known or (name == "period" and value is None)):
             faults.add(f"feedback: {name}", f"{value!r} is no number of seconds")
             return
     if not (math.isfinite(delay) and delay >= 0):
