@@ -132,3 +132,10 @@ def test_answers_are_judged_where_ends_keep_their_order(text: str) -> None:
     for point in (*diagnosis.points.at, *diagnosis.motions.along):
         for way in ways:
             assert evaluate([way], Floats(), {way.graph.symbol(x): y for x, y in point.items()})[0] > 0
+
+
+def test_ends_that_meet_at_zero_are_a_lesson() -> None:
+    """There the root has no slope, which ended the lesson with a traceback."""
+    scene = read_text(RAIL.replace("[1, HIGH, 0]", "[0, 0, 0]").replace("START", "0"))
+
+    assert "sqrt" in rendered(lesson_of(scene), "md")["rail.md"]

@@ -386,7 +386,10 @@ def signs_told(lesson: Lesson, free: Sequence[int], forms: Sequence[Form], chose
         return plain
     q, node = state.q[free[0]], forms[0].express(graph)
     zero = {**dict.fromkeys(state.qd, graph.zero), q: graph.zero}
-    there, slope = substitute([node, gradient(node, [q])[0]], zero)
+    try:
+        there, slope = substitute([node, gradient(node, [q])[0]], zero)
+    except ZeroDivisionError:  # the ends of a spring meet there
+        return plain
     if not there.is_zero or slope.is_zero:
         return plain
     try:
