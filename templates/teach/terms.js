@@ -20,9 +20,9 @@ const Terms = (() => {
     if (!ways.length) return null;
     const [one, found] = ways.reduce((a, b) => a[1].cost <= b[1].cost ? a : b), rows = all(one);
     if (rule && !found.sure && !found.rules.includes(rule)) return null;
-    const of_ = found.columns.flatMap(k => (rows[k][4] || [k]).map(n => rows[n])).filter(row => row[1]), loose = !tied && found.sure && ways.some(([one]) => one.multipliers), rules = [...new Set([...found.rules, ...(loose ? ["untied"] : [])])];
+    const of_ = found.columns.flatMap(k => (rows[k][5] || [k]).map(n => rows[n])).filter(row => row[1]), loose = !tied && found.sure && ways.some(([one]) => one.multipliers), rules = [...new Set([...found.rules, ...(loose ? ["untied"] : [])])];
     if (rule && rules.every(one => apart.vague.includes(one)) && of_.some(([kind]) => (apart.suits[kind] || []).includes(rule))) rules.unshift(rule);
-    const changes = (found.changes || []).map(([change, k]) => [change, ...(rows[k] ? [(rows[k][4] || [k]).map(n => rows[n][1]).join("<mo>,</mo>"), rows[k][0]] : [""])]).filter(([change, term, kind]) => term || change !== "missing" || !apart.angles.includes(kind));
+    const changes = (found.changes || []).map(([change, k]) => [change, ...(rows[k] ? [(rows[k][5] || [k]).map(n => rows[n][1]).join("<mo>,</mo>"), rows[k][0]] : [""])]).filter(([change, term, kind]) => term || change !== "missing" || !apart.angles.includes(kind));
     return {rules, kinds: [...new Set(of_.map(([kind]) => kind))], changes};
   }
   function explained(one, of) {
@@ -46,7 +46,7 @@ const Terms = (() => {
   }
 
   // The terms, then those together that are alike; these know which they are
-  const all = one => one.all = one.all || [...one.rows, ...one.alike.map(list => [list.every(k => one.rows[k][0] === one.rows[list[0]][0]) ? one.rows[list[0]][0] : "inertia", one.rows[list[0]][1], one.right.map((_, n) => sum(list.map(k => one.rows[k][2][n]))), one.rows[list[0]][3], list])];
+  const all = one => one.all = one.all || [...one.rows, ...one.alike.map(list => [list.every(k => one.rows[k][0] === one.rows[list[0]][0]) ? one.rows[list[0]][0] : "inertia", one.rows[list[0]][1], one.right.map((_, n) => sum(list.map(k => one.rows[k][2][n]))), one.rows[list[0]][3], [], list])];
   function search(one, mine, deep) {
     const {right, free, tied, beside} = one, columns = all(one), lone = one.rows.length;
     const e = mine.map((x, k) => x - right[k]), size = Math.max(largest(mine), ...columns.map(one => largest(one[2])));
@@ -89,16 +89,15 @@ const Terms = (() => {
     const sorted = whole => first.filter(one => !columns[one[2]][1] === whole).sort((a, b) => a[0] - b[0]);
     const terms = sorted(false), whole = sorted(true);
     const fine = terms.length > 1 && terms[0][0] === terms[1][0] ? [] : terms.slice(0, 1);  // none is known to be the one
-    const still = whole.slice(1).filter(([price, , k]) => price === whole[0][0] && columns[k][0] === "prescribed");
-    const told = [...fine, ...whole.slice(0, 1), ...still].flatMap(([, c, k]) => states(columns[k], c)), rules = told.length ? told : ["termfactor"];
+    const told = [...fine, ...whole.slice(0, 1)].flatMap(([, c, k]) => states(columns[k], c)), rules = told.length ? told : ["termfactor"];
     const special = rules.filter(rule => rule !== "term");
     return {cost, rules: special.length ? special : rules, columns: fine.map(one => one[2]), changes: (fine.length ? fine : whole.slice(0, 1)).map(([, c, k]) => [changed(c), k]), sure: true};
   }
-  function states([kind, form], c) {
+  function states([kind, form, , , also], c) {
     const [lost, turned, scaled] = apart.states[kind].map((rule, k) => rule || (form ? apart.plain[k] : ""));
     if (!turned && c < -1 - CLOSE) return [];
     const vague = ["spring", "friction", "force"].includes(turned) ? [turned, "termsign"] : [turned];  // they say no sign
-    return (Math.abs(c + 1) < CLOSE ? [lost] : Math.abs(c + 2) < CLOSE ? vague : c < -1 ? [turned, scaled] : [scaled]).join(" ").split(" ").filter(Boolean);
+    return (Math.abs(c + 1) < CLOSE ? [lost, ...also.map(kind => apart.states[kind][0])] : Math.abs(c + 2) < CLOSE ? vague : c < -1 ? [turned, scaled] : [scaled]).join(" ").split(" ").filter(Boolean);
   }
   // How a term is changed, by the words of a shell's differences
   const changed = c => Math.abs(c + 1) < CLOSE ? "missing" : c < -1 ? "sign" : "factor";

@@ -180,8 +180,7 @@ def _terms(diagnosis: Diagnosis, left: str) -> list[dict[str, Any]]:
 
     def columns(of: Sequence[Column]) -> list[list[Any]]:
         return [
-            [one.kind, inner(shown(one.form)) if one.form is not None else "", _row(one.values), one.squared]
-            for one in of
+            [x.kind, inner(shown(x.form)) if x.form is not None else "", _row(x.values), x.squared, x.also] for x in of
         ]
 
     return [

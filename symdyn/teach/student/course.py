@@ -50,7 +50,8 @@ class Parts:
         arm: see base.
         spin: ½ ω·I ω, with the work of an offset.
         relative: of `arm` and spin, with no rate but that of the last hinge: velocity of the arm, m/s, and spin, J.
-        lone: K with no rates but those of the last joint, of the last two, …, J; of all but the first.
+        lone: K with no rates but those of the last joint, of the last two, …, J, of all but the first; then with the
+            rate of the last hinge alone about its axle.
         rigid: whether it has a moment of inertia.
     """
 
@@ -134,7 +135,15 @@ class Course:
                 v = _rate(mass.place, own)
                 lone.append(mass.m * dot(v, v) / 2 + self._spin(mass, own))
             joint = self.joints.get(joint.parent)
-        return Parts(mass.tag, mass.m, base, arm, spin, (_rate(arm, alone), still), tuple(lone[:-1]), mass.spins)
+        lone = lone[:-1]
+        if hinge is not None and len(hinge.coordinates) == 1 and mass.h is None:
+            unit = {q: self.graph.constant(int(not u.is_zero)) for q, u in alone.items()}
+            w, axle = (self._turning(mass, seeds) for seeds in (rates, unit))
+            off = dot(axle, w) - self.graph.total(alone.values())
+            x, y, z = (a - off * b for a, b in zip(w, axle, strict=True))
+            v = _rate(mass.place, rates)
+            lone.append(mass.m * dot(v, v) / 2 + dot((x, y, z), mass.inertia @ (x, y, z)) / 2)
+        return Parts(mass.tag, mass.m, base, arm, spin, (_rate(arm, alone), still), tuple(lone), mass.spins)
 
     def _hinge(self, joint: Joint | None) -> Joint | None:
         """Return the nearest joint that turns a body, at it or on the ground's side of it."""
@@ -145,10 +154,15 @@ class Course:
     def _foot(self, joint: Joint) -> Transform:
         return self.placed[joint.parent] @ joint.origin.transform(self.graph)
 
-    def _spin(self, mass: Mass, seeds: Mapping[Expr, Expr]) -> Expr:
+    def _turning(self, mass: Mass, seeds: Mapping[Expr, Expr]) -> Vec:
+        """Return the angular velocity of a body, in its frame."""
         R = self.placed[mass.body.name].R
         dR = [tangents(row, seeds) for row in R]
         x, y, z = (self.graph.total(R[k][a] * dR[k][b] for k in range(3)) for a, b in ((2, 1), (0, 2), (1, 0)))
+        return x, y, z
+
+    def _spin(self, mass: Mass, seeds: Mapping[Expr, Expr]) -> Expr:
+        R, (x, y, z) = self.placed[mass.body.name].R, self._turning(mass, seeds)
         spin = dot((x, y, z), mass.inertia @ (x, y, z)) / 2
         if mass.h is not None:
             w = R @ (x, y, z)

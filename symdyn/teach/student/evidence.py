@@ -73,6 +73,7 @@ SUITS: Mapping[str, tuple[str, ...]] = {
     "rates": ("product", "slope", "chain", "cross", "relative"),
     **dict.fromkeys(("inertia", "body", "carried", "cross"), ("half", "carried", "relative", "cross", "arm")),
     "coupling": ("carried", "relative", "cross"),
+    "drive": ("body", "half"),  # with a factor: all the rest has one
 }
 """Rules found otherwise that explain what differs in a term of a kind."""
 ALL_OF_IT = ("turned", "factor", "half", "ratio")
@@ -81,11 +82,12 @@ ALL_OF_IT = ("turned", "factor", "half", "ratio")
 
 @dataclass(frozen=True)
 class Column:
-    """A term of a right result, or some of them that one rule makes: `form` is None then."""
+    """A term of a right result, or some of them that one rule makes: `form` is None then; `also` are kinds beside."""
 
     kind: str
     form: Form | None
     values: tuple[float, ...]
+    also: tuple[str, ...] = ()
 
     @property
     def squared(self) -> tuple[str, ...]:
@@ -222,8 +224,10 @@ def _evidence(
         for k in same:
             if form is None and kind in OF_BODIES and columns[k].form is not None and columns[k].kind in OWN:
                 columns[k] = replace(columns[k], kind=kind)
-        if form is not None or not same or (kind in BESIDE and i is not None):
+        if form is not None or not same:
             columns.append(Column(kind, form, row))
+        elif kind in BESIDE and i is not None:
+            columns[same[0]] = replace(columns[same[0]], also=(*columns[same[0]].also, kind))
     handles = tuple(_handles(course, motions, i, ways, tied, how)) if i is not None else ()
     beside = () if i is None or tied or how else tuple(_beside(course, motions, i))
     if tied and i is not None and not how:

@@ -342,6 +342,8 @@ class _Probe:
 def absent(course: Course) -> set[str]:
     """Return the rules whose object does not occur in a scene: no rotation, no Steiner's term."""
     e, graph = course.right, course.graph
+    alone = not any(course.ancestors(joint) for joint in course.scene.moving)
+    slopes = {graph.symbol(p.name) for p in course.scene.parameters if p.unit == "rad"}
     nothing = {
         ("steiner", "inertia"): not any(part.rigid for part in course.parts),
         ("gravity", "weightless", "height"): all(x.is_zero for x in course.gravity),
@@ -350,7 +352,8 @@ def absent(course: Course) -> set[str]:
         ("friction", "force"): all(x.is_zero for x in course.loads),
         ("coupling",): course.state.n < 2,
         ("body",): len(course.parts) < 2,
-        ("relative", "absolute"): not any(course.ancestors(joint) for joint in course.scene.moving),
+        ("relative",): alone,
+        ("absolute",): alone and slopes.isdisjoint(reachable(e.P.values())),
     }
     return {rule for rules, missing in nothing.items() if missing for rule in rules}
 

@@ -183,8 +183,7 @@ def _of_one(columns: Sequence[Column], singles: Sequence[tuple[float, int, tuple
         fine, whole = ([one for one in some if one[0] == price] for some in (fine, whole))
     if len(fine) > 1 and fine[0][0] == fine[1][0]:  # none is known to be the one
         fine = []
-    still = [one for one in whole[1:] if one[0] == whole[0][0] and columns[one[1]].kind == "prescribed"]
-    rules = [rule for _, _, told in (*fine[:1], *whole[:1], *still) for rule in told] or ["termfactor"]
+    rules = [rule for _, _, told in (*fine[:1], *whole[:1]) for rule in told] or ["termfactor"]
     special = [rule for rule in rules if rule != "term"]
     return Found(price, tuple(k for _, k, _ in fine[:1]), tuple(special or rules), True)
 
@@ -196,7 +195,8 @@ def _states(column: Column, c: float) -> tuple[str, ...]:
     if abs(c + 2) < CLOSE:  # some say no sign
         told: tuple[str, ...] = (turned, "termsign" if turned in ("spring", "friction", "force") else "")
     else:
-        told = (lost,) if abs(c + 1) < CLOSE else (turned, scaled) if c < -1 else (scaled,)
+        alike = [STATES[kind][0] for kind in column.also]
+        told = (lost, *alike) if abs(c + 1) < CLOSE else (turned, scaled) if c < -1 else (scaled,)
     return tuple(" ".join(told).split()) if turned or c > -1 - CLOSE else ()
 
 

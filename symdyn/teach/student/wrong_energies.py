@@ -23,11 +23,13 @@ HALF = Fraction(1, 2)
 
 
 def wrong_energies(course: Course) -> Iterator[tuple[str, str, Energies]]:
-    """Yield energies in which one rule is broken, for each mass that it concerns, then for all."""
+    """Yield energies in which one rule is broken, for each mass that it concerns, for all of a body, or of one size."""
     right, parts = course.right, course.parts
-    numbers = {part.tag: re.split("[a-z,]", part.tag)[0] for part in parts}
-    bodies = [[tag for tag, one in numbers.items() if one == n] for n in dict.fromkeys(numbers.values())]
-    bodies = [body for body in bodies if 1 < len(body) < len(parts)]
+    groups: dict[object, list[str]] = {}
+    for part in parts:
+        for mark in (re.split("[a-z,]", part.tag)[0], part.m):
+            groups.setdefault(mark, []).append(part.tag)
+    bodies = [body for body in groups.values() if 1 < len(body) < len(parts)]
     for rule, treat in TREATMENTS:
         each = {part.tag: found for part in parts if (found := list(treat(course, part)))}
         for tag, ways in each.items():
@@ -57,6 +59,9 @@ def wrong_energies(course: Course) -> Iterator[tuple[str, str, Energies]]:
         if p.unit == "rad" and (by := course.graph.symbol(p.name)) in reachable(right.K.values()):
             wrong = course.replaced(right, {by: -by})
             yield "clockwise", "", replace(right, K=wrong.K, square=wrong.square)
+        if p.unit == "rad":  # what is inclined taken for level
+            level = replace(right, P=course.replaced(right, {course.graph.symbol(p.name): zero}).P)
+            yield from (("trig", "", level), ("absolute", "", level))
     for values in from_ground(course):
         yield "absolute", "", course.replaced(right, values)
         wrong = course.replaced(right, values)
@@ -146,6 +151,7 @@ def _relative(course: Course, part: Parts) -> Iterator[Way]:
     full = course.velocities(part)[1]
     for square in (dot(u, u) + 2 * dot(u, full) + dot(v, v), dot(u, u) + 2 * dot(u, v) + dot(full, full)):
         yield square, part.m * square / 2 + part.spin, None
+    yield from ((None, lone, None) for lone in part.lone)
 
 
 def _height(course: Course, part: Parts) -> Iterator[Way]:
@@ -176,6 +182,7 @@ def _weightless(course: Course, part: Parts) -> Iterator[Way]:
 def _body(course: Course, part: Parts) -> Iterator[Way]:
     zero = course.graph.zero
     yield None, zero, None
+    yield None, zero, zero
     yield zero, zero, zero
 
 
