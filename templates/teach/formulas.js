@@ -184,13 +184,20 @@ const Formulas = (() => {
   // Parts of a formula are numbers, or functions of a point
   const at = (part, point) => typeof part === "number" ? part : part(point);
   const lift = (apply, ...parts) => parts.every(part => typeof part === "number") ? apply(...parts) : p => apply(...parts.map(part => at(part, p)));
-  const times = parts => lift((...all) => all.reduce((a, b) => a * b), ...parts);
+  const MOST = 80, terms = part => part.terms || [part];  // of what is multiplied out
+  const spread = (value, list) => typeof value === "number" || list.length < 2 || list.length > MOST ? value : Object.assign(value, {terms: list});
+  const product = parts => lift((...all) => all.reduce((a, b) => a * b), ...parts);
+  const times = parts => {
+    const count = parts.reduce((n, part) => n * terms(part).length, 1);
+    const ways = count > 1 && count <= MOST ? parts.reduce((list, part) => list.flatMap(way => terms(part).map(one => [...way, one])), [[]]) : [];
+    return spread(product(parts), ways.map(product));
+  };
   const plus = parts => {
     if (parts.length === 1) return parts[0];
     const total = p => parts.reduce((sum, part) => sum + at(part, p), 0);
-    return Object.assign(total, {number: parts.every(part => typeof part === "number") ? total({}) : undefined});
+    return spread(Object.assign(total, {number: parts.every(part => typeof part === "number") ? total({}) : undefined}), parts.flatMap(terms));
   };
-  const inverse = part => lift(x => 1 / x, part), minus = part => lift(x => -x, part);
+  const inverse = part => lift(x => 1 / x, part), minus = part => spread(lift(x => -x, part), terms(part).map(one => lift(x => -x, one)));
 
   // The derivative with respect to time, by differences of fourth order along the motion
   function rate(of) {
@@ -297,18 +304,18 @@ const Formulas = (() => {
       while (sees("number") || sees("constant") || sees("command", "frac")) factors.push(sees("number") ? take().value : factor());
       if (sees("word") || sees("command", "dot", "ddot")) {
         const [name, dots] = sees("word") ? [peek(), take().dots] : accented(take());
-        factors.push(product(name, read(name.spelled), dots));
+        factors.push(named(name, read(name.spelled), dots));
       }
       if (!factors.length) throw new Fault("fault.argument");
       return times(factors);
     }
     function word(token, dots) {
       const pieces = read(token.spelled), last = pieces.pop();
-      const before = pieces.length ? [product(token, pieces, token.dots && !last.function ? 0 : dots)] : [];
+      const before = pieces.length ? [named(token, pieces, token.dots && !last.function ? 0 : dots)] : [];
       const behind = token.dots || !pieces.length;  // m_1r' has its prime at the end, an accent stands on the first
-      return times([...before, last.function ? call(last.function) : raised(product(token, [last], behind ? dots : 0))]);
+      return times([...before, last.function ? call(last.function) : raised(named(token, [last], behind ? dots : 0))]);
     }
-    function product(token, pieces, dots) {
+    function named(token, pieces, dots) {
       const carrier = token.dots ? pieces.length - 1 : 0;
       return times(pieces.map((part, i) => {
         if (part.function) throw new Fault("fault.argument");
@@ -322,7 +329,7 @@ const Formulas = (() => {
     function raised(base) {
       if (!sees("op", "^")) return base;
       const power = exponent(take());
-      return lift(x => x ** power, base);
+      return spread(lift(x => x ** power, base), power > 1 ? terms(times(Array(power).fill(base))) : []);
     }
     function exponent(caret) {
       const sign = sees("op", "-") ? -1 : 1;
@@ -336,7 +343,7 @@ const Formulas = (() => {
 
     const value = sum();
     if (peek()) throw new Fault("fault.here", take().text);
-    return p => at(value, p);
+    return Object.assign(p => at(value, p), {terms: terms(value).map(one => p => at(one, p))});
   }
   return {Fault, has, members, label, read, starred, parsed: formula, formula: text => formula(tokens(text))};
 })();

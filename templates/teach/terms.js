@@ -25,15 +25,19 @@ const Terms = (() => {
     const changes = (found.changes || []).map(([change, k]) => [change, ...(rows[k] ? [(rows[k][5] || [k]).map(n => rows[n][1]).join("<mo>,</mo>"), rows[k][0]] : [""])]).filter(([change, term, kind]) => term || change !== "missing" || !apart.angles.includes(kind));
     return {rules, kinds: [...new Set(of_.map(([kind]) => kind))], changes};
   }
-  function explained(one, of) {
-    const {handles} = one, {points} = apart, mine = points.map(of), scaled = handles.length ? [] : [[0, mine]], [dear, untied] = apart.prices;
+  // What an answer is times where it is the scene's, by point, with a price
+  function scales(one, of) {
+    const {handles} = one, {points} = apart, mine = points.map(of), scaled = handles.length ? [] : [[0, mine.map(() => 1)]], [dear, untied] = apart.prices;
     for (const [steps, slope, name] of handles) {
       const slopes = linear(mine.map((x, k) => [x, ...[1, 2].map(n => of(moved(points[k], steps[k], n)))]));
       if (!slopes || (name && mine.every((x, k) => Math.abs(x - points[k][name] * slopes[k]) <= CLOSE * Math.abs(x)))) continue;
       const by = slope.map((b, k) => b / slopes[k]), cost = by.every(x => Math.abs(Math.abs(x) - 1) < CLOSE) ? 0 : dear;
-      scaled.push([cost + untied * one.multipliers, mine.map((x, k) => x * by[k])]);
+      scaled.push([cost + untied * one.multipliers, by]);
     }
-    const found = [];
+    return scaled;
+  }
+  function explained(one, of) {
+    const {handles} = one, mine = apart.points.map(of), scaled = scales(one, of).map(([cost, by]) => [cost, mine.map((x, k) => x * by[k])]), found = [];
     for (const deep of [false, true]) if (!found.length) for (const [more, values] of scaled) {  // two terms at once only where no single one tells
       const told = search(one, values, deep);
       if (told) found.push({...told, cost: told.cost + more});
@@ -43,6 +47,27 @@ const Terms = (() => {
       if (other) found.push({...other, cost: other.cost + 1, rules: [rule, ...other.rules]});
     }
     return found.length ? cheapest(found) : null;
+  }
+
+  // How the terms of an answer differ, one by one, where no rule tells: of the ways to write it that with the fewest
+  function listed(key, of, terms) {
+    const ways = QUESTIONS.terms[key].filter(one => !one.tied && !one.multipliers).flatMap(one => scales(one, of).map(([, by]) => unlike(one, terms.map(term => apart.points.map((p, k) => term(p) * by[k])))));
+    return ways.filter(list => list.length).reduce((a, b) => a && a.length <= b.length ? a : b, null) || [];
+  }
+  function unlike({rows, free}, mine) {
+    const half = apart.points.length / 2, fine = rows.filter(row => row[1]), worth = fine.map(() => 0);
+    const over = new Set(mine.filter(row => !free || row.slice(half).some((x, k) => x !== row[k])));
+    const pairs = () => [...over].flatMap((a, k, list) => list.slice(k + 1).map(b => [a, b]));
+    for (const some of [...[...over].map(row => [row]), ...pairs()]) if (some.every(row => over.has(row))) {  // two make one: a sum of angles
+      const row = some[0].map((_, n) => sum(some.map(row => row[n]))), c = fine.map(one => share(row, one[2], largest(row))), k = c.findIndex(x => x !== null);
+      if (k >= 0) { worth[k] += c[k]; some.forEach(row => over.delete(row)); }
+    }
+    const changes = fine.flatMap(([kind, form], k) => {
+      const row = Math.abs(worth[k]) < CLOSE && [...over].find(row => times(fine[k], row).length);
+      if (row) over.delete(row);
+      return Math.abs(worth[k] - 1) < CLOSE ? [] : [[row ? times(fine[k], row)[0][2] : changed(worth[k] - 1), form, kind]];
+    });
+    return [...changes, ...[...over].map(() => ["extra", "", ""])];
   }
 
   // The terms, then those together that are alike; these know which they are
@@ -152,5 +177,5 @@ const Terms = (() => {
     of(new Proxy(point, {get: (values, name) => { names.add(name); return values[name]; }}));
     return names;
   }
-  return {told, used: symbols};
+  return {told, listed, used: symbols};
 })();
