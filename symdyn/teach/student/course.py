@@ -31,7 +31,7 @@ from symdyn.graph import Expr, Graph, gradient, reachable, substitute, tangents
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Joint
-from symdyn.spatial import Transform, Vec, dot, sub
+from symdyn.spatial import Transform, Vec, cross, dot, scale, sub
 from symdyn.teach.lesson import Mass, masses
 from symdyn.teach.student.differences import Splitter
 from symdyn.unlocked import cached_property
@@ -139,10 +139,9 @@ class Course:
         if hinge is not None and len(hinge.coordinates) == 1 and mass.h is None:
             unit = {q: self.graph.constant(int(not u.is_zero)) for q, u in alone.items()}
             w, axle = (self._turning(mass, seeds) for seeds in (rates, unit))
-            off = dot(axle, w) - self.graph.total(alone.values())
-            x, y, z = (a - off * b for a, b in zip(w, axle, strict=True))
+            w = sub(w, scale(dot(axle, w) - self.graph.total(alone.values()), axle))
             v = _rate(mass.place, rates)
-            lone.append(mass.m * dot(v, v) / 2 + dot((x, y, z), mass.inertia @ (x, y, z)) / 2)
+            lone.append((mass.m * dot(v, v) + dot(w, mass.inertia @ w)) / 2)
         return Parts(mass.tag, mass.m, base, arm, spin, (_rate(arm, alone), still), tuple(lone), mass.spins)
 
     def _hinge(self, joint: Joint | None) -> Joint | None:
@@ -162,19 +161,10 @@ class Course:
         return x, y, z
 
     def _spin(self, mass: Mass, seeds: Mapping[Expr, Expr]) -> Expr:
-        R, (x, y, z) = self.placed[mass.body.name].R, self._turning(mass, seeds)
-        spin = dot((x, y, z), mass.inertia @ (x, y, z)) / 2
+        w = self._turning(mass, seeds)
+        spin = dot(w, mass.inertia @ w) / 2
         if mass.h is not None:
-            w = R @ (x, y, z)
-            v = _rate(mass.place, seeds)
-            spin = spin + dot(
-                v,
-                (
-                    w[1] * mass.h[2] - w[2] * mass.h[1],
-                    w[2] * mass.h[0] - w[0] * mass.h[2],
-                    w[0] * mass.h[1] - w[1] * mass.h[0],
-                ),
-            )
+            spin = spin + dot(_rate(mass.place, seeds), cross(self.placed[mass.body.name].R @ w, mass.h))
         return spin
 
     @cached_property

@@ -268,8 +268,8 @@ def _beside(course: Course, motions: Motions, i: int) -> Iterator[Column]:
     for j in range(course.state.n if course.state.n <= FEW_JOINTS else 0):
         pieces = [x for x in _equations(course, weights, [j]) if x[1] is not None] if j != i else []
         rows = [numbers([node for _, _, ((node, _),) in pieces], point) for point in motions.along]
-        for k, (kind, form, _) in enumerate(pieces):
-            yield Column(kind, form, tuple(row[k] for row in rows))
+        values = zip(*rows, strict=True)
+        yield from (Column(kind, form, row) for (kind, form, _), row in zip(pieces, values, strict=True))
 
 
 def _pieces(course: Course, motions: Motions, key: str, i: int | None, ways: Sequence[Floating]) -> Iterator[Piece]:
@@ -382,8 +382,7 @@ def _bodies(course: Course, of: Callable[[Expr], Shares], turning: bool = False)
 def _terms(course: Course, of: Sequence[tuple[str, Expr, int | None]]) -> Iterator[Piece]:
     """Yield the terms of nodes; of inertia those with two rates, or the acceleration of another joint, as such."""
     graph, state = course.graph, course.state
-    rates = [str(u.value) for u in state.qd]
-    other = [str(a.value) for a in state.qdd]
+    rates, other = ([str(x.value) for x in symbols] for symbols in (state.qd, state.qdd))
     for kind, node, j in of:
         forms = course.terms(node)
         most = max((_degree(form, course) for form in forms), default=0)
@@ -409,11 +408,8 @@ def _handles(
     """Yield accelerations, drives and parameters that an equation is linear in."""
     state, scene = course.state, course.scene
     nodes = [course.value(f"tau:{j + 1}", course.right) for j in range(state.n)]
-    balances = [
-        node - (course.graph.symbol(drive) if drive else course.graph.zero)
-        for node, drive in zip(nodes, scene.drives, strict=True)
-        if node is not None
-    ]
+    drives = [course.graph.symbol(drive) if drive else course.graph.zero for drive in scene.drives]
+    balances = [node - drive for node, drive in zip(nodes, drives, strict=True) if node is not None]
     names = [str(a.value) for a in state.qdd]
     along = [{name: way[i][j] for j, name in enumerate(names)} for way in ways]
     own = names[i : i + 1] if how else names

@@ -55,18 +55,18 @@ def wrong_energies(course: Course) -> Iterator[tuple[str, str, Energies]]:
         for times in (1, 2):
             less = tuple(node - times * load for node, load in zip(right.Q, course.loads, strict=True))
             yield course.beside, "", replace(right, Q=less)
-    for p in course.scene.parameters:  # a sum of angles for their difference
-        if p.unit == "rad" and (by := course.graph.symbol(p.name)) in reachable(right.K.values()):
-            wrong = course.replaced(right, {by: -by})
-            yield "clockwise", "", replace(right, K=wrong.K, square=wrong.square)
-        if p.unit == "rad":  # what is inclined taken for level
-            level = replace(right, P=course.replaced(right, {course.graph.symbol(p.name): zero}).P)
-            yield from (("trig", "", level), ("absolute", "", level))
-    for values in from_ground(course):
-        yield "absolute", "", course.replaced(right, values)
-        wrong = course.replaced(right, values)
-        yield "absolute", "", replace(right, P=wrong.P)
-        yield "absolute", "", replace(right, K=wrong.K, square=wrong.square)
+    for by in (course.graph.symbol(p.name) for p in course.scene.parameters if p.unit == "rad"):
+        if by in reachable(right.K.values()):  # a sum of angles for their difference
+            yield "clockwise", "", list(_replaced(course, {by: -by}))[2]
+        level = list(_replaced(course, {by: zero}))[1]  # what is inclined taken for level
+        yield from (("trig", "", level), ("absolute", "", level))
+    yield from (("absolute", "", wrong) for values in from_ground(course) for wrong in _replaced(course, values))
+
+
+def _replaced(course: Course, values: Mapping[Expr, Expr]) -> Iterator[Energies]:
+    """Yield energies with other symbols: both, P alone and K alone."""
+    wrong = course.replaced(course.right, values)
+    yield from (wrong, replace(course.right, P=wrong.P), replace(course.right, K=wrong.K, square=wrong.square))
 
 
 Way = tuple["Expr | None", "Expr | None", "Expr | None"]
@@ -236,9 +236,7 @@ def wrong_ratios(course: Course) -> Iterator[Energies]:
     """Yield energies with a ratio of gears turned over or left out, in both, in one, or not squared in K."""
     right = course.right
     for ratio, one, turned in ratios(course):
-        for values in (turned, one):
-            wrong = course.replaced(right, values)
-            yield from (wrong, replace(right, P=wrong.P), replace(right, K=wrong.K, square=wrong.square))
+        yield from (wrong for values in (turned, one) for wrong in _replaced(course, values))
         flat = course.replaced(right, one).K
         yield replace(right, K={tag: K if flat[tag] == K else flat[tag] * ratio for tag, K in right.K.items()})
 
