@@ -63,9 +63,10 @@ const Terms = (() => {
       if (k >= 0) { worth[k] += c[k]; some.forEach(row => over.delete(row)); }
     }
     const changes = fine.flatMap(([kind, form], k) => {
-      const row = Math.abs(worth[k]) < CLOSE && [...over].find(row => times(fine[k], row).length);
-      if (row) over.delete(row);
-      return Math.abs(worth[k] - 1) < CLOSE ? [] : [[row ? times(fine[k], row)[0][2] : changed(worth[k] - 1), form, kind]];
+      const ways = Math.abs(worth[k]) < CLOSE ? [...over].flatMap(row => times(fine[k], row).map(one => [one[2], row])) : [];
+      const [change, row] = ways.find(one => one[0] !== "moved") || ways[0] || [changed(worth[k] - 1)];  // another symbol may be that of another term
+      over.delete(row);
+      return Math.abs(worth[k] - 1) < CLOSE ? [] : [[change, form, kind]];
     });
     return [...changes, ...[...over].map(() => ["extra", "", ""])];
   }
