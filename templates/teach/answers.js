@@ -102,7 +102,7 @@ const Answers = (() => {
     const whole = p => first.of(p) - (second ? second.of(p) : front ? front(p) : 0), found = Terms.told(key, whole, rule);
     if (told.whole || QUESTIONS.apart.whole.includes(told.rule)) return found ? {...told, kinds: found.kinds, changes: found.changes} : told;
     if (!found) {
-      const minus = ({terms = []}) => terms.map(one => p => -one(p)), changes = Terms.listed(key, whole, [...first.of.terms || [first.of], ...minus(second ? second.of : front || {})]);
+      const minus = ({terms = []}) => terms.map(one => p => -one(p)), changes = told.rule === "nothing" ? [] : Terms.listed(key, whole, [...first.of.terms || [first.of], ...minus(second ? second.of : front || {})]);
       return {...(told.rule || !mixed(key, whole) ? told : forgot(["dimension", "", ""])), changes, kinds: changes.map(one => one[2]).filter(Boolean)};
     }
     const text = found.rules.map((rule, k) => k || rule !== told.rule ? words.mistakes[rule] : told.reason).join(words.mistakes.and);

@@ -51,10 +51,12 @@ const Terms = (() => {
 
   // How the terms of an answer differ, one by one, where no rule tells: of the ways to write it that with the fewest
   function listed(key, of, terms) {
-    const ways = QUESTIONS.terms[key].filter(one => !one.tied && !one.multipliers).flatMap(one => scales(one, of).map(([, by]) => unlike(one, terms.map(term => apart.points.map((p, k) => term(p) * by[k])))));
+    const used = symbols(of, apart.points[0]), tied = QUESTIONS.motions.multipliers.some(name => used.has(name));
+    const ways = QUESTIONS.terms[key].filter(one => one.multipliers === tied && !(one.tied && one.handles.length)).flatMap(one => scales(one, of).map(([, by]) => unlike(one, terms.map(term => apart.points.map((p, k) => term(p) * by[k])))));
     return ways.filter(list => list.length).reduce((a, b) => a && a.length <= b.length ? a : b, null) || [];
   }
   function unlike({rows, free}, mine) {
+    if (!mine.flat().every(Number.isFinite)) return [];
     const half = apart.points.length / 2, fine = rows.filter(row => row[1]), worth = fine.map(() => 0);
     const over = new Set(mine.filter(row => !free || row.slice(half).some((x, k) => x !== row[k])));
     const pairs = () => [...over].flatMap((a, k, list) => list.slice(k + 1).map(b => [a, b]));
