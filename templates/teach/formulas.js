@@ -184,7 +184,7 @@ const Formulas = (() => {
   // Parts of a formula are numbers, or functions of a point
   const at = (part, point) => typeof part === "number" ? part : part(point);
   const lift = (apply, ...parts) => parts.every(part => typeof part === "number") ? apply(...parts) : p => apply(...parts.map(part => at(part, p)));
-  const MOST = 80, terms = part => part.terms || [part];  // of what is multiplied out
+  const MOST = 60, terms = part => part.terms || [part];  // of what is multiplied out
   const spread = (value, list) => typeof value === "number" || list.length < 2 || list.length > MOST ? value : Object.assign(value, {terms: list});
   const product = parts => lift((...all) => all.reduce((a, b) => a * b), ...parts);
   const times = parts => {

@@ -52,18 +52,19 @@ const Terms = (() => {
   // How the terms of an answer differ, one by one, where no rule tells: of the ways to write it that with the fewest
   function listed(key, of, terms) {
     const used = symbols(of, apart.points[0]), tied = QUESTIONS.motions.multipliers.some(name => used.has(name));
-    const ways = QUESTIONS.terms[key].filter(one => one.multipliers === tied && !(one.tied && one.handles.length)).flatMap(one => scales(one, of).map(([, by]) => unlike(one, terms.map(term => apart.points.map((p, k) => term(p) * by[k])))));
+    const ways = QUESTIONS.terms[key].filter(one => one.multipliers === tied && !(one.tied && one.handles.length)).flatMap(one => [...new Map(scales(one, of).map(([, by]) => [by.map(x => x.toPrecision(6)).join(), by])).values()].map(by => unlike(one, terms.map(term => apart.points.map((p, k) => term(p) * by[k])))));
     return ways.filter(list => list.length).reduce((a, b) => a && a.length <= b.length ? a : b, null) || [];
   }
   function unlike({rows, free}, mine) {
     if (!mine.flat().every(Number.isFinite)) return [];
     const half = apart.points.length / 2, fine = rows.filter(row => row[1]), worth = fine.map(() => 0);
     const over = new Set(mine.filter(row => !free || row.slice(half).some((x, k) => x !== row[k])));
-    const pairs = () => [...over].flatMap((a, k, list) => list.slice(k + 1).map(b => [a, b]));
-    for (const some of [...[...over].map(row => [row]), ...pairs()]) if (some.every(row => over.has(row))) {  // two make one: a sum of angles
+    const pairs = () => over.size > 8 ? [] : [...over].flatMap((a, k, list) => list.slice(k + 1).map(b => [a, b]));
+    for (const list of [() => [...over].map(row => [row]), pairs]) for (const some of list()) if (some.every(row => over.has(row))) {  // two make one: a sum of angles
       const row = some[0].map((_, n) => sum(some.map(row => row[n]))), c = fine.map(one => share(row, one[2], largest(row))), k = c.findIndex(x => x !== null);
       if (k >= 0) { worth[k] += c[k]; some.forEach(row => over.delete(row)); }
     }
+    if (over.size > 8) return [];  // another formula
     const changes = fine.flatMap(([kind, form], k) => {
       const ways = Math.abs(worth[k]) < CLOSE ? [...over].flatMap(row => times(fine[k], row).map(one => [one[2], row])) : [];
       const [change, row] = ways.find(one => one[0] !== "moved") || ways[0] || [changed(worth[k] - 1)];  // another symbol may be that of another term
