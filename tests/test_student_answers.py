@@ -151,7 +151,8 @@ SEEN = (
     ("eighth", "rocket", "equation x", "m x'' - c x' = -c ve sin φ - 2 c l φ' cos φ", False, ""),
     ("ninth", "walker", "potential", "(M + 2 m) g z - m g l (cos a + cos b)", False, "absolute"),  # of the slope
     ("twelfth", "scara", "drive q3 tau3", "τ3 = 0,9 (q3'' - 9,81)", False, "body"),  # without the gripper
-    ("twelfth", "stabiliser", "kinetic", "½ (J + M h² + B + A cos² α) φ'² + ½ (A + B) α'² + ½ C ψ'²", False, "relative"),
+    ("twelfth", "stabiliser", "kinetic", "½ (J + M h² + B + A cos² α) φ'² + ½ (A + B) α'² + ½ C ψ'²", False,
+     "relative"),
 )  # fmt: skip
 """List, scene, what is asked, an answer, whether it is right, and the rule that both doors tell of it."""
 LONG = {"geartrain": pytest.mark.slow, "hoist": pytest.mark.slow, "backlash": pytest.mark.slow}
