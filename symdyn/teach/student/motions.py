@@ -13,7 +13,8 @@ constraints that are put in and accelerations that are eliminated are right, and
 from __future__ import annotations
 
 import random
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from fractions import Fraction
 from math import isfinite
 from operator import attrgetter
 
@@ -30,6 +31,7 @@ from symdyn.scene import Scene
 from symdyn.scene.joints import start_of
 from symdyn.scene.values import acceleration_name
 from symdyn.teach.student.course import Course
+from symdyn.teach.student.differences import half_unit
 from symdyn.teach.student.rows import assembled
 
 PLACES, ALONG = 3, 8
@@ -39,7 +41,11 @@ SAME, HOLDS = 1e-8, 1e-7
 APART = 10
 """How much more than by its rounded numbers an equation is broken."""
 
+ROUNDS, SWEEPS = 12, 20
+"""How often the effects of decimals are added up anew, and each decimal is fitted for it."""
+
 Point = Mapping[str, float]
+Decimals = Mapping[str, Fraction]
 Floating = Sequence[Sequence[float]]
 
 
@@ -48,7 +54,7 @@ class Group:
     """Points with parameters of one kind.
 
     Attributes:
-        on: on the motions, PLACES of them, then as many with the same parameters elsewhere along the motion.
+        on: on the motions, PLACES of them, as many with the same parameters elsewhere along the motion, then others.
         off: by equation, from 0: the first PLACES with a force too much in that equation alone.
         declared: whether the parameters have the scene's own values.
     """
@@ -88,38 +94,69 @@ class Motions:
             found.append({"on": _values(group.on, [form])[0], "off": off})
         return found
 
-    def equal(self, form: Form, near: Sequence[Form], right: Form, free: bool = False) -> Group | None:
-        """Return the group where a quantity has its value, up to a constant if that is free; None for none.
-
-        `near` are the formula with one rounded number off by half of its last digit.
-        """
+    def equal(self, form: Form, decimals: Decimals, right: Form, free: bool = False) -> Group | None:
+        """Return the group where a quantity has its value, up to a constant if that is free; None for none."""
         for group in self.groups:
-            mine, theirs, *others = _values(group.on, [form, right, *near])
-            scale = max(map(abs, theirs), default=0.0) or 1e-12
-            slack = [sum(abs(one[k] - mine[k]) for one in others) for k in range(len(mine))]
-            pairs = range(PLACES)
-            if all(abs(mine[k] - theirs[k]) <= SAME * scale + slack[k] for k in pairs):
+            theirs, mine = np.array(_values(group.on, [right])[0]), _moved(form, decimals, group.on)
+            scale = float(np.abs(theirs).max()) or 1e-12
+            if _explained(lambda t: (mine(t) - theirs) / scale, len(decimals), SAME):  # noqa: B023
                 return group
-            off = [mine[k] - theirs[k] for k in range(len(mine))]
-            moved = any(abs(theirs[PLACES + k] - theirs[k]) > 1e-6 * scale for k in pairs)
-            size = max(scale, *map(abs, mine))
-            if free and moved and all(abs(off[PLACES + k] - off[k]) <= SAME * size for k in pairs):
+            here, there = slice(PLACES), slice(PLACES, 2 * PLACES)
+            values = mine(np.zeros(len(decimals)))
+            moved, off, size = theirs[there] - theirs[here], values - theirs, max(scale, float(np.abs(values).max()))
+            if free and np.abs(moved).max() > 1e-6 * scale and np.abs(off[there] - off[here]).max() <= SAME * size:
                 return group
         return None
 
-    def holds(self, form: Form, near: Sequence[Form], asked: Sequence[int]) -> Group | None:
+    def holds(self, form: Form, decimals: Decimals, asked: Sequence[int]) -> Group | None:
         """Return the group where form = 0 is one of some equations, by number from 0; None for none."""
         for group in self.groups:
-            on = _values(group.on[:PLACES], [form, *near])
+            on, none = _moved(form, decimals, group.on), np.zeros(len(decimals))
+            slack = sum(np.abs(on(t) - on(none)) for t in np.eye(len(decimals)))
             for i in asked:
-                off = _values(group.off[i], [form])[0]
-                slack = [sum(abs(one[k] - on[0][k]) for one in on[1:]) for k in range(PLACES)]
-                if all(
-                    isfinite(b) and b != 0 and abs(a) <= HOLDS * abs(b) + few and abs(b) >= APART * few
-                    for a, b, few in zip(on[0], off, slack, strict=True)
-                ):
+                off = np.resize(np.abs(_moved(form, decimals, group.off[i])(none)), len(group.on))
+                apart = np.isfinite(off) & (off > 0) & (off >= APART * slack)
+                if apart[:PLACES].all() and _explained(lambda t: on(t) / off, len(decimals), HOLDS):  # noqa: B023
                     return group
         return None
+
+
+def _moved(form: Form, decimals: Decimals, points: Sequence[Point]) -> Callable[[Array], Array]:
+    """Return what a formula is worth at points, by how many half units of its last digit each decimal is off."""
+    node = form.express(Graph())
+    halves = [(name, float(x), float(half_unit(x))) for name, x in decimals.items()]
+
+    def values(t: Array) -> Array:
+        own = {name: x + half * by for (name, x, half), by in zip(halves, t, strict=True)}
+        return np.array([numbers([node], {**point, **own})[0] for point in points])
+
+    return values
+
+
+def _explained(off: Callable[[Array], Array], count: int, few: float) -> bool:
+    """Whether decimals that are off by half a unit of the last digit at most take away what is off, at all points.
+
+        V t = goal     what is asked of t, -1 <= t <= 1, in orthonormal rows; coordinate by coordinate
+
+    The effects E of the decimals are those from none to one half unit; products of decimals take some rounds.
+    """
+    t = np.zeros(count)
+    left = off(t)
+    E = np.array([off(one) - left for one in np.eye(count)]).reshape(count, len(left)).T
+    if not np.isfinite(E).all():
+        return False
+    U, s, V = np.linalg.svd(E, full_matrices=False)
+    U, s, V = U[:, s > few / 10], s[s > few / 10], V[s > few / 10]
+    for _ in range(ROUNDS):
+        if np.abs(left).max() <= few:
+            return True
+        goal, before = V @ t - U.T @ left / s, t.copy()
+        for j in [j for _ in range(SWEEPS) for j in range(count) if V[:, j].any()]:
+            t[j] = np.clip(t[j] + V[:, j] @ (goal - V @ t) / (V[:, j] @ V[:, j]), -1, 1)
+        if np.array_equal(t, before):
+            return False
+        left = off(t)
+    return False
 
 
 def rows_of(scene: Scene) -> dict[str, tuple[str, tuple[Form, ...]]]:
@@ -194,7 +231,7 @@ class _Drawing:
 
     def group(self, declared: bool) -> Group:
         """Return points with the scene's parameters, or with drawn ones."""
-        on, away, off = list[Point](), list[Point](), list[list[Point]]()
+        on, away, more, off = list[Point](), list[Point](), list[Point](), list[list[Point]]()
         for k in range(PLACES):
             rng = random.Random(f"{self.scene.name}:{k}:{declared}")
             here, there = self._positions(k, declared, rng)
@@ -202,7 +239,8 @@ class _Drawing:
             on.append(point)
             off.append(broken)
             away.append(self._solved(*there, rng, ())[0])
-        return Group((*on, *away), tuple(zip(*off, strict=True)), declared)
+            more += [self._solved(*place, rng, ())[0] for place in self._positions(k, declared, rng)]
+        return Group((*on, *away, *more), tuple(zip(*off, strict=True)), declared)
 
     def along(self) -> tuple[list[Point], list[Floating]]:
         """Return points with drawn parameters, those elsewhere last, and the motions of each joint there.
