@@ -119,45 +119,38 @@ const Answers = (() => {
     return told.find(one => !one.right) || told.find(one => one.text !== words["answer.right"]) || told[0];
   }
 
-  // Decimals of two digits or more, each with a name of its own and half a unit of its last digit
+  // Decimals of two digits or more, which a point may name, with half a unit of their last digit
   function decimals(list) {
     return list.flatMap(token => {
       if (token.kind !== "number" || /e/i.test(token.text)) return [];
       const [whole, after = ""] = token.text.replace("{,}", ".").replace(",", ".").split("."), places = after.replace(/0+$/, "").length;
       const unit = 10 ** (places ? -places : /0*$/.exec(whole)[0].length);
-      if (unit === 1 || token.value < (places ? 10 : 100) * unit * (1 - 1e-12)) return [];
-      token.rounded = `#${token.at}`;
-      return [{name: token.rounded, value: token.value, half: unit / 2}];
+      return unit === 1 || token.value < (places ? 10 : 100) * unit * (1 - 1e-12) ? [] : [[token.rounded = `#${token.at}`, token.value, unit / 2]];
     });
   }
-  // Whether decimals that are off by half a unit at most take away what is off at all points, see symdyn.teach.student.motions
-  function explained(off, some, few) {
-    const none = some.map(() => 0), put = (list, j, x) => list.map((y, k) => k === j ? x : y), at = t => off(Object.fromEntries(some.map(({name, value, half}, j) => [name, value + half * t[j]])));
-    const size = list => Math.max(...list.map(Math.abs)), start = at(none), slopes = none.map((_, j) => at(put(none, j, 1)).map((x, k) => x - start[k]));
-    let t = none, left = start;
+  const off = (some, t) => Object.fromEntries(some.map(([name, value, half], j) => [name, value + half * t[j]]));
+  const effects = (some, at, start = at({})) => some.map((_, j) => at(off(some, some.map((_, k) => +(k === j)))).map((x, k) => x - start[k]));
+  // Whether decimals that are off take away what is left at every point, see symdyn.teach.student.motions
+  function explained(some, left, few) {
+    const t = some.map(() => 0), slopes = effects(some, left), rows = left({}).map((_, k) => slopes.map(row => row[k]));
     for (let round = 0; round < 12; round++) {
-      if (size(left) <= few) return true;
-      const rows = orthonormal(start.map((_, k) => [...slopes.map(row => row[k]), slopes.reduce((sum, row, j) => sum + row[k] * t[j], -left[k])]), few / 10);
-      const before = t;
-      for (let sweep = 0; sweep < 20; sweep++) for (let j = 0; j < t.length; j++) {
-        const square = rows.reduce((sum, row) => sum + row[j] ** 2, 0), step = rows.reduce((sum, row) => sum + row[j] * (row[t.length] - inner(t, row)), 0);
-        if (square) t = put(t, j, Math.min(1, Math.max(-1, t[j] + step / square)));
+      const rest = left(off(some, t)), before = t.join();
+      if (rest.every(x => Math.abs(x) <= few)) return true;
+      const asked = orthonormal(rows.map((row, k) => [...row, inner(row, t) - rest[k]]), few / 10);
+      for (let n = 0; n < 20 * t.length; n++) {
+        const j = n % t.length, square = asked.reduce((sum, row) => sum + row[j] ** 2, 0);
+        if (square) t[j] = Math.min(1, Math.max(-1, t[j] + asked.reduce((sum, row) => sum + row[j] * (row.at(-1) - inner(t, row)), 0) / square));
       }
-      if (t.every((x, j) => x === before[j])) return false;
-      left = at(t);
+      if (t.join() === before) return false;
     }
     return false;
   }
-  // Equations, the right side last, in orthonormal rows that say the same; those that are nothing are left out
-  function orthonormal(rows, few) {
-    const last = rows[0].length - 1, kept = [];
-    for (;;) {
-      const sizes = rows.map(row => Math.hypot(...row.slice(0, last))), size = Math.max(...sizes), row = rows[sizes.indexOf(size)];
-      if (!(size > few)) return kept;
-      const unit = row.map(x => x / size);
-      kept.push(unit);
-      rows = rows.map(one => { const c = inner(one.slice(0, last), unit); return one.map((x, k) => x - c * unit[k]); });
-    }
+  // Equations with their right side last, as few that say the same, in orthonormal rows
+  function orthonormal(rows, few, kept = []) {
+    const sizes = rows.map(row => Math.hypot(...row.slice(0, -1))), size = Math.max(...sizes);
+    if (!(size > few) || kept.length === rows[0].length - 1) return kept;
+    const unit = rows[sizes.indexOf(size)].map(x => x / size), along = rows.map(row => inner(row.slice(0, -1), unit));
+    return orthonormal(rows.map((row, n) => row.map((x, k) => x - along[n] * unit[k])), few, [...kept, unit]);
   }
 
   // On the motions of the mechanism, see symdyn.teach.student.motions: null where none are drawn, else whether it is right
@@ -173,11 +166,11 @@ const Answers = (() => {
       const front = asked.front[g];
       const before = (p, k, values) => alone ? (asked.drive ? p[asked.drive] : 0) : values[k];
       const sides = formulas.length > 1 ? formulas.slice(1).map(one => [formulas[0], one]) : [[null, formulas[0]]];
-      const held = off => sides.every(([left, other]) => {
+      const held = broken => sides.every(([left, other]) => {
         const whole = (p, k, values) => (left ? left.of(p) : before(p, k, values)) - other.of(p), some = formulas.flatMap(one => one.decimals);
-        const at = own => on.map((p, k) => whole({...p, ...own}, k, front.on)), there = off.map((p, k) => Math.abs(whole(p, k, front.off))), here = at({});
-        const few = some.map(({name, value, half}) => at({[name]: value + half})).reduce((total, one) => total.map((x, k) => x + Math.abs(one[k] - here[k])), here.map(() => 0));
-        return there.every((x, k) => Number.isFinite(x) && x !== 0 && x >= 10 * few[k]) && explained(own => at(own).map((x, k) => x / there[k % places]), some, 1e-7);
+        const at = own => on.map((p, k) => whole({...p, ...own}, k, front.on)), there = broken.map((p, k) => Math.abs(whole(p, k, front.off)));
+        const few = effects(some, at).reduce((total, row) => total.map((x, k) => x + Math.abs(row[k])), there.map(() => 0));
+        return there.every((x, k) => Number.isFinite(x) && x !== 0 && x >= 10 * few[k]) && explained(some, own => at(own).map((x, k) => x / there[k % places]), 1e-7);
       });
       const ties = ([left, other]) => {
         const value = p => left.of(p) - other.of(p), size = Math.max(...points.slice(0, drawn).map(p => Math.abs(value(p))));
@@ -192,7 +185,7 @@ const Answers = (() => {
   }
   function same({of, decimals: some}, on, right, places, constant) {
     const mine = on.map(of), size = Math.max(...right.map(Math.abs)) || 1e-12, first = [...Array(places).keys()], off = mine.map((x, k) => x - right[k]);
-    if (explained(own => on.map((p, k) => (of({...p, ...own}) - right[k]) / size), some, 1e-8)) return true;
+    if (explained(some, own => on.map((p, k) => (of({...p, ...own}) - right[k]) / size), 1e-8)) return true;
     return constant && first.some(k => Math.abs(right[places + k] - right[k]) > 1e-6 * size)
       && first.every(k => Math.abs(off[places + k] - off[k]) <= 1e-8 * Math.max(size, ...mine.map(Math.abs)));
   }

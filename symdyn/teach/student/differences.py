@@ -223,7 +223,7 @@ class _Comparison(_Buckets):
         found, right = self.ring.terms(a), self.ring.terms(b)
         if [powers for powers, _ in found] != [powers for powers, _ in right]:
             return False
-        return all(x == y or _rounds(x, y) for (_, x), (_, y) in zip(found, right, strict=True))
+        return all(abs(x - y) <= half_unit(x) for (_, x), (_, y) in zip(found, right, strict=True))
 
     # Monomials
 
@@ -312,12 +312,6 @@ def half_unit(value: Fraction) -> Fraction:
     unit = Fraction(1, 10) ** places
     written = places != 0 and abs(value) >= (10 if places > 0 else 100) * unit
     return unit / 2 if written else Fraction(0)
-
-
-def _rounds(value: Fraction, right: Fraction) -> bool:
-    """Whether `right` lies within half a unit of the last digit of `value`."""
-    half = half_unit(value)
-    return half > 0 and abs(value - right) <= half
 
 
 def _functions(form: Form) -> list[Function]:

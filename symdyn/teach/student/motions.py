@@ -15,8 +15,10 @@ from __future__ import annotations
 import random
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
+from functools import cache, partial
 from math import isfinite
 from operator import attrgetter
+from types import MappingProxyType
 
 import numpy as np
 
@@ -33,6 +35,7 @@ from symdyn.scene.values import acceleration_name
 from symdyn.teach.student.course import Course
 from symdyn.teach.student.differences import half_unit
 from symdyn.teach.student.rows import assembled
+from symdyn.unlocked import cached_property
 
 PLACES, ALONG = 3, 8
 """Points of a group, and as many elsewhere with the same parameters; and of those where terms are told apart."""
@@ -46,6 +49,7 @@ ROUNDS, SWEEPS = 12, 20
 
 Point = Mapping[str, float]
 Decimals = Mapping[str, Fraction]
+NONE: Decimals = MappingProxyType({})
 Floating = Sequence[Sequence[float]]
 
 
@@ -88,61 +92,62 @@ class Motions:
 
     def values(self, form: Form, equation: int | None = None) -> list[dict[str, list[float]]]:
         """Return what a formula is worth on the motions, by group, and where an equation is broken."""
-        found = []
-        for group in self.groups:
-            off = [] if equation is None else _values(group.off[equation], [form])[0]
-            found.append({"on": _values(group.on, [form])[0], "off": off})
-        return found
+        broken = [() if equation is None else group.off[equation] for group in self.groups]
+        return [
+            {"on": _values(group.on, form)([]).tolist(), "off": _values(off, form)([]).tolist()}
+            for group, off in zip(self.groups, broken, strict=True)
+        ]
 
     def equal(self, form: Form, decimals: Decimals, right: Form, free: bool = False) -> Group | None:
         """Return the group where a quantity has its value, up to a constant if that is free; None for none."""
+        none = np.zeros(len(decimals))
         for group in self.groups:
-            theirs, mine = np.array(_values(group.on, [right])[0]), _moved(form, decimals, group.on)
+            theirs, mine = _values(group.on, right)([]), _values(group.on, form, decimals)
             scale = float(np.abs(theirs).max()) or 1e-12
-            if _explained(lambda t: (mine(t) - theirs) / scale, len(decimals), SAME):  # noqa: B023
+            if _explained(lambda t: (mine(t) - theirs) / scale, none, SAME):  # noqa: B023
                 return group
-            here, there = slice(PLACES), slice(PLACES, 2 * PLACES)
-            values = mine(np.zeros(len(decimals)))
-            moved, off, size = theirs[there] - theirs[here], values - theirs, max(scale, float(np.abs(values).max()))
-            if free and np.abs(moved).max() > 1e-6 * scale and np.abs(off[there] - off[here]).max() <= SAME * size:
+            moved, off = (x[PLACES : 2 * PLACES] - x[:PLACES] for x in (theirs, mine(none) - theirs))
+            size = max(scale, float(np.abs(mine(none)).max()))
+            if free and np.abs(moved).max() > 1e-6 * scale and np.abs(off).max() <= SAME * size:
                 return group
         return None
 
     def holds(self, form: Form, decimals: Decimals, asked: Sequence[int]) -> Group | None:
         """Return the group where form = 0 is one of some equations, by number from 0; None for none."""
+        none = np.zeros(len(decimals))
         for group in self.groups:
-            on, none = _moved(form, decimals, group.on), np.zeros(len(decimals))
-            slack = sum(np.abs(on(t) - on(none)) for t in np.eye(len(decimals)))
+            on = _values(group.on, form, decimals)
+            slack = sum(np.abs(on(t) - on(none))[:PLACES] for t in np.eye(len(none)))
             for i in asked:
-                off = np.resize(np.abs(_moved(form, decimals, group.off[i])(none)), len(group.on))
-                apart = np.isfinite(off) & (off > 0) & (off >= APART * slack)
-                if apart[:PLACES].all() and _explained(lambda t: on(t) / off, len(decimals), HOLDS):  # noqa: B023
+                off = np.abs(_values(group.off[i], form, decimals)(none))
+                if not (np.isfinite(off) & (off > 0) & (off >= APART * slack)).all():
+                    continue
+                scale = np.resize(off, len(group.on))
+                if _explained(lambda t: on(t) / scale, none, HOLDS):  # noqa: B023
                     return group
         return None
 
 
-def _moved(form: Form, decimals: Decimals, points: Sequence[Point]) -> Callable[[Array], Array]:
-    """Return what a formula is worth at points, by how many half units of its last digit each decimal is off."""
+def _values(points: Sequence[Point], form: Form, decimals: Decimals = NONE) -> Callable[[Sequence[float]], Array]:
+    """Return what a formula is worth at points, by how many halves of a unit of its last digit each decimal is off."""
     node = form.express(Graph())
     halves = [(name, float(x), float(half_unit(x))) for name, x in decimals.items()]
 
-    def values(t: Array) -> Array:
+    def values(t: Sequence[float]) -> Array:
         own = {name: x + half * by for (name, x, half), by in zip(halves, t, strict=True)}
         return np.array([numbers([node], {**point, **own})[0] for point in points])
 
     return values
 
 
-def _explained(off: Callable[[Array], Array], count: int, few: float) -> bool:
-    """Whether decimals that are off by half a unit of the last digit at most take away what is off, at all points.
+def _explained(off: Callable[[Array], Array], t: Array, few: float) -> bool:
+    """Whether decimals that are off by t, -1 to 1, halves of a unit of the last digit take away what is off everywhere.
 
-        V t = goal     what is asked of t, -1 <= t <= 1, in orthonormal rows; coordinate by coordinate
-
-    The effects E of the decimals are those from none to one half unit; products of decimals take some rounds.
+    That is E t = -off(0) for what each does, E, in orthonormal rows V, coordinate by coordinate; where decimals are
+    multiplied by others it takes some rounds.
     """
-    t = np.zeros(count)
     left = off(t)
-    E = np.array([off(one) - left for one in np.eye(count)]).reshape(count, len(left)).T
+    E = np.array([off(one) - left for one in np.eye(len(t))]).reshape(len(t), len(left)).T
     if not np.isfinite(E).all():
         return False
     U, s, V = np.linalg.svd(E, full_matrices=False)
@@ -150,8 +155,8 @@ def _explained(off: Callable[[Array], Array], count: int, few: float) -> bool:
     for _ in range(ROUNDS):
         if np.abs(left).max() <= few:
             return True
-        goal, before = V @ t - U.T @ left / s, t.copy()
-        for j in [j for _ in range(SWEEPS) for j in range(count) if V[:, j].any()]:
+        goal, before, t = V @ t - U.T @ left / s, t, t.copy()
+        for j in [*np.flatnonzero(V.any(axis=0))] * SWEEPS:
             t[j] = np.clip(t[j] + V[:, j] @ (goal - V @ t) / (V[:, j] @ V[:, j]), -1, 1)
         if np.array_equal(t, before):
             return False
@@ -164,13 +169,6 @@ def rows_of(scene: Scene) -> dict[str, tuple[str, tuple[Form, ...]]]:
     if not scene.is_constrained or quaternions(scene):
         return {}
     return {row.multiplier: (row.unit, row.G) for row in Printable.of(scene, lengths=None).constraints.rows}
-
-
-def _values(points: Sequence[Point], forms: Sequence[Form]) -> list[list[float]]:
-    """Return the values of forms, by form and point; nan where there is none."""
-    graph = Graph()
-    nodes = [form.express(graph) for form in forms]
-    return [list(row) for row in zip(*(numbers(nodes, point) for point in points), strict=True)]
 
 
 def numbers(nodes: Sequence[Expr], point: Point) -> list[float]:
@@ -212,17 +210,15 @@ def motions_of(scene: Scene, course: Course | None) -> Motions | None:
         return None
     every = [along, *(one for group in groups for one in (group.on, *group.off))]
     finite = all(isfinite(x) for one in every for p in one for x in p.values())
-    names = tuple(acceleration_name(u) for u in scene.velocities)
-    return (
-        Motions(tuple(groups), tuple(along), tuple(ways), tuple(masses), tuple(inverses), rows_of(scene), names)
-        if finite
-        else None
-    )
+    names = tuple(map(acceleration_name, scene.velocities))
+    found = Motions(tuple(groups), tuple(along), tuple(ways), tuple(masses), tuple(inverses), rows_of(scene), names)
+    return found if finite else None
 
 
 class _Drawing:
     def __init__(self, scene: Scene, course: Course) -> None:
         self.scene, self.course, graph = scene, course, course.graph
+        self.assembled = cache(partial(assembled, scene))
         self.given = prescribed(scene, graph)
         total = [course.value(f"tau:{i + 1}", course.right) for i in range(course.state.n)]
         self.balance = [node for node in total if node is not None]
@@ -282,23 +278,19 @@ class _Drawing:
             values = {name: rng.uniform(0.25, 2.0) for name in own}
             if declared:
                 values |= self._declared()
-            return tuple(
-                (self._prescribed(in_reach(self.scene, values | self._drawn(rng)), rng), None) for _ in range(2)
-            )
-        if any(node is not None and not node.is_zero for node in self._loops().constraints.residual):
+            return tuple((self._prescribed(values, rng), None) for _ in range(2))
+        if any(node is not None and not node.is_zero for node in self.loops.constraints.residual):
             if self.given.place:
                 raise DerivationError(f"{scene.name}: loops of prescribed motions are not drawn")
-            found, q = assembled(scene, k, near=not declared)
-            there = np.array(found.closed_position(found.retract(q, self._step(found, q, rng)), ()).q)
+            found, q = self.assembled(k, near=not declared)
+            step = 0.3 * self._allowed(found, q, self._way_of(rng))
+            there = np.array(found.closed_position(found.retract(q, step), ()).q)
             values = {str(x.value): float(y) for x, y in found.parameters.items()} | {TIME: rng.uniform(0.25, 2.0)}
             return tuple((values | dict(zip(scene.coordinates, p.tolist(), strict=True)), found) for p in (q, there))
         values = {name: rng.uniform(0.25, 2.0) for name in own} | (self._declared() if declared else {})
-        found = self._loops().bound_to(values)
-        here = self._prescribed(in_reach(self.scene, values | self._drawn(rng)), rng)
-        q, way = (
-            np.array([here[name] for name in scene.coordinates]),
-            np.array([rng.uniform(-1, 1) for _ in self.balance]),
-        )
+        found = self.loops.bound_to(values)
+        here = self._prescribed(values, rng)
+        q, way = np.array([here[name] for name in scene.coordinates]), self._way_of(rng)
         for _ in range(40):  # along what the rows allow, by the midpoint rule
             half = q + 0.01 * self._allowed(found, q, way)
             q = q + 0.02 * self._allowed(found, half, way)
@@ -308,19 +300,16 @@ class _Drawing:
         known = {p.name: p.value.known_at({}) for p in self.scene.parameters if p.value is not None}
         return {name: float(value) for name, value in known.items() if value is not None}
 
-    def _loops(self) -> Numbers:
-        if "loops" not in self.__dict__:
-            freed = replace(self.scene, parameters=tuple(replace(p, value=None) for p in self.scene.parameters))
-            self.loops = Numbers(freed)
-        return self.loops
+    @cached_property
+    def loops(self) -> Numbers:
+        return Numbers(replace(self.scene, parameters=tuple(replace(p, value=None) for p in self.scene.parameters)))
 
-    def _drawn(self, rng: random.Random) -> dict[str, float]:
-        return {name: rng.uniform(0.25, 2.0) for name in (*self.scene.coordinates, TIME)}
-
-    def _prescribed(self, point: dict[str, float], rng: random.Random) -> dict[str, float]:
-        values = numbers(self.given.position, point)
+    def _prescribed(self, values: dict[str, float], rng: random.Random) -> dict[str, float]:
+        """Return a point with coordinates and time that are drawn, and what is prescribed there."""
+        drawn = {name: rng.uniform(0.25, 2.0) for name in (*self.scene.coordinates, TIME)}
+        point = in_reach(self.scene, values | drawn)
         names = [self.scene.coordinates[k] for k in self.given.place]
-        return point | dict(zip(names, values, strict=True))
+        return point | dict(zip(names, numbers(self.given.position, point), strict=True))
 
     def _fixed(self, found: Numbers | None, q: Array) -> Array:
         """Return what rates keep to: the rows, and prescribed ones."""
@@ -332,8 +321,8 @@ class _Drawing:
         free = free_motions(self._fixed(found, q))
         return np.asarray(free.T @ (free @ way))
 
-    def _step(self, found: Numbers, q: Array, rng: random.Random) -> Array:
-        return 0.3 * self._allowed(found, q, np.array([rng.uniform(-1, 1) for _ in self.balance]))
+    def _way_of(self, rng: random.Random) -> Array:
+        return np.array([rng.uniform(-1, 1) for _ in self.balance])
 
     def _solved(
         self, place: dict[str, float], found: Numbers | None, rng: random.Random, broken: Sequence[Sequence[int]]

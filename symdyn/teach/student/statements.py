@@ -206,7 +206,7 @@ def _statement(from_text: Source, chunk: Sequence[Token], names: Names, target: 
         given = [None]
     forms = []
     loose = []
-    decimals = {_symbol(token): token.value for token in chunk if token.kind == "number" and half_unit(token.value)}
+    decimals = {f"#{token.at}": token.value for token in chunk if token.kind == "number" and half_unit(token.value)}
     stars: list[str] = []
     for part, known, end in zip(parts, given, ends, strict=True):
         if known is not None:
@@ -216,8 +216,8 @@ def _statement(from_text: Source, chunk: Sequence[Token], names: Names, target: 
         if targets and part is not parts[-1] and _on_the_way(part, names):
             continue
         forms.append(parse(from_text, part, names, end))
-        free = [replace(token, kind="constant", text=name) if (name := _symbol(token)) in decimals else token for token in part]
-        loose.append(parse(from_text, free, names, end))
+        named = [replace(x, kind="constant", text=y) if (y := f"#{x.at}") in decimals else x for x in part]
+        loose.append(parse(from_text, named, names, end) if decimals else forms[-1])
         stars += [starred(token.spelled, names) for token in part if token.kind == "word"]
     if not targets and len(forms) != 2:
         raise from_text.fault(ends[1], "an equation of motion has two sides; write a result as k_z11 = ... = ...")
@@ -231,11 +231,6 @@ def starred(word: str, names: Names) -> str:
     pieces = ways[0] if len(ways) == 1 else []
     shown = [x if isinstance(x, str) else text_of(x) if x.symbols else f"{x.op.name.lower()}(...)" for x in pieces]  # type: ignore[attr-defined]
     return "*".join(shown) if len(pieces) > 1 else ""
-
-
-def _symbol(token: Token) -> str:
-    """Return the symbol of a decimal: two that are written alike are rounded one by one."""
-    return f"#{token.at}"
 
 
 def _moves(chunk: Sequence[Token], names: Names) -> bool:
