@@ -235,7 +235,6 @@ const Formulas = (() => {
       const negative = sees("op", "+", "-") && take().text === "-", value = joined(power);
       return negative ? minus(value) : value;
     }
-    // A number, or what a point has in the place of one that may be rounded
     const number = ({rounded, value}) => rounded ? p => has(p, rounded) ? p[rounded] : value : value;
     function factor() {
       const token = take();

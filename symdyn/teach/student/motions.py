@@ -44,12 +44,10 @@ SAME, HOLDS = 1e-8, 1e-7
 APART = 10
 """How much more than by its rounded numbers an equation is broken."""
 
-ROUNDS, SWEEPS = 12, 20
-"""How often the effects of decimals are added up anew, and each decimal is fitted for it."""
-
+ROUNDS, SWEEPS = 12, 20  # of looking at what decimals have left, and of fitting each one to it
 Point = Mapping[str, float]
 Decimals = Mapping[str, Fraction]
-NONE: Decimals = MappingProxyType({})
+Values = Callable[[Array], Array]
 Floating = Sequence[Sequence[float]]
 
 
@@ -93,16 +91,14 @@ class Motions:
     def values(self, form: Form, equation: int | None = None) -> list[dict[str, list[float]]]:
         """Return what a formula is worth on the motions, by group, and where an equation is broken."""
         broken = [() if equation is None else group.off[equation] for group in self.groups]
-        return [
-            {"on": _values(group.on, form)([]).tolist(), "off": _values(off, form)([]).tolist()}
-            for group, off in zip(self.groups, broken, strict=True)
-        ]
+        pairs = ((_values(one.on, form), _values(off, form)) for one, off in zip(self.groups, broken, strict=True))
+        return [{"on": on(np.zeros(0)).tolist(), "off": off(np.zeros(0)).tolist()} for on, off in pairs]
 
     def equal(self, form: Form, decimals: Decimals, right: Form, free: bool = False) -> Group | None:
         """Return the group where a quantity has its value, up to a constant if that is free; None for none."""
         none = np.zeros(len(decimals))
         for group in self.groups:
-            theirs, mine = _values(group.on, right)([]), _values(group.on, form, decimals)
+            theirs, mine = _values(group.on, right)(np.zeros(0)), _values(group.on, form, decimals)
             scale = float(np.abs(theirs).max()) or 1e-12
             if _explained(lambda t: (mine(t) - theirs) / scale, none, SAME):  # noqa: B023
                 return group
@@ -117,30 +113,29 @@ class Motions:
         none = np.zeros(len(decimals))
         for group in self.groups:
             on = _values(group.on, form, decimals)
-            slack = sum(np.abs(on(t) - on(none))[:PLACES] for t in np.eye(len(none)))
+            slack = np.sum([np.abs(on(t) - on(none)) for t in np.eye(len(none))], axis=0)
             for i in asked:
-                off = np.abs(_values(group.off[i], form, decimals)(none))
-                if not (np.isfinite(off) & (off > 0) & (off >= APART * slack)).all():
-                    continue
-                scale = np.resize(off, len(group.on))
-                if _explained(lambda t: on(t) / scale, none, HOLDS):  # noqa: B023
+                off = np.resize(np.abs(_values(group.off[i], form, decimals)(none)), len(group.on))
+                apart = (off > 0) & (off >= APART * slack)
+                if apart[:PLACES].all() and _explained(lambda t: on(t) / off, none, HOLDS):  # noqa: B023
                     return group
         return None
 
 
-def _values(points: Sequence[Point], form: Form, decimals: Decimals = NONE) -> Callable[[Sequence[float]], Array]:
+def _values(points: Sequence[Point], form: Form, decimals: Decimals = MappingProxyType({})) -> Values:
     """Return what a formula is worth at points, by how many halves of a unit of its last digit each decimal is off."""
     node = form.express(Graph())
     halves = [(name, float(x), float(half_unit(x))) for name, x in decimals.items()]
 
-    def values(t: Sequence[float]) -> Array:
-        own = {name: x + half * by for (name, x, half), by in zip(halves, t, strict=True)}
-        return np.array([numbers([node], {**point, **own})[0] for point in points])
+    def values(t: Array) -> Array:
+        own = {name: x + half * by for (name, x, half), by in zip(halves, t.tolist(), strict=True)}
+        found = np.array([numbers([node], {**point, **own})[0] for point in points])
+        return np.where(np.isfinite(found), found, np.nan)
 
     return values
 
 
-def _explained(off: Callable[[Array], Array], t: Array, few: float) -> bool:
+def _explained(off: Values, t: Array, few: float) -> bool:
     """Whether decimals that are off by t, -1 to 1, halves of a unit of the last digit take away what is off everywhere.
 
     That is E t = -off(0) for what each does, E, in orthonormal rows V, coordinate by coordinate; where decimals are
@@ -205,7 +200,8 @@ def motions_of(scene: Scene, course: Course | None) -> Motions | None:
             groups.append(drawing.group(declared=True))
         along, ways = drawing.along()
         masses = [drawing.mass(point) for point in along]
-        inverses = [drawing.inverse(M, way) for M, way in zip(masses, ways, strict=True)]
+        allowed = (np.array(way) @ M @ np.array(way) for M, way in zip(masses, ways, strict=True))
+        inverses = [np.linalg.pinv(M, rcond=1e-10).tolist() for M in allowed]
     except (DerivationError, ArithmeticError, np.linalg.LinAlgError):
         return None
     every = [along, *(one for group in groups for one in (group.on, *group.off))]
@@ -257,15 +253,9 @@ class _Drawing:
         n = len(self.balance)
         return np.array(numbers([x for row in self.M for x in row], point)).reshape(n, n)
 
-    def inverse(self, mass: Array, way: Floating) -> Floating:
-        """Return what forces make of accelerations: the inverse of the mass matrix on the motions that rows allow."""
-        return list(np.linalg.pinv(np.array(way) @ mass @ np.array(way), rcond=1e-10).tolist())
-
     def _way(self, place: Point, found: Numbers | None) -> Floating:
-        n = len(self.balance)
-        if found is None:
-            return list(np.eye(n).tolist())
-        free = free_motions(found.jacobian(np.array([place[name] for name in self.scene.coordinates])).reshape(-1, n))
+        q, free = np.array([place[name] for name in self.scene.coordinates]), np.eye(len(self.balance))
+        free = free if found is None else free_motions(found.jacobian(q).reshape(-1, len(free)))
         return list((free.T @ free).tolist())
 
     def _positions(
@@ -273,13 +263,8 @@ class _Drawing:
     ) -> tuple[tuple[dict[str, float], Numbers | None], ...]:
         """Return parameters, time and positions of a point and of one elsewhere, with the rows' numbers."""
         scene = self.scene
-        own = {p.name: p.value for p in scene.parameters}
-        if not scene.is_constrained:
-            values = {name: rng.uniform(0.25, 2.0) for name in own}
-            if declared:
-                values |= self._declared()
-            return tuple((self._prescribed(values, rng), None) for _ in range(2))
-        if any(node is not None and not node.is_zero for node in self.loops.constraints.residual):
+        rows = self.loops.constraints.residual if scene.is_constrained else ()
+        if any(node is not None and not node.is_zero for node in rows):
             if self.given.place:
                 raise DerivationError(f"{scene.name}: loops of prescribed motions are not drawn")
             found, q = self.assembled(k, near=not declared)
@@ -287,7 +272,9 @@ class _Drawing:
             there = np.array(found.closed_position(found.retract(q, step), ()).q)
             values = {str(x.value): float(y) for x, y in found.parameters.items()} | {TIME: rng.uniform(0.25, 2.0)}
             return tuple((values | dict(zip(scene.coordinates, p.tolist(), strict=True)), found) for p in (q, there))
-        values = {name: rng.uniform(0.25, 2.0) for name in own} | (self._declared() if declared else {})
+        values = {p.name: rng.uniform(0.25, 2.0) for p in scene.parameters} | (self._declared() if declared else {})
+        if not scene.is_constrained:
+            return tuple((self._prescribed(values, rng), None) for _ in range(2))
         found = self.loops.bound_to(values)
         here = self._prescribed(values, rng)
         q, way = np.array([here[name] for name in scene.coordinates]), self._way_of(rng)
@@ -313,9 +300,8 @@ class _Drawing:
 
     def _fixed(self, found: Numbers | None, q: Array) -> Array:
         """Return what rates keep to: the rows, and prescribed ones."""
-        n = len(self.balance)
-        held = np.eye(n)[list(self.given.place)]
-        return np.vstack([found.jacobian(q).reshape(-1, n), held]) if found is not None else held
+        held = np.eye(len(self.balance))[list(self.given.place)]
+        return held if found is None else np.vstack([found.jacobian(q).reshape(-1, len(self.balance)), held])
 
     def _allowed(self, found: Numbers, q: Array, way: Array) -> Array:
         free = free_motions(self._fixed(found, q))
@@ -344,7 +330,7 @@ class _Drawing:
         if found is not None:
             moving = dict(zip(found.state.qd, u.tolist(), strict=True))
             bias = found.at(found.constraints.bias, q, moving).tolist()
-        M = np.array(numbers([x for row in self.M for x in row], still)).reshape(n, n)
+        M = self.mass(still)
         h = np.array(numbers(self.balance, still))
         tau = np.array([point[name] if name else 0.0 for name in scene.drives])
         for k in given.place:  # a prescribed motion: its own drive is unknown

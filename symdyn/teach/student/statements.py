@@ -216,8 +216,8 @@ def _statement(from_text: Source, chunk: Sequence[Token], names: Names, target: 
         if targets and part is not parts[-1] and _on_the_way(part, names):
             continue
         forms.append(parse(from_text, part, names, end))
-        named = [replace(x, kind="constant", text=y) if (y := f"#{x.at}") in decimals else x for x in part]
-        loose.append(parse(from_text, named, names, end) if decimals else forms[-1])
+        free = [replace(x, kind="constant", text=y) if (y := f"#{x.at}") in decimals else x for x in part]
+        loose.append(parse(from_text, free, names, end) if decimals else forms[-1])
         stars += [starred(token.spelled, names) for token in part if token.kind == "word"]
     if not targets and len(forms) != 2:
         raise from_text.fault(ends[1], "an equation of motion has two sides; write a result as k_z11 = ... = ...")
