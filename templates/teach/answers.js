@@ -8,8 +8,7 @@ const Answers = (() => {
   // Whether a potential energy that changes with position differs from the answer by what does not
   function elsewhere(key, mine) {
     const right = values[key], size = Math.max(...right.slice(0, drawn).map(Math.abs), ...mine.slice(0, drawn).map(Math.abs), 1e-12);
-    const changes = list => [...Array(twins).keys()].map(k => list[drawn + k] - list[k]);
-    const moved = changes(right), yours = changes(mine);
+    const changes = list => [...Array(twins).keys()].map(k => list[drawn + k] - list[k]), moved = changes(right), yours = changes(mine);
     return moved.some(x => Math.abs(x) > 1e-6 * size) && moved.every((x, k) => Math.abs(x - yours[k]) <= TOLERANCE * size);
   }
 
@@ -20,8 +19,7 @@ const Answers = (() => {
   function judge(key, source) {
     try {
       if (source.length > 5000) throw new Fault("fault.deep");
-      const parts = members(source), named = parts.map(label);
-      const last = parts.length - 1, formulas = [];
+      const parts = members(source), named = parts.map(label), last = parts.length - 1, formulas = [];
       parts.forEach((part, k) => {
         if (k === 0 && last && part.length === 1 && part[0].kind === "word" && calls(key, part[0].text)) return;
         if (named[k] && parts.length > 1) return;
@@ -64,8 +62,7 @@ const Answers = (() => {
     const at = (p, ...used) => of({...p, ...Object.fromEntries(multipliers.map((name, k) => [name, used[k] || 0]))});
     const each = multipliers.map((_, k) => (p, times = 1) => at(p, ...Array(k).fill(0), times) - at(p));
     const places = groups[0].off[0].length, size = Math.max(...points.slice(0, drawn).map(p => Math.max(...each.map(f => Math.abs(f(p))))));
-    const small = x => Math.abs(x) <= 1e-7 * size, rates = Object.values(dotted).flat();
-    const faster = p => ({...p, ...Object.fromEntries(rates.map(name => [name, 2 * p[name] + 1]))});
+    const small = x => Math.abs(x) <= 1e-7 * size, faster = p => ({...p, ...Object.fromEntries(Object.values(dotted).flat().map(name => [name, 2 * p[name] + 1]))});
     const fair = points.slice(0, drawn).every(p => small(at(p, ...multipliers.map(() => 1)) - at(p) - each.reduce((sum, f) => sum + f(p), 0)) && each.every(f => small(f(p, 2) - 2 * f(p)) && small(f(faster(p)) - f(p))));
     const holds = each.every(f => on.every(p => small(f(p))) || (keeps && on.slice(0, places).every((p, k) => small(f(p) - f(on[places + k])))));
     const slopes = each.map(f => Object.keys(dotted).map(q => (f({...on[0], [q]: on[0][q] + 1e-4}) - f({...on[0], [q]: on[0][q] - 1e-4})) / 2e-4));
@@ -133,15 +130,14 @@ const Answers = (() => {
   // Whether decimals that are off take away what is left at every point, see symdyn.teach.student.motions
   function explained(some, left, few) {
     const t = some.map(() => 0), slopes = effects(some, left), rows = left({}).map((_, k) => slopes.map(row => row[k]));
-    for (let round = 0; round < 12; round++) {
-      const rest = left(off(some, t)), before = t.join();
+    for (let round = 0, before = null; round < 12 && t.join() !== before; round++) {
+      const rest = left(off(some, t)), asked = orthonormal(rows.map((row, k) => [...row, inner(row, t) - rest[k]]), few / 10);
+      before = t.join();
       if (rest.every(x => Math.abs(x) <= few)) return true;
-      const asked = orthonormal(rows.map((row, k) => [...row, inner(row, t) - rest[k]]), few / 10);
       for (let n = 0; n < 20 * t.length; n++) {
         const j = n % t.length, square = asked.reduce((sum, row) => sum + row[j] ** 2, 0);
         if (square) t[j] = Math.min(1, Math.max(-1, t[j] + asked.reduce((sum, row) => sum + row[j] * (row.at(-1) - inner(t, row)), 0) / square));
       }
-      if (t.join() === before) return false;
     }
     return false;
   }

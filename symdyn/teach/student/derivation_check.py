@@ -175,7 +175,7 @@ def _moving(
         found = motions.equal(loose, decimals, right, goal.course_key.startswith(FREE))
     if found:
         return answer if answer.right else Answer(answer.line, answer.name, MOTIONS)
-    return replace(answer, verdict=Verdict.DIFFERENT)  # of rounded terms, too, that no decimals account for
+    return replace(answer, verdict=Verdict.DIFFERENT) if answer.right else answer  # no decimals account for it
 
 
 def _of_motion(answer: Answer, statement: Statement, asked: int | None, diagnosis: Diagnosis) -> Answer:

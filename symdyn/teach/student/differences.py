@@ -41,8 +41,8 @@ from symdyn.scene import Scene
 
 KINDS = ("moved", "power", "sign", "factor", "rounded", "function", "angle", "other", "missing", "extra")
 
-LARGEST, PLACES = 60, 20
-"""Zeros at the end of a number, and decimals, that a student may write."""
+PLACES = 20
+"""Decimals that a student may write."""
 
 MOST_TERMS, HIGHEST = 20_000, 64
 """Terms, and the degree, of what is multiplied out."""
@@ -186,7 +186,7 @@ class _Comparison(_Buckets):
         result = self._moved()
         signs: list[tuple[Monomial, Polynomial]] = []
         factors: dict[Fraction, list[tuple[Monomial, Polynomial]]] = {}
-        rounded: list[tuple[Monomial, Polynomial, Polynomial]] = []
+        rounded: list[Monomial] = []
         others: list[Difference] = []
         missing: list[tuple[Monomial, Polynomial]] = []
         extra: list[tuple[Monomial, Polynomial]] = []
@@ -199,7 +199,7 @@ class _Comparison(_Buckets):
             elif a is not None and b is not None:
                 ratio = _ratio(a, b)
                 if ratio != 1 and self._is_rounded(a, b):
-                    rounded.append((monomial, a, b))
+                    rounded.append(monomial)
                 elif ratio == -1:
                     signs.append((monomial, b))
                 elif ratio is not None:
@@ -209,8 +209,7 @@ class _Comparison(_Buckets):
         if signs:
             result.append(Difference("sign", self.form(signs, -1), self.form(signs)))
         if rounded:
-            found, right = ([(row[0], row[n]) for row in rounded] for n in (1, 2))
-            result.append(Difference("rounded", self.form(found), self.form(right)))
+            result.append(Difference("rounded", *(self.form((m, x[m]) for m in rounded) for x in (self.a, self.b))))
         for ratio, terms in factors.items():
             result.append(Difference("factor", self.form(terms, ratio), self.form(terms), factor=ratio))
         result += others
@@ -303,8 +302,12 @@ def half_unit(value: Fraction) -> Fraction:
 
     The zeros at the end of a large number, three digits or more before them, are places that were not written.
     """
-    places = next((k for k in range(-LARGEST, PLACES) if (value * Fraction(10) ** k).denominator == 1), 0)
-    unit = Fraction(10) ** -places
+    places = next((k for k in range(PLACES) if (value * 10**k).denominator == 1), PLACES)
+    if places == PLACES or not value:
+        return Fraction(0)
+    while places <= 0 and (value * Fraction(10) ** (places - 1)).denominator == 1:
+        places -= 1
+    unit = Fraction(1, 10) ** places
     return unit / 2 if places and abs(value) >= (10 if places > 0 else 100) * unit else Fraction(0)
 
 
