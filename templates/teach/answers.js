@@ -132,8 +132,7 @@ const Answers = (() => {
     const t = some.map(() => 0), slopes = effects(some, left), rows = left({}).map((_, k) => slopes.map(row => row[k]));
     for (let round = 0, before = null; round < 12 && t.join() !== before; round++) {
       const rest = left(off(some, t)), asked = orthonormal(rows.map((row, k) => [...row, inner(row, t) - rest[k]]), few / 10);
-      before = t.join();
-      if (rest.every(x => Math.abs(x) <= few)) return true;
+      if (rest.every(x => Math.abs(x) <= few)) return true; else before = t.join();
       for (let n = 0; n < 20 * t.length; n++) {
         const j = n % t.length, square = asked.reduce((sum, row) => sum + row[j] ** 2, 0);
         if (square) t[j] = Math.min(1, Math.max(-1, t[j] + asked.reduce((sum, row) => sum + row[j] * (row.at(-1) - inner(t, row)), 0) / square));

@@ -209,7 +209,8 @@ class _Comparison(_Buckets):
         if signs:
             result.append(Difference("sign", self.form(signs, -1), self.form(signs)))
         if rounded:
-            result.append(Difference("rounded", *(self.form((m, x[m]) for m in rounded) for x in (self.a, self.b))))
+            found, right = (self.form((m, x[m]) for m in rounded) for x in (self.a, self.b))
+            result.append(Difference("rounded", found, right))
         for ratio, terms in factors.items():
             result.append(Difference("factor", self.form(terms, ratio), self.form(terms), factor=ratio))
         result += others
