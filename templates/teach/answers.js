@@ -8,8 +8,7 @@ const Answers = (() => {
   // Whether a potential energy that changes with position differs from the answer by what does not
   function elsewhere(key, mine) {
     const right = values[key], size = Math.max(...right.slice(0, drawn).map(Math.abs), ...mine.slice(0, drawn).map(Math.abs), 1e-12);
-    const changes = list => [...Array(twins).keys()].map(k => list[drawn + k] - list[k]);
-    const moved = changes(right), yours = changes(mine);
+    const changes = list => [...Array(twins).keys()].map(k => list[drawn + k] - list[k]), moved = changes(right), yours = changes(mine);
     return moved.some(x => Math.abs(x) > 1e-6 * size) && moved.every((x, k) => Math.abs(x - yours[k]) <= TOLERANCE * size);
   }
 
@@ -20,14 +19,13 @@ const Answers = (() => {
   function judge(key, source) {
     try {
       if (source.length > 5000) throw new Fault("fault.deep");
-      const parts = members(source), named = parts.map(label);
-      const last = parts.length - 1, formulas = [];
+      const parts = members(source), named = parts.map(label), last = parts.length - 1, formulas = [];
       parts.forEach((part, k) => {
         if (k === 0 && last && part.length === 1 && part[0].kind === "word" && calls(key, part[0].text)) return;
         if (named[k] && parts.length > 1) return;
         if (named[k]) throw new Fault("fault.quantity", named[k]);
         try {
-          formulas.push({of: formula(part), near: nearby(part).map(formula)});
+          formulas.push({decimals: decimals(part), of: formula(part)});
         } catch (fault) {
           const onTheWay = fault instanceof Fault && fault.key === "fault.name" && k < last && ((k === 0 && part.length === 1) || new RegExp(`^(?:${speeds})$`).test(fault.text.replaceAll("_", "")));
           if (!onTheWay) throw fault;
@@ -45,7 +43,7 @@ const Answers = (() => {
   function boxed(key, formulas, named) {
     const told = settledBy(key, formulas, named), rule = told.rules ? told.rules[0] : told.rule;
     if (told.right || formulas.length > 1 || !has(drives, key)) return told;
-    const alone = settledBy(key, [{of: p => p[drives[key]], near: []}, ...formulas], named);
+    const alone = settledBy(key, [{of: p => p[drives[key]], decimals: []}, ...formulas], named);
     if (alone.right) return said(true, "answer.drive", drives[key]);
     return alone.rule && (!rule || LOADS.includes(rule)) ? alone : told;
   }
@@ -54,7 +52,7 @@ const Answers = (() => {
     const energy = motions && free.includes(key), names = energy ? motions.multipliers.filter(name => formulas.some(one => Terms.used(one.of, points[0]).has(name))) : [];
     if (!names.length) return judgedAs(key, formulas, named);
     if (!formulas.every(one => conditions(one.of))) return forgot(["multiplier", "", ""]);
-    const none = Object.fromEntries(names.map(name => [name, 0])), alone = formulas.map(one => ({of: p => one.of({...p, ...none}), near: []}));
+    const none = Object.fromEntries(names.map(name => [name, 0])), alone = formulas.map(one => ({of: p => one.of({...p, ...none}), decimals: []}));
     const told = judgedAs(key, alone, named);
     return told.right ? said(true, "answer.multiplied", names.join(", ")) : told;
   }
@@ -63,9 +61,8 @@ const Answers = (() => {
     const {multipliers, groups, names, keeps} = motions, on = groups[0].on.map(row => Object.fromEntries(row.map((x, k) => [names[k], x])));
     const at = (p, ...used) => of({...p, ...Object.fromEntries(multipliers.map((name, k) => [name, used[k] || 0]))});
     const each = multipliers.map((_, k) => (p, times = 1) => at(p, ...Array(k).fill(0), times) - at(p));
-    const places = on.length / 2, size = Math.max(...points.slice(0, drawn).map(p => Math.max(...each.map(f => Math.abs(f(p))))));
-    const small = x => Math.abs(x) <= 1e-7 * size, rates = Object.values(dotted).flat();
-    const faster = p => ({...p, ...Object.fromEntries(rates.map(name => [name, 2 * p[name] + 1]))});
+    const places = groups[0].off[0].length, size = Math.max(...points.slice(0, drawn).map(p => Math.max(...each.map(f => Math.abs(f(p))))));
+    const small = x => Math.abs(x) <= 1e-7 * size, faster = p => ({...p, ...Object.fromEntries(Object.values(dotted).flat().map(name => [name, 2 * p[name] + 1]))});
     const fair = points.slice(0, drawn).every(p => small(at(p, ...multipliers.map(() => 1)) - at(p) - each.reduce((sum, f) => sum + f(p), 0)) && each.every(f => small(f(p, 2) - 2 * f(p)) && small(f(faster(p)) - f(p))));
     const holds = each.every(f => on.every(p => small(f(p))) || (keeps && on.slice(0, places).every((p, k) => small(f(p) - f(on[places + k])))));
     const slopes = each.map(f => Object.keys(dotted).map(q => (f({...on[0], [q]: on[0][q] + 1e-4}) - f({...on[0], [q]: on[0][q] - 1e-4})) / 2e-4));
@@ -122,14 +119,36 @@ const Answers = (() => {
     return told.find(one => !one.right) || told.find(one => one.text !== words["answer.right"]) || told[0];
   }
 
-  // The formula with one decimal of two digits or more off by half a unit of its last digit
-  function nearby(list) {
-    return list.flatMap((token, k) => {
+  // Decimals of two digits or more, which a point may name, with half a unit of their last digit
+  function decimals(list) {
+    return list.flatMap(token => {
       if (token.kind !== "number" || /e/i.test(token.text)) return [];
       const [whole, after = ""] = token.text.replace("{,}", ".").replace(",", ".").split("."), places = after.replace(/0+$/, "").length;
       const unit = 10 ** (places ? -places : /0*$/.exec(whole)[0].length);
-      return unit === 1 || token.value < (places ? 10 : 100) * unit * (1 - 1e-12) ? [] : [list.map((one, j) => j === k ? {...token, value: token.value + unit / 2} : one)];
+      return unit === 1 || token.value < (places ? 10 : 100) * unit * (1 - 1e-12) ? [] : [[token.rounded = `#${token.at}`, token.value, unit / 2]];
     });
+  }
+  const off = (some, t) => Object.fromEntries(some.map(([name, value, half], j) => [name, value + half * t[j]]));
+  const effects = (some, at, start = at({})) => some.map((_, j) => at(off(some, some.map((_, k) => +(k === j)))).map((x, k) => x - start[k]));
+  // Whether decimals that are off take away what is left at every point, see symdyn.teach.student.motions
+  function explained(some, left, few) {
+    const t = some.map(() => 0), slopes = effects(some, left), rows = left({}).map((_, k) => slopes.map(row => row[k]));
+    for (let round = 0, before = null; round < 12 && t.join() !== before; round++) {
+      const rest = left(off(some, t)), asked = orthonormal(rows.map((row, k) => [...row, inner(row, t) - rest[k]]), few / 10);
+      if (rest.every(x => Math.abs(x) <= few)) return true; else before = t.join();
+      for (let n = 0; n < 20 * t.length; n++) {
+        const j = n % t.length, square = asked.reduce((sum, row) => sum + row[j] ** 2, 0);
+        if (square) t[j] = Math.min(1, Math.max(-1, t[j] + asked.reduce((sum, row) => sum + row[j] * (row.at(-1) - inner(t, row)), 0) / square));
+      }
+    }
+    return false;
+  }
+  // Equations with their right side last, as few that say the same, in orthonormal rows
+  function orthonormal(rows, few, kept = []) {
+    const sizes = rows.map(row => Math.hypot(...row.slice(0, -1))), size = Math.max(...sizes);
+    if (!(size > few) || kept.length === rows[0].length - 1) return kept;
+    const unit = rows[sizes.indexOf(size)].map(x => x / size), along = rows.map(row => inner(row.slice(0, -1), unit));
+    return orthonormal(rows.map((row, n) => row.map((x, k) => x - along[n] * unit[k])), few, [...kept, unit]);
   }
 
   // On the motions of the mechanism, see symdyn.teach.student.motions: null where none are drawn, else whether it is right
@@ -140,20 +159,16 @@ const Answers = (() => {
     let another = false, row = false;
     const right = motions.groups.map((group, g) => {
       if (lettered && group.declared) return false;  // l for l² is not right where l is 1 m
-      const on = group.on.map(point), places = on.length / 2;
+      const on = group.on.map(point), places = group.off[0].length;
       if (!has(asked, "equation")) return formulas.every(one => same(one, on.map(p => ({...p, ...unset})), asked.values[g].on, places, motions.free.some(begin => asked.left.startsWith(begin))));
       const front = asked.front[g];
       const before = (p, k, values) => alone ? (asked.drive ? p[asked.drive] : 0) : values[k];
       const sides = formulas.length > 1 ? formulas.slice(1).map(one => [formulas[0], one]) : [[null, formulas[0]]];
-      const held = off => sides.every(([left, other]) => {
-        const less = (a, b) => (p, k, values) => (a ? a(p) : before(p, k, values)) - b(p);
-        const whole = less(left && left.of, other.of);
-        const near = [...(left ? left.near.map(one => less(one, other.of)) : []), ...other.near.map(one => less(left && left.of, one))];
-        return off.every((p, k) => {
-          const here = whole(on[k], k, front.on), there = whole(p, k, front.off);
-          const few = near.reduce((total, one) => total + Math.abs(one(on[k], k, front.on) - here), 0);
-          return Number.isFinite(there) && there !== 0 && Math.abs(here) <= 1e-7 * Math.abs(there) + few && Math.abs(there) >= 10 * few;
-        });
+      const held = broken => sides.every(([left, other]) => {
+        const whole = (p, k, values) => (left ? left.of(p) : before(p, k, values)) - other.of(p), some = formulas.flatMap(one => one.decimals);
+        const at = own => on.map((p, k) => whole({...p, ...own}, k, front.on)), there = broken.map((p, k) => Math.abs(whole(p, k, front.off)));
+        const few = effects(some, at).reduce((total, row) => total.map((x, k) => x + Math.abs(row[k])), there.map(() => 0));
+        return there.every((x, k) => Number.isFinite(x) && x !== 0 && x >= 10 * few[k]) && explained(some, own => at(own).map((x, k) => x / there[k % places]), 1e-7);
       });
       const ties = ([left, other]) => {
         const value = p => left.of(p) - other.of(p), size = Math.max(...points.slice(0, drawn).map(p => Math.abs(value(p))));
@@ -163,13 +178,12 @@ const Answers = (() => {
       another = another || (formulas.length > 1 && group.off.some((off, i) => i !== asked.equation && held(off.map(point))));
       return held(group.off[asked.equation].map(point));
     });
-    const found = right.indexOf(true), word = motions.groups[Math.max(found, 0)].declared ? "answer.numbers" : formulas.some(one => one.near.length) ? "answer.digits" : "answer.motions";
+    const found = right.indexOf(true), word = motions.groups[Math.max(found, 0)].declared ? "answer.numbers" : formulas.some(one => one.decimals.length) ? "answer.digits" : "answer.motions";
     return {right: found >= 0, word, row, another: another && found < 0};
   }
-  function same({of, near}, on, right, places, constant) {
-    const mine = on.map(of), few = on.map((p, k) => near.reduce((total, one) => total + Math.abs(one(p) - mine[k]), 0));
-    const size = Math.max(...right.map(Math.abs)) || 1e-12, first = [...Array(places).keys()], off = mine.map((x, k) => x - right[k]);
-    if (first.every(k => Math.abs(off[k]) <= 1e-8 * size + few[k])) return true;
+  function same({of, decimals: some}, on, right, places, constant) {
+    const mine = on.map(of), size = Math.max(...right.map(Math.abs)) || 1e-12, first = [...Array(places).keys()], off = mine.map((x, k) => x - right[k]);
+    if (explained(some, own => on.map((p, k) => (of({...p, ...own}) - right[k]) / size), 1e-8)) return true;
     return constant && first.some(k => Math.abs(right[places + k] - right[k]) > 1e-6 * size)
       && first.every(k => Math.abs(off[places + k] - off[k]) <= 1e-8 * Math.max(size, ...mine.map(Math.abs)));
   }

@@ -242,9 +242,10 @@ const Formulas = (() => {
       const negative = sees("op", "+", "-") && take().text === "-", value = joined(power);
       return negative ? minus(value) : value;
     }
+    const number = ({rounded, value}) => rounded ? p => has(p, rounded) ? p[rounded] : value : value;
     function factor() {
       const token = take();
-      if (token.kind === "number") return raised(token.value);
+      if (token.kind === "number") return raised(number(token));
       if (token.kind === "constant") return raised(has(symbols, "pi") ? p => p[symbols.pi] : () => Math.PI);
       if (token.kind === "word") return word(token, token.dots);
       if (token.kind === "open") return raised(bracket(token));
@@ -301,7 +302,7 @@ const Formulas = (() => {
     }
     function argument() {
       const factors = [];
-      while (sees("number") || sees("constant") || sees("command", "frac")) factors.push(sees("number") ? take().value : factor());
+      while (sees("number") || sees("constant") || sees("command", "frac")) factors.push(sees("number") ? number(take()) : factor());
       if (sees("word") || sees("command", "dot", "ddot")) {
         const [name, dots] = sees("word") ? [peek(), take().dots] : accented(take());
         factors.push(named(name, read(name.spelled), dots));

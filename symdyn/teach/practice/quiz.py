@@ -113,7 +113,7 @@ class Variant:
     def groups(self) -> list[tuple[Sequence[Point], Sequence[Sequence[Point]]]]:
         """Points on the motions, as many elsewhere, and where each equation is broken; without motions drawn ones."""
         motions, drawn = self.diagnosis.motions, self.diagnosis.points.at
-        return [(one.on, one.off) for one in motions.groups] if motions else [(drawn[: 2 * PLACES], ())]
+        return [(one.on[: 2 * PLACES], one.off) for one in motions.groups] if motions else [(drawn[: 2 * PLACES], ())]
 
     @cached_property
     def parts(self) -> dict[str, Part]:

@@ -28,6 +28,7 @@ from symdyn.teach.student.answer import (
     EMPTY,
     EQUAL,
     MOTIONS,
+    ROUNDED,
     Answer,
     equality,
     judged,
@@ -40,6 +41,7 @@ from symdyn.teach.student.answer import (
 from symdyn.teach.student.diagnosis import Diagnosis
 from symdyn.teach.student.grammar import Names, Target
 from symdyn.teach.student.mistakes import FREE, Mistake
+from symdyn.teach.student.motions import Decimals
 from symdyn.teach.student.rows import LEVELS, holds, independent, level_of
 from symdyn.teach.student.statements import Statement, find_target, read_statements
 from symdyn.verdict import Verdict
@@ -143,9 +145,8 @@ def check_derivation(
                 pairs = zip(compared, forms, strict=True)
                 compared = [without_slope(one, form, right, goal.index[0] - 1, page) for one, form in pairs]
             key = goal.course_key
-            near = filled.near or ((),)
-            for one, form, some in zip(compared, forms, near, strict=True):
-                told = _moving(one, goal, form, some, right, diagnosis)
+            for one, form, loose in zip(compared, forms, filled.loose or forms, strict=True):
+                told = _moving(one, goal, form, loose, filled.decimals, right, diagnosis)
                 if goal.kind == "tau" and target is not None and target.kind == "tau" and goal != target:
                     answers.append(_of_other_joint(told, statement, form, goal, target, diagnosis))
                 else:
@@ -160,20 +161,21 @@ def check_derivation(
 
 
 def _moving(
-    answer: Answer, goal: Target, form: Form, near: Sequence[Form], right: Form, diagnosis: Diagnosis
+    answer: Answer, goal: Target, form: Form, loose: Form, decimals: Decimals, right: Form, diagnosis: Diagnosis
 ) -> Answer:
     """Return the answer to a quantity: right where it has its value on every motion."""
     letters = diagnosis.letters(goal.course_key, None if goal.kind == "tau" else right)
-    motions = None if answer.right else diagnosis.moving(letters, [form])
+    motions = None if answer.right and answer.verdict != ROUNDED else diagnosis.moving(letters, [form])
     if motions is None or (goal.kind in ENERGIES and set(form.symbols) & set(diagnosis.others)):
         return answer
     if goal.kind == "tau":
         i = goal.index[0] - 1
-        drive = Form.of(diagnosis.drive(i))
-        found = motions.holds(less(drive, form), [less(drive, one) for one in near], [i])
+        found = motions.holds(less(Form.of(diagnosis.drive(i)), loose), decimals, [i])
     else:
-        found = motions.equal(form, near, right, goal.course_key.startswith(FREE))
-    return Answer(answer.line, answer.name, MOTIONS) if found else answer
+        found = motions.equal(loose, decimals, right, goal.course_key.startswith(FREE))
+    if found:
+        return answer if answer.right else Answer(answer.line, answer.name, MOTIONS)
+    return replace(answer, verdict=Verdict.DIFFERENT) if answer.right else answer  # no decimals account for it
 
 
 def _of_motion(answer: Answer, statement: Statement, asked: int | None, diagnosis: Diagnosis) -> Answer:
@@ -182,16 +184,14 @@ def _of_motion(answer: Answer, statement: Statement, asked: int | None, diagnosi
     motions = diagnosis.moving(letters, statement.forms)
     if (answer.right and asked is None) or motions is None or len(statement.forms) != 2:
         return answer
-    (left, other), (near, far) = statement.forms, statement.near
-    around = [*(less(one, other) for one in near), *(less(left, one) for one in far)]
     equations = range(len(diagnosis.scene.drives)) if asked is None else [asked]
-    found = motions.holds(less(left, other), around, equations)
+    found = motions.holds(less(*statement.loose), statement.decimals, equations)
     if found:
         name = answer.name if asked is None else f"equation {asked + 1}"
         return answer if answer.right else Answer(answer.line, name, MOTIONS)
     if answer.right:
         scene = diagnosis.scene
-        return _of_another(answer, "row" if scene.is_constrained and holds(less(left, other), scene) else "other")
+        return _of_another(answer, "row" if scene.is_constrained and holds(less(*statement.forms), scene) else "other")
     return answer
 
 

@@ -95,32 +95,20 @@ def points_of(scene: Scene, others: Mapping[str, str] = NONE) -> Points:
     drawn = [in_reach(scene, {name: _drawn(name, k) for name in every}) for k in range(DRAWN)]
     twins = [in_reach(scene, _mixed(point, k, parameters)) for k, point in enumerate(drawn[:TWINS])]
     movers = [_mixed(point, k, resting) for k, point in enumerate(drawn[:MOVERS])]
-    given = {p.name: p.value.known_at({}) for p in scene.parameters if p.value is not None and p.name in every}
-    bound = {name: float(value) for name, value in given.items() if value is not None}
+    values = {p.name: p.value.known_at({}) for p in scene.parameters if p.value is not None and p.name in every}
+    bound = {name: float(value) for name, value in values.items() if value is not None}
     scales = _scales(scene, others)
     scaled = {name: value * scales.get(name, 1.0) for name, value in drawn[0].items()}
     declared = [{**point, **bound} for point in (*drawn[:2], *movers[:2])] if bound else []
-    moving = _Prescribed(scene)
+    given = prescribed(scene, Graph())
+    rates = (scene.coordinates, scene.velocities, tuple(map(acceleration_name, scene.velocities)))
+    moved = [one[k] for one in rates for k in given.place], [*given.position, *given.velocity, *given.acceleration]
+
+    def moving(point: Mapping[str, float]) -> dict[str, float]:
+        return {**point, **dict(zip(moved[0], numbers(moved[1], point), strict=True))}
+
     others_at = (moving(point) for point in (*drawn, *twins, *movers))
     return Points((*others_at, scaled, *map(moving, declared)), bool(scales))
-
-
-class _Prescribed:
-    """Points with what is prescribed put in."""
-
-    def __init__(self, scene: Scene) -> None:
-        graph = Graph()
-        given = prescribed(scene, graph)
-        names = [(scene.coordinates[k], scene.velocities[k]) for k in given.place]
-        self.names = [
-            *(q for q, _ in names),
-            *(u for _, u in names),
-            *(acceleration_name(u) for _, u in names),
-        ]
-        self.nodes = [*given.position, *given.velocity, *given.acceleration]
-
-    def __call__(self, point: Mapping[str, float]) -> dict[str, float]:
-        return {**point, **dict(zip(self.names, numbers(self.nodes, point), strict=True))}
 
 
 def _scales(scene: Scene, others: Mapping[str, str]) -> dict[str, float]:

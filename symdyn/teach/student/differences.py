@@ -186,8 +186,7 @@ class _Comparison(_Buckets):
         result = self._moved()
         signs: list[tuple[Monomial, Polynomial]] = []
         factors: dict[Fraction, list[tuple[Monomial, Polynomial]]] = {}
-        rounded: list[tuple[Monomial, Polynomial]] = []
-        exact: list[tuple[Monomial, Polynomial]] = []
+        rounded: list[Monomial] = []
         others: list[Difference] = []
         missing: list[tuple[Monomial, Polynomial]] = []
         extra: list[tuple[Monomial, Polynomial]] = []
@@ -200,8 +199,7 @@ class _Comparison(_Buckets):
             elif a is not None and b is not None:
                 ratio = _ratio(a, b)
                 if ratio != 1 and self._is_rounded(a, b):
-                    rounded.append((monomial, a))
-                    exact.append((monomial, b))
+                    rounded.append(monomial)
                 elif ratio == -1:
                     signs.append((monomial, b))
                 elif ratio is not None:
@@ -211,7 +209,8 @@ class _Comparison(_Buckets):
         if signs:
             result.append(Difference("sign", self.form(signs, -1), self.form(signs)))
         if rounded:
-            result.append(Difference("rounded", self.form(rounded), self.form(exact)))
+            found, right = (self.form((m, x[m]) for m in rounded) for x in (self.a, self.b))
+            result.append(Difference("rounded", found, right))
         for ratio, terms in factors.items():
             result.append(Difference("factor", self.form(terms, ratio), self.form(terms), factor=ratio))
         result += others
@@ -223,7 +222,7 @@ class _Comparison(_Buckets):
         found, right = self.ring.terms(a), self.ring.terms(b)
         if [powers for powers, _ in found] != [powers for powers, _ in right]:
             return False
-        return all(x == y or _rounds(x, y) for (_, x), (_, y) in zip(found, right, strict=True))
+        return all(abs(x - y) <= half_unit(x) for (_, x), (_, y) in zip(found, right, strict=True))
 
     # Monomials
 
@@ -310,14 +309,7 @@ def half_unit(value: Fraction) -> Fraction:
     while places <= 0 and (value * Fraction(10) ** (places - 1)).denominator == 1:
         places -= 1
     unit = Fraction(1, 10) ** places
-    written = places != 0 and abs(value) >= (10 if places > 0 else 100) * unit
-    return unit / 2 if written else Fraction(0)
-
-
-def _rounds(value: Fraction, right: Fraction) -> bool:
-    """Whether `right` lies within half a unit of the last digit of `value`."""
-    half = half_unit(value)
-    return half > 0 and abs(value - right) <= half
+    return unit / 2 if places and abs(value) >= (10 if places > 0 else 100) * unit else Fraction(0)
 
 
 def _functions(form: Form) -> list[Function]:

@@ -13,9 +13,12 @@ constraints that are put in and accelerations that are eliminated are right, and
 from __future__ import annotations
 
 import random
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from fractions import Fraction
+from functools import cache, partial
 from math import isfinite
 from operator import attrgetter
+from types import MappingProxyType
 
 import numpy as np
 
@@ -30,7 +33,9 @@ from symdyn.scene import Scene
 from symdyn.scene.joints import start_of
 from symdyn.scene.values import acceleration_name
 from symdyn.teach.student.course import Course
+from symdyn.teach.student.differences import half_unit
 from symdyn.teach.student.rows import assembled
+from symdyn.unlocked import cached_property
 
 PLACES, ALONG = 3, 8
 """Points of a group, and as many elsewhere with the same parameters; and of those where terms are told apart."""
@@ -39,7 +44,10 @@ SAME, HOLDS = 1e-8, 1e-7
 APART = 10
 """How much more than by its rounded numbers an equation is broken."""
 
+ROUNDS, SWEEPS = 12, 20  # of looking at what decimals have left, and of fitting each one to it
 Point = Mapping[str, float]
+Decimals = Mapping[str, Fraction]
+Values = Callable[[Array], Array]
 Floating = Sequence[Sequence[float]]
 
 
@@ -48,7 +56,7 @@ class Group:
     """Points with parameters of one kind.
 
     Attributes:
-        on: on the motions, PLACES of them, then as many with the same parameters elsewhere along the motion.
+        on: on the motions, PLACES of them, as many with the same parameters elsewhere along the motion, then others.
         off: by equation, from 0: the first PLACES with a force too much in that equation alone.
         declared: whether the parameters have the scene's own values.
     """
@@ -82,44 +90,73 @@ class Motions:
 
     def values(self, form: Form, equation: int | None = None) -> list[dict[str, list[float]]]:
         """Return what a formula is worth on the motions, by group, and where an equation is broken."""
-        found = []
-        for group in self.groups:
-            off = [] if equation is None else _values(group.off[equation], [form])[0]
-            found.append({"on": _values(group.on, [form])[0], "off": off})
-        return found
+        broken = [() if equation is None else group.off[equation] for group in self.groups]
+        pairs = ((_values(one.on, form), _values(off, form)) for one, off in zip(self.groups, broken, strict=True))
+        return [{"on": on(np.zeros(0)).tolist(), "off": off(np.zeros(0)).tolist()} for on, off in pairs]
 
-    def equal(self, form: Form, near: Sequence[Form], right: Form, free: bool = False) -> Group | None:
-        """Return the group where a quantity has its value, up to a constant if that is free; None for none.
-
-        `near` are the formula with one rounded number off by half of its last digit.
-        """
+    def equal(self, form: Form, decimals: Decimals, right: Form, free: bool = False) -> Group | None:
+        """Return the group where a quantity has its value, up to a constant if that is free; None for none."""
+        none = np.zeros(len(decimals))
         for group in self.groups:
-            mine, theirs, *others = _values(group.on, [form, right, *near])
-            scale = max(map(abs, theirs), default=0.0) or 1e-12
-            slack = [sum(abs(one[k] - mine[k]) for one in others) for k in range(len(mine))]
-            pairs = range(PLACES)
-            if all(abs(mine[k] - theirs[k]) <= SAME * scale + slack[k] for k in pairs):
+            theirs, mine = _values(group.on, right)(np.zeros(0)), _values(group.on, form, decimals)
+            scale = float(np.abs(theirs).max()) or 1e-12
+            if _explained(lambda t: (mine(t) - theirs) / scale, none, SAME):  # noqa: B023
                 return group
-            off = [mine[k] - theirs[k] for k in range(len(mine))]
-            moved = any(abs(theirs[PLACES + k] - theirs[k]) > 1e-6 * scale for k in pairs)
-            size = max(scale, *map(abs, mine))
-            if free and moved and all(abs(off[PLACES + k] - off[k]) <= SAME * size for k in pairs):
+            moved, off = (x[PLACES : 2 * PLACES] - x[:PLACES] for x in (theirs, mine(none) - theirs))
+            size = max(scale, float(np.abs(mine(none)).max()))
+            if free and np.abs(moved).max() > 1e-6 * scale and np.abs(off).max() <= SAME * size:
                 return group
         return None
 
-    def holds(self, form: Form, near: Sequence[Form], asked: Sequence[int]) -> Group | None:
+    def holds(self, form: Form, decimals: Decimals, asked: Sequence[int]) -> Group | None:
         """Return the group where form = 0 is one of some equations, by number from 0; None for none."""
+        none = np.zeros(len(decimals))
         for group in self.groups:
-            on = _values(group.on[:PLACES], [form, *near])
+            on = _values(group.on, form, decimals)
+            slack = np.sum([np.abs(on(t) - on(none)) for t in np.eye(len(none))], axis=0)
             for i in asked:
-                off = _values(group.off[i], [form])[0]
-                slack = [sum(abs(one[k] - on[0][k]) for one in on[1:]) for k in range(PLACES)]
-                if all(
-                    isfinite(b) and b != 0 and abs(a) <= HOLDS * abs(b) + few and abs(b) >= APART * few
-                    for a, b, few in zip(on[0], off, slack, strict=True)
-                ):
+                off = np.resize(np.abs(_values(group.off[i], form, decimals)(none)), len(group.on))
+                apart = (off > 0) & (off >= APART * slack)
+                if apart[:PLACES].all() and _explained(lambda t: on(t) / off, none, HOLDS):  # noqa: B023
                     return group
         return None
+
+
+def _values(points: Sequence[Point], form: Form, decimals: Decimals = MappingProxyType({})) -> Values:
+    """Return what a formula is worth at points, by how many halves of a unit of its last digit each decimal is off."""
+    node = form.express(Graph())
+    halves = [(name, float(x), float(half_unit(x))) for name, x in decimals.items()]
+
+    def values(t: Array) -> Array:
+        own = {name: x + half * by for (name, x, half), by in zip(halves, t.tolist(), strict=True)}
+        found = np.array([numbers([node], {**point, **own})[0] for point in points])
+        return np.where(np.isfinite(found), found, np.nan)
+
+    return values
+
+
+def _explained(off: Values, t: Array, few: float) -> bool:
+    """Whether decimals that are off by t, -1 to 1, halves of a unit of the last digit take away what is off everywhere.
+
+    That is E t = -off(0) for what each does, E, in orthonormal rows V, coordinate by coordinate; where decimals are
+    multiplied by others it takes some rounds.
+    """
+    left = off(t)
+    E = np.array([off(one) - left for one in np.eye(len(t))]).reshape(len(t), len(left)).T
+    if not np.isfinite(E).all():
+        return False
+    U, s, V = np.linalg.svd(E, full_matrices=False)
+    U, s, V = U[:, s > few / 10], s[s > few / 10], V[s > few / 10]
+    for _ in range(ROUNDS):
+        if np.abs(left).max() <= few:
+            return True
+        goal, before, t = V @ t - U.T @ left / s, t, t.copy()
+        for j in [*np.flatnonzero(V.any(axis=0))] * SWEEPS:
+            t[j] = np.clip(t[j] + V[:, j] @ (goal - V @ t) / (V[:, j] @ V[:, j]), -1, 1)
+        if np.array_equal(t, before):
+            return False
+        left = off(t)
+    return False
 
 
 def rows_of(scene: Scene) -> dict[str, tuple[str, tuple[Form, ...]]]:
@@ -127,13 +164,6 @@ def rows_of(scene: Scene) -> dict[str, tuple[str, tuple[Form, ...]]]:
     if not scene.is_constrained or quaternions(scene):
         return {}
     return {row.multiplier: (row.unit, row.G) for row in Printable.of(scene, lengths=None).constraints.rows}
-
-
-def _values(points: Sequence[Point], forms: Sequence[Form]) -> list[list[float]]:
-    """Return the values of forms, by form and point; nan where there is none."""
-    graph = Graph()
-    nodes = [form.express(graph) for form in forms]
-    return [list(row) for row in zip(*(numbers(nodes, point) for point in points), strict=True)]
 
 
 def numbers(nodes: Sequence[Expr], point: Point) -> list[float]:
@@ -170,22 +200,21 @@ def motions_of(scene: Scene, course: Course | None) -> Motions | None:
             groups.append(drawing.group(declared=True))
         along, ways = drawing.along()
         masses = [drawing.mass(point) for point in along]
-        inverses = [drawing.inverse(M, way) for M, way in zip(masses, ways, strict=True)]
+        allowed = (np.array(way) @ M @ np.array(way) for M, way in zip(masses, ways, strict=True))
+        inverses = [np.linalg.pinv(M, rcond=1e-10).tolist() for M in allowed]
     except (DerivationError, ArithmeticError, np.linalg.LinAlgError):
         return None
     every = [along, *(one for group in groups for one in (group.on, *group.off))]
     finite = all(isfinite(x) for one in every for p in one for x in p.values())
-    names = tuple(acceleration_name(u) for u in scene.velocities)
-    return (
-        Motions(tuple(groups), tuple(along), tuple(ways), tuple(masses), tuple(inverses), rows_of(scene), names)
-        if finite
-        else None
-    )
+    names = tuple(map(acceleration_name, scene.velocities))
+    found = Motions(tuple(groups), tuple(along), tuple(ways), tuple(masses), tuple(inverses), rows_of(scene), names)
+    return found if finite else None
 
 
 class _Drawing:
     def __init__(self, scene: Scene, course: Course) -> None:
         self.scene, self.course, graph = scene, course, course.graph
+        self.assembled = cache(partial(assembled, scene))
         self.given = prescribed(scene, graph)
         total = [course.value(f"tau:{i + 1}", course.right) for i in range(course.state.n)]
         self.balance = [node for node in total if node is not None]
@@ -194,7 +223,7 @@ class _Drawing:
 
     def group(self, declared: bool) -> Group:
         """Return points with the scene's parameters, or with drawn ones."""
-        on, away, off = list[Point](), list[Point](), list[list[Point]]()
+        on, away, more, off = list[Point](), list[Point](), list[Point](), list[list[Point]]()
         for k in range(PLACES):
             rng = random.Random(f"{self.scene.name}:{k}:{declared}")
             here, there = self._positions(k, declared, rng)
@@ -202,7 +231,8 @@ class _Drawing:
             on.append(point)
             off.append(broken)
             away.append(self._solved(*there, rng, ())[0])
-        return Group((*on, *away), tuple(zip(*off, strict=True)), declared)
+            more += [self._solved(*place, rng, ())[0] for place in self._positions(k, declared, rng)]
+        return Group((*on, *away, *more), tuple(zip(*off, strict=True)), declared)
 
     def along(self) -> tuple[list[Point], list[Floating]]:
         """Return points with drawn parameters, those elsewhere last, and the motions of each joint there.
@@ -223,15 +253,9 @@ class _Drawing:
         n = len(self.balance)
         return np.array(numbers([x for row in self.M for x in row], point)).reshape(n, n)
 
-    def inverse(self, mass: Array, way: Floating) -> Floating:
-        """Return what forces make of accelerations: the inverse of the mass matrix on the motions that rows allow."""
-        return list(np.linalg.pinv(np.array(way) @ mass @ np.array(way), rcond=1e-10).tolist())
-
     def _way(self, place: Point, found: Numbers | None) -> Floating:
-        n = len(self.balance)
-        if found is None:
-            return list(np.eye(n).tolist())
-        free = free_motions(found.jacobian(np.array([place[name] for name in self.scene.coordinates])).reshape(-1, n))
+        q, free = np.array([place[name] for name in self.scene.coordinates]), np.eye(len(self.balance))
+        free = free if found is None else free_motions(found.jacobian(q).reshape(-1, len(free)))
         return list((free.T @ free).tolist())
 
     def _positions(
@@ -239,28 +263,21 @@ class _Drawing:
     ) -> tuple[tuple[dict[str, float], Numbers | None], ...]:
         """Return parameters, time and positions of a point and of one elsewhere, with the rows' numbers."""
         scene = self.scene
-        own = {p.name: p.value for p in scene.parameters}
-        if not scene.is_constrained:
-            values = {name: rng.uniform(0.25, 2.0) for name in own}
-            if declared:
-                values |= self._declared()
-            return tuple(
-                (self._prescribed(in_reach(self.scene, values | self._drawn(rng)), rng), None) for _ in range(2)
-            )
-        if any(node is not None and not node.is_zero for node in self._loops().constraints.residual):
+        rows = self.loops.constraints.residual if scene.is_constrained else ()
+        if any(node is not None and not node.is_zero for node in rows):
             if self.given.place:
                 raise DerivationError(f"{scene.name}: loops of prescribed motions are not drawn")
-            found, q = assembled(scene, k, near=not declared)
-            there = np.array(found.closed_position(found.retract(q, self._step(found, q, rng)), ()).q)
+            found, q = self.assembled(k, near=not declared)
+            step = 0.3 * self._allowed(found, q, self._way_of(rng))
+            there = np.array(found.closed_position(found.retract(q, step), ()).q)
             values = {str(x.value): float(y) for x, y in found.parameters.items()} | {TIME: rng.uniform(0.25, 2.0)}
             return tuple((values | dict(zip(scene.coordinates, p.tolist(), strict=True)), found) for p in (q, there))
-        values = {name: rng.uniform(0.25, 2.0) for name in own} | (self._declared() if declared else {})
-        found = self._loops().bound_to(values)
-        here = self._prescribed(in_reach(self.scene, values | self._drawn(rng)), rng)
-        q, way = (
-            np.array([here[name] for name in scene.coordinates]),
-            np.array([rng.uniform(-1, 1) for _ in self.balance]),
-        )
+        values = {p.name: rng.uniform(0.25, 2.0) for p in scene.parameters} | (self._declared() if declared else {})
+        if not scene.is_constrained:
+            return tuple((self._prescribed(values, rng), None) for _ in range(2))
+        found = self.loops.bound_to(values)
+        here = self._prescribed(values, rng)
+        q, way = np.array([here[name] for name in scene.coordinates]), self._way_of(rng)
         for _ in range(40):  # along what the rows allow, by the midpoint rule
             half = q + 0.01 * self._allowed(found, q, way)
             q = q + 0.02 * self._allowed(found, half, way)
@@ -270,32 +287,28 @@ class _Drawing:
         known = {p.name: p.value.known_at({}) for p in self.scene.parameters if p.value is not None}
         return {name: float(value) for name, value in known.items() if value is not None}
 
-    def _loops(self) -> Numbers:
-        if "loops" not in self.__dict__:
-            freed = replace(self.scene, parameters=tuple(replace(p, value=None) for p in self.scene.parameters))
-            self.loops = Numbers(freed)
-        return self.loops
+    @cached_property
+    def loops(self) -> Numbers:
+        return Numbers(replace(self.scene, parameters=tuple(replace(p, value=None) for p in self.scene.parameters)))
 
-    def _drawn(self, rng: random.Random) -> dict[str, float]:
-        return {name: rng.uniform(0.25, 2.0) for name in (*self.scene.coordinates, TIME)}
-
-    def _prescribed(self, point: dict[str, float], rng: random.Random) -> dict[str, float]:
-        values = numbers(self.given.position, point)
+    def _prescribed(self, values: dict[str, float], rng: random.Random) -> dict[str, float]:
+        """Return a point with coordinates and time that are drawn, and what is prescribed there."""
+        drawn = {name: rng.uniform(0.25, 2.0) for name in (*self.scene.coordinates, TIME)}
+        point = in_reach(self.scene, values | drawn)
         names = [self.scene.coordinates[k] for k in self.given.place]
-        return point | dict(zip(names, values, strict=True))
+        return point | dict(zip(names, numbers(self.given.position, point), strict=True))
 
     def _fixed(self, found: Numbers | None, q: Array) -> Array:
         """Return what rates keep to: the rows, and prescribed ones."""
-        n = len(self.balance)
-        held = np.eye(n)[list(self.given.place)]
-        return np.vstack([found.jacobian(q).reshape(-1, n), held]) if found is not None else held
+        held = np.eye(len(self.balance))[list(self.given.place)]
+        return held if found is None else np.vstack([found.jacobian(q).reshape(-1, len(self.balance)), held])
 
     def _allowed(self, found: Numbers, q: Array, way: Array) -> Array:
         free = free_motions(self._fixed(found, q))
         return np.asarray(free.T @ (free @ way))
 
-    def _step(self, found: Numbers, q: Array, rng: random.Random) -> Array:
-        return 0.3 * self._allowed(found, q, np.array([rng.uniform(-1, 1) for _ in self.balance]))
+    def _way_of(self, rng: random.Random) -> Array:
+        return np.array([rng.uniform(-1, 1) for _ in self.balance])
 
     def _solved(
         self, place: dict[str, float], found: Numbers | None, rng: random.Random, broken: Sequence[Sequence[int]]
@@ -317,7 +330,7 @@ class _Drawing:
         if found is not None:
             moving = dict(zip(found.state.qd, u.tolist(), strict=True))
             bias = found.at(found.constraints.bias, q, moving).tolist()
-        M = np.array(numbers([x for row in self.M for x in row], still)).reshape(n, n)
+        M = self.mass(still)
         h = np.array(numbers(self.balance, still))
         tau = np.array([point[name] if name else 0.0 for name in scene.drives])
         for k in given.place:  # a prescribed motion: its own drive is unknown

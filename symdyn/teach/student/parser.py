@@ -99,7 +99,8 @@ class _Parser(Cursor):
         if token.kind == "number":
             return self.raised(self.checked(token, Number(token.value)))
         if token.kind == "constant":
-            return self.raised(Symbol(self.names.symbols["pi"]) if "pi" in self.names.symbols else Pi())
+            name = self.names.symbols.get(token.text, token.text)
+            return self.raised(Pi() if name == "pi" and "pi" not in self.names.symbols else Symbol(name))
         if token.kind == "word":
             return self.word(token, token.dots)
         if token.kind == "open":

@@ -9,7 +9,8 @@ A statement goes on over line ends until it has an "=" and the next line begins 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from fractions import Fraction
 
 from symdyn.algebra import Form
 from symdyn.arguments import argument
@@ -33,20 +34,21 @@ class Statement:
     Attributes:
         targets: what is claimed to be known; none for an equation.
         forms: one formula for a result (or more, each claimed equal to it), two sides and more for an equation.
-        near: of each formula those with one of its decimals off by half a unit of its last digit.
+        loose: each formula with symbols in place of its decimals of two digits or more.
+        decimals: what these are as they are written, by symbol.
         stars: runs of names that are read as products, as these: m*g*l for mgl.
     """
 
     line: int
     targets: tuple[Target, ...]
     forms: tuple[Form, ...]
-    near: tuple[tuple[Form, ...], ...] = ()
-    stars: tuple[str, ...] = ()
+    loose: tuple[Form, ...]
+    decimals: Mapping[str, Fraction]
+    stars: tuple[str, ...]
 
     def written(self, by: Callable[[Form], Form]) -> Statement:
         """Return the statement with its formulas written in another way."""
-        near = tuple(tuple(map(by, some)) for some in self.near)
-        return replace(self, forms=tuple(map(by, self.forms)), near=near)
+        return replace(self, forms=tuple(map(by, self.forms)), loose=tuple(map(by, self.loose)))
 
 
 def read_statements(
@@ -203,7 +205,8 @@ def _statement(from_text: Source, chunk: Sequence[Token], names: Names, target: 
         targets = [target]
         given = [None]
     forms = []
-    near = []
+    loose = []
+    decimals = {f"#{token.at}": token.value for token in chunk if token.kind == "number" and half_unit(token.value)}
     stars: list[str] = []
     for part, known, end in zip(parts, given, ends, strict=True):
         if known is not None:
@@ -213,11 +216,13 @@ def _statement(from_text: Source, chunk: Sequence[Token], names: Names, target: 
         if targets and part is not parts[-1] and _on_the_way(part, names):
             continue
         forms.append(parse(from_text, part, names, end))
-        near.append(tuple(parse(from_text, changed, names, end) for changed in _rounded(part)))
+        free = [replace(x, kind="constant", text=y) if (y := f"#{x.at}") in decimals else x for x in part]
+        loose.append(parse(from_text, free, names, end) if decimals else forms[-1])
         stars += [starred(token.spelled, names) for token in part if token.kind == "word"]
     if not targets and len(forms) != 2:
         raise from_text.fault(ends[1], "an equation of motion has two sides; write a result as k_z11 = ... = ...")
-    return Statement(line, tuple(targets), tuple(forms), tuple(near), tuple(dict.fromkeys(filter(None, stars))))
+    read = tuple(dict.fromkeys(filter(None, stars)))
+    return Statement(line, tuple(targets), tuple(forms), tuple(loose), decimals, read)
 
 
 def starred(word: str, names: Names) -> str:
@@ -226,13 +231,6 @@ def starred(word: str, names: Names) -> str:
     pieces = ways[0] if len(ways) == 1 else []
     shown = [x if isinstance(x, str) else text_of(x) if x.symbols else f"{x.op.name.lower()}(...)" for x in pieces]  # type: ignore[attr-defined]
     return "*".join(shown) if len(pieces) > 1 else ""
-
-
-def _rounded(part: Sequence[Token]) -> Iterator[list[Token]]:
-    """Yield a formula with one decimal of two digits or more off by half a unit of its last digit."""
-    for k, token in enumerate(part):
-        if token.kind == "number" and (half := half_unit(token.value)):
-            yield [*part[:k], replace(token, value=token.value + half), *part[k + 1 :]]
 
 
 def _moves(chunk: Sequence[Token], names: Names) -> bool:
