@@ -237,23 +237,31 @@ def operands(node: Expr) -> Iterable[tuple[Expr, Expr]]:
     return zip(node.args, PARTIALS[node.op](node, *node.args), strict=True)
 
 
-def tangents(outputs: Sequence[Expr], seeds: Mapping[Expr, Expr], slopes: LocalPartials = operands) -> list[Expr]:
-    """Return ẏ of every output y along one direction: `seeds` are ẋ of the inputs that move, all others rest."""
+def tangents(
+    outputs: Sequence[Expr],
+    seeds: Mapping[Expr, Expr],
+    slopes: LocalPartials = operands,
+    known: dict[Expr, Expr | None] | None = None,
+) -> list[Expr]:
+    """Return ẏ of every output y along one direction: `seeds` are ẋ of the inputs that move, all others rest.
+
+    `known` keeps the rate of every node, None of what rests, for the next call along the same direction.
+    """
     if not outputs:
         return []
     zero = outputs[0].graph.zero
-    moving: dict[Expr, Expr] = {}
-    for node in reachable(outputs):
-        if node in seeds:
-            moving[node] = seeds[node]
-        elif any(arg in moving for arg in node.args):
+    moving = {} if known is None else known
+    for node in reachable(outputs, known or ()):
+        if node in moving:
+            continue
+        rate = seeds.get(node)
+        if rate is None and any(moving[arg] for arg in node.args):
             rate = zero
             for arg, partial in slopes(node):
-                if arg in moving:
-                    rate = rate + partial * moving[arg]
-            if rate is not zero:
-                moving[node] = rate
-    return [moving.get(node, zero) for node in outputs]
+                if (by := moving[arg]) is not None:
+                    rate = rate + partial * by
+        moving[node] = None if rate is zero and node not in seeds else rate
+    return [moving[node] or zero for node in outputs]
 
 
 def gradient(output: Expr, inputs: Sequence[Expr], slopes: LocalPartials = operands) -> list[Expr]:
@@ -281,17 +289,27 @@ def gradient(output: Expr, inputs: Sequence[Expr], slopes: LocalPartials = opera
     return [adjoint.get(node, graph.zero) for node in inputs]
 
 
-def substitute(outputs: Sequence[Expr], values: Mapping[Expr, Expr], graph: Graph | None = None) -> list[Expr]:
-    """Return `outputs` with other nodes for some, rebuilt (and simplified at birth) in `graph`, else their own."""
+def substitute(
+    outputs: Sequence[Expr],
+    values: Mapping[Expr, Expr],
+    graph: Graph | None = None,
+    known: dict[Expr, Expr] | None = None,
+) -> list[Expr]:
+    """Return `outputs` with other nodes for some, rebuilt (and simplified at birth) in `graph`, else their own.
+
+    `known` keeps what every node became, for the next call with the same values.
+    """
     if not outputs:
         return []
     target = graph or outputs[0].graph
-    known: dict[Expr, Expr] = {}
-    for node in reachable(outputs):
-        args = [known[arg] for arg in node.args]
+    before, known = known or (), {} if known is None else known
+    for node in reachable(outputs, before):
+        if node in known:
+            continue
+        args = tuple([known[arg] for arg in node.args])
         if node in values:
             known[node] = values[node]
-        elif target is node.graph and all(new is old for new, old in zip(args, node.args, strict=True)):
+        elif target is node.graph and args == node.args:
             known[node] = node
         else:
             known[node] = target.copy(node, args)

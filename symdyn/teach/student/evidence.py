@@ -15,7 +15,7 @@ from symdyn.algebra import Form, Function, Number, Power, Symbol
 from symdyn.dynamics.mechanism import prescribed
 from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass, replace
-from symdyn.graph import Expr, gradient, reachable, substitute
+from symdyn.graph import Expr, reachable
 from symdyn.scene import SceneUnits
 from symdyn.spatial import dot
 from symdyn.teach.lesson import masses
@@ -285,10 +285,10 @@ def _pieces(course: Course, motions: Motions, key: str, i: int | None, ways: Seq
         yield from (("hung", None, [(sign * course.weight(part, arm=0), None)]) for part in course.parts)
         yield ("static", None, [(sign * (gravity + elastic), None)])
         for angles in (*from_ground(course), *from_slope(course)):
-            yield ("absolute", None, [(sign * (gravity - substitute([gravity], angles)[0]), None)])
+            yield ("absolute", None, [(sign * (gravity - course.put(gravity, angles)), None)])
     if key in ("K:", "L:"):
         yield from _terms(course, [("inertia", kinetic, None)])
-        still = substitute([kinetic], {state.qd[k]: graph.zero for k in prescribed(course.scene, graph).place})[0]
+        still = course.put(kinetic, {state.qd[k]: graph.zero for k in prescribed(course.scene, graph).place})
         yield ("prescribed", None, [(kinetic - still, None)])
         yield from _bodies(course, lambda K: [(K, None)])
     elif name in course.scene.coordinates:
@@ -327,7 +327,7 @@ def _equations(course: Course, weights: Sequence[Expr], joints: Sequence[int]) -
     yield from _terms(course, terms)
     if place := prescribed(course.scene, graph).place:
         given = dict.fromkeys((x[k] for k in place for x in (state.qd, state.qdd)), zero)
-        still = [(node - substitute([node], given)[0], j) for kind, node, j in terms if kind in ("inertia", "rates")]
+        still = [(node - course.put(node, given), j) for kind, node, j in terms if kind in ("inertia", "rates")]
         yield ("prescribed", None, still)
     yield from (({"gravity": "weight", "spring": "springs"}.get(kind, kind), None, x) for kind, x in shares.items())
     yield ("static", None, [*shares["gravity"], *shares["spring"]])
@@ -339,16 +339,16 @@ def _equations(course: Course, weights: Sequence[Expr], joints: Sequence[int]) -
     units = SceneUnits(course.scene).coordinates
     for part, mass in zip(course.parts, masses(course.scene, graph, course.placed), strict=True):
         K = course.kinetic(part, spin=0)
-        own: Shares = [(gradient(course.steps(j, K, zero)[0], [state.qdd[j]])[0] * state.qdd[j], j) for j in joints]
+        own: Shares = [(course.slope(course.steps(j, K, zero)[0], state.qdd[j]) * state.qdd[j], j) for j in joints]
         j = joints[0]
         turned = len(joints) == 1 and units[j] == "rad" and children[course.scene.coordinates[j]] == mass.body.name
         yield ("steiner" if turned and part.rigid else "body", None, own)
     for angles in from_ground(course):
-        off = gravity - substitute([gravity], angles)[0]
+        off = gravity - course.put(gravity, angles)
         yield ("absolute", None, [(course.slope(off, state.q[j]), j) for j in joints])
     for angles in from_slope(course):
         every = [(course.balance(j, kinetic, graph.total([gravity, e.P["E"]]), e.Q), j) for j in joints]
-        yield ("absolute", None, [(node - substitute([node], angles)[0], j) for node, j in every])
+        yield ("absolute", None, [(node - course.put(node, angles), j) for node, j in every])
     yield from _bodies(course, lambda K: [(course.steps(j, K, zero)[0], j) for j in joints])
     yield from _bodies(course, lambda K: [(course.balance(j, K, zero, course.still), j) for j in joints], turning=True)
 

@@ -15,7 +15,7 @@ from itertools import islice, permutations
 from symdyn.algebra import Floats
 from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass, replace
-from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute
+from symdyn.graph import Expr, Op, evaluate, reachable
 from symdyn.scene import SceneUnits
 from symdyn.teach.student.course import Course, Parts
 from symdyn.teach.student.wrong_energies import Wrong, used, wrong_energies, wrong_terms
@@ -38,15 +38,15 @@ def _of_equations(course: Course, key: str) -> Iterator[Wrong]:
     right = inertial + product - kinetic + static
     yield "product", right - product
     for u in used(product, state.qd):
-        yield "product", right - _by_rate(product, u, zero)
+        yield "product", right - _by_rate(course, product, u)
     yield "chain", right - 2 * product
     yield "slope", right + kinetic
     yield "slope", right + 2 * kinetic
     for u in used(kinetic, state.qd):
-        yield "slope", right + _by_rate(kinetic, u, zero)
-        yield "slope", right + 2 * _by_rate(kinetic, u, zero)
+        yield "slope", right + _by_rate(course, kinetic, u)
+        yield "slope", right + 2 * _by_rate(course, kinetic, u)
     for u in used(product, state.qd):
-        yield "slope", right + _by_rate(product, u, zero)
+        yield "slope", right + _by_rate(course, product, u)
     yield "velocities", inertial + static
     yield "gravity", right - 2 * potential
     yield "weightless", right - potential
@@ -58,9 +58,9 @@ def _of_equations(course: Course, key: str) -> Iterator[Wrong]:
         yield "slope", right + kinetic + friction
     others = [k for k in range(state.n) if k != i]
     alone = {state.qdd[k]: zero for k in others}
-    yield "coupling", substitute([right], alone)[0]
-    yield "coupling", substitute([right], alone | {state.qd[k]: zero for k in others})[0]
-    flat = substitute([inertial], alone)[0]
+    yield "coupling", course.put(right, alone)
+    yield "coupling", course.put(right, alone | {state.qd[k]: zero for k in others})
+    flat = course.put(inertial, alone)
     for rest in (-Q, zero):
         yield "coupling", flat + potential + rest
         yield "coupling", flat + rest
@@ -77,12 +77,12 @@ def _of_rates(course: Course, key: str) -> Iterator[Wrong]:
     right = inertial + product
     yield "product", inertial
     for u in used(product, course.state.qd):
-        yield "product", right - _by_rate(product, u, course.graph.zero)
+        yield "product", right - _by_rate(course, product, u)
     yield "chain", inertial - product
     yield "chain", inertial + _unchained(course, i, K)
     yield "slope", right - kinetic
     yield "slope", right - kinetic + potential
-    yield "undifferentiated", gradient(K, [course.state.qd[i]])[0]
+    yield "undifferentiated", course.slope(K, course.state.qd[i])
 
 
 def _of_slopes(course: Course, key: str) -> Iterator[Wrong]:
@@ -92,7 +92,7 @@ def _of_slopes(course: Course, key: str) -> Iterator[Wrong]:
     symbols = state.qd if name in rates else state.q
     i = [str(x.value) for x in symbols].index(name)
     _, _, kinetic, potential = course.steps(i, K, P)
-    momentum = gradient(K, [state.qd[i]])[0]
+    momentum = course.slope(K, state.qd[i])
     if name in rates:
         yield "variable", kinetic - potential
         yield "variable", kinetic
@@ -106,19 +106,19 @@ def _of_slopes(course: Course, key: str) -> Iterator[Wrong]:
         yield "gravity", potential
         yield "gravity", -kinetic + potential
         yield "variable", momentum
-        yield "variable", gradient(momentum, [state.qd[i]])[0] * state.qd[i]
+        yield "variable", course.slope(momentum, state.qd[i]) * state.qd[i]
         for node in course.right.P.values():
             if not node.is_zero:
-                yield "undifferentiated", kinetic - potential + gradient(node, [state.q[i]])[0] - node
+                yield "undifferentiated", kinetic - potential + course.slope(node, state.q[i]) - node
         for node in (*course.right.P.values(), P):
-            for slope in gradient(node, state.q):
-                yield "direction", kinetic - potential - slope
+            for q in state.q:
+                yield "direction", kinetic - potential - course.slope(node, q)
         for force in _forces(course):
             yield "direction", kinetic - potential - force
             yield "direction", kinetic - potential + force
     for j, x in enumerate(symbols):
         if j != i:
-            yield "index", gradient(K - P, [x])[0]
+            yield "index", course.slope(K - P, x)
 
 
 def _of_coefficients(course: Course, key: str) -> Iterator[Wrong]:
@@ -169,7 +169,7 @@ def _of_physics(course: Course, key: str, right: Expr) -> Iterator[Wrong]:
     if key == "physics:frequency":
         yield from (("root", right**2), ("period", turn / right), ("hertz", right / turn))
     elif key == "physics:reaction":
-        (still,) = substitute([right], dict.fromkeys(course.state.qd, graph.zero))
+        still = course.put(right, dict.fromkeys(course.state.qd, graph.zero))
         yield from (("centripetal", one) for one in (still, right - still, 2 * still - right))
         yield from (("arm", one) for one in (2 * right - still, (right + still) / 2))
     if key.startswith("physics:"):
@@ -184,15 +184,15 @@ def _uncoupled(course: Course, i: int) -> Iterator[Wrong]:
     for rule, _, other in wrong_energies(course):
         if rule in ("arm", "inertia", "steiner"):
             node = _known(course.value(f"tau:{i + 1}", other))
-            yield ("coupling", substitute([node], alone)[0])
-            yield ("coupling", substitute([node], still)[0])
+            yield ("coupling", course.put(node, alone))
+            yield ("coupling", course.put(node, still))
 
 
 def _undivided(course: Course, i: int) -> Iterator[Wrong]:
     """Yield equations that were divided, by a coefficient or a parameter, but for one of their terms."""
     state, graph = course.state, course.graph
     total = _known(course.value(f"tau:{i + 1}", course.right))
-    own = [x for a in state.qdd if not (x := gradient(total, [a])[0]).is_zero]
+    own = [x for a in state.qdd if not (x := course.slope(total, a)).is_zero]
     names = {graph.symbol(p.name) for p in course.scene.parameters}
     powers = [
         x for name in used(graph.total(own), sorted(names, key=lambda x: str(x.value))) for x in (name, name * name)
@@ -213,18 +213,18 @@ def _undivided(course: Course, i: int) -> Iterator[Wrong]:
 def _own_inertia(course: Course, part: Parts, i: int) -> Expr:
     """Return what a mass alone has in M_ii."""
     u = course.state.qd[i]
-    return gradient(gradient(course.right.K[part.tag], [u])[0], [u])[0]
+    return course.slope(course.slope(course.right.K[part.tag], u), u)
 
 
-def _by_rate(node: Expr, u: Expr, zero: Expr) -> Expr:
+def _by_rate(course: Course, node: Expr, u: Expr) -> Expr:
     """Return the part of a quadratic form that holds one rate."""
-    return node - substitute([node], {u: zero})[0]
+    return node - course.put(node, {u: course.graph.zero})
 
 
 def _unchained(course: Course, i: int, K: Expr) -> Expr:
     """Return Ṁ q̇ with the derivative of an angle's function left without the angle's rate."""
-    p = gradient(K, [course.state.qd[i]])[0]
-    return course.graph.total(gradient(p, course.state.q))
+    p = course.slope(K, course.state.qd[i])
+    return course.graph.total(course.slope(p, q) for q in course.state.q)
 
 
 def _forces(course: Course) -> Iterator[Expr]:

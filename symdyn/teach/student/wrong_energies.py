@@ -14,7 +14,7 @@ from itertools import permutations
 
 from symdyn.algebra import Form, Function, Number, Power, Symbol
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Op, reachable, substitute
+from symdyn.graph import Expr, Op, reachable
 from symdyn.scene import SceneUnits
 from symdyn.spatial import dot
 from symdyn.teach.student.course import Course, Energies, Parts
@@ -254,10 +254,10 @@ def wrong_terms(course: Course, right: Expr) -> Iterator[Wrong]:
     graph, state = course.graph, course.state
     yield ("turned", -right)
     for pairs in _swaps(course, right):
-        yield ("index", substitute([right], pairs)[0])
+        yield ("index", course.put(right, pairs))
     turned = {x: -x for x in (*state.q, *state.qd, *state.qdd)}
     for q, u, a in zip(state.q, state.qd, state.qdd, strict=True):
-        yield ("clockwise", substitute([right], {x: turned[x] for x in (q, u, a)})[0])
+        yield ("clockwise", course.put(right, {x: turned[x] for x in (q, u, a)}))
     try:
         form = Form.of(right)
     except DerivationError:
