@@ -320,7 +320,8 @@ class _Probe:
     """Values at two points as a mark, of what is free by a constant its changes; None where there is none."""
 
     def __init__(self, course: Course) -> None:
-        self.points: tuple[dict[Expr, float], ...] = ({}, {}, {}, {})  # of nodes, which wrong results have in common
+        found = course.graph.found  # wrong results have nodes in common
+        self.points: tuple[dict[Expr, float], ...] = tuple(found.setdefault(f"mistakes {k}", {}) for k in range(4))
         self.fixed = {p.name for p in course.scene.parameters}
 
     def __call__(self, node: Expr, free: bool = False) -> tuple[float, ...] | None:

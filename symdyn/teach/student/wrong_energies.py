@@ -8,9 +8,10 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
+from copy import copy
 from dataclasses import replace
 from fractions import Fraction
-from itertools import permutations
+from itertools import permutations, tee
 
 from symdyn.algebra import Form, Function, Number, Power, Symbol
 from symdyn.errors import DerivationError
@@ -23,7 +24,14 @@ HALF = Fraction(1, 2)
 
 
 def wrong_energies(course: Course) -> Iterator[tuple[str, str, Energies]]:
-    """Yield energies in which one rule is broken, for each mass that it concerns, then for all."""
+    """Return energies in which one rule is broken, for each mass that it concerns, then for all: each is made once."""
+    kept = course.graph.found.setdefault("wrong energies", {})
+    if not kept:
+        (kept["first"],) = tee(_wrong_energies(course), 1)
+    return copy(kept["first"])
+
+
+def _wrong_energies(course: Course) -> Iterator[tuple[str, str, Energies]]:
     right, parts = course.right, course.parts
     numbers = {part.tag: re.split("[a-z,]", part.tag)[0] for part in parts}
     bodies = [[tag for tag, one in numbers.items() if one == n] for n in dict.fromkeys(numbers.values())]
