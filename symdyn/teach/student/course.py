@@ -88,6 +88,7 @@ class Course:
         self.placed = body_placements(scene, self.graph)
         self.gravity = vector(scene.gravity, self.graph)
         self.joints = {joint.child: joint for joint in scene.joints}
+        self.slope: Callable[[Expr, Expr], Expr] = cache(lambda x, by: self.rates([x], {by: self.graph.one})[0])
         self.moved: dict[frozenset[tuple[Expr, Expr]], dict[Expr, Expr | None]] = {}
         self.exchanged: dict[frozenset[tuple[Expr, Expr]], dict[Expr, Expr]] = {}
         self.still = (self.graph.zero,) * len(scene.velocities)
@@ -181,10 +182,6 @@ class Course:
     def rates(self, nodes: Sequence[Expr], seeds: Mapping[Expr, Expr]) -> list[Expr]:
         """Return rates along a direction, which are kept, see `tangents`."""
         return tangents(nodes, seeds, known=self.moved.setdefault(frozenset(seeds.items()), {}))
-
-    def slope(self, node: Expr, by: Expr) -> Expr:
-        """Return the derivative by a symbol."""
-        return self.rates([node], {by: self.graph.one})[0]
 
     def put(self, node: Expr, values: Mapping[Expr, Expr]) -> Expr:
         """Return a node with others for some, which are kept, see `substitute`."""

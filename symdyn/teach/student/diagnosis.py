@@ -15,18 +15,18 @@ from collections.abc import Callable, Mapping, Sequence
 from math import isfinite
 from types import MappingProxyType
 
-from symdyn.algebra import Floats, Form
+from symdyn.algebra import Form
 from symdyn.dynamics.mechanism import TIME, prescribed
 from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass, replace
-from symdyn.graph import Expr, Graph, Op, evaluate, reachable, substitute
+from symdyn.graph import Expr, Graph, Op, reachable, substitute
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import Unit, UnitError, acceleration_name
 from symdyn.teach.student.course import Course
 from symdyn.teach.student.evidence import ALL_OF_IT, SUITS, Evidence, evidence_of
 from symdyn.teach.student.grammar import Names
 from symdyn.teach.student.mistakes import FREE, MOST, VAGUE, Mistake, mistakes
-from symdyn.teach.student.motions import Motions, in_reach, motions_of, numbers
+from symdyn.teach.student.motions import Motions, at_points, in_reach, motions_of, numbers
 from symdyn.teach.student.parts import Atoms, atoms_of, explained
 from symdyn.unlocked import cached_property
 
@@ -77,28 +77,14 @@ class Points:
 
     def values(self, nodes: Sequence[Expr], at: Sequence[int] | None = None) -> list[list[float]]:
         """Return the values of nodes, point by point; nan where there is none."""
-        symbols = [x for x in reachable(list(nodes)) if x.op is Op.SYMBOL]
-        found = []
-        for k in range(len(self.at)) if at is None else at:
-            seeds = {x: self.at[k][str(x.value)] for x in symbols}
-            try:
-                found.append([float(value) for value in evaluate(list(nodes), Floats(), seeds)])
-            except (ArithmeticError, ValueError):
-                found.append([_value(node, seeds) for node in nodes])
-        return found
+        points = self.at if at is None else [self.at[k] for k in at]
+        return list(map(list, zip(*at_points(nodes, points), strict=True)))
 
 
 def _is_product(ratio: float) -> bool:
     """Whether a number is a product of small powers of the scales: what has a unit is."""
     span = range(-4, 5)
     return any(abs(_scale((a, b, c)) / ratio - 1) < 1e-9 for a in span for b in span for c in span)
-
-
-def _value(node: Expr, seeds: Mapping[Expr, float]) -> float:
-    try:
-        return float(evaluate([node], Floats(), seeds)[0])
-    except (ArithmeticError, ValueError):
-        return float("nan")
 
 
 def points_of(scene: Scene, others: Mapping[str, str] = NONE) -> Points:

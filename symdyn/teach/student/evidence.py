@@ -20,7 +20,7 @@ from symdyn.scene import SceneUnits
 from symdyn.spatial import dot
 from symdyn.teach.lesson import masses
 from symdyn.teach.student.course import Course
-from symdyn.teach.student.motions import Floating, Motions, Point, numbers
+from symdyn.teach.student.motions import Floating, Motions, Point, at_points
 from symdyn.teach.student.wrong_energies import from_ground, from_slope
 from symdyn.unlocked import cached_property
 
@@ -198,7 +198,7 @@ def _evidence(
     if not 0 < len(fine) <= (PAIRED if how == "solved" else MOST):
         return None
     nodes = [node for _, _, terms in pieces for node, _ in terms]
-    known = [iter(numbers(nodes, point)) for point in points]
+    known = [iter(row) for row in zip(*at_points(nodes, points), strict=True)]
     values = [
         tuple(
             sum((1.0 if j is None or i is None else way[i][j]) * next(row) for _, j in terms)
@@ -263,9 +263,9 @@ def _beside(course: Course, motions: Motions, i: int) -> Iterator[Column]:
     weights = [node for name, node in course.right.P.items() if name != "E"]
     for j in range(course.state.n if course.state.n <= FEW_JOINTS else 0):
         pieces = [x for x in _equations(course, weights, [j]) if x[1] is not None] if j != i else []
-        rows = [numbers([node for _, _, ((node, _),) in pieces], point) for point in motions.along]
-        for k, (kind, form, _) in enumerate(pieces):
-            yield Column(kind, form, tuple(row[k] for row in rows))
+        rows = at_points([node for _, _, ((node, _),) in pieces], motions.along)
+        for (kind, form, _), row in zip(pieces, rows, strict=True):
+            yield Column(kind, form, tuple(row))
 
 
 def _pieces(course: Course, motions: Motions, key: str, i: int | None, ways: Sequence[Floating]) -> Iterator[Piece]:
@@ -417,14 +417,10 @@ def _handles(
     parameters = [p.name for p in scene.parameters]
     steps += [[{name: 1.0}] * len(along) for name in (*filter(None, scene.drives), *parameters)]
 
-    def value(point: Point, way: Sequence[Sequence[float]]) -> float:
-        return sum(w * x for w, x in zip(way[i], numbers(balances, point), strict=True) if w)
-
     for step in steps:
-        rows = [
-            [value(moved(p, by, n), way) for n in (0, 1, 2)]
-            for p, by, way in zip(motions.along, step, ways, strict=True)
-        ]
+        every = [moved(p, by, n) for p, by in zip(motions.along, step, strict=True) for n in (0, 1, 2)]
+        values = zip(*at_points(balances, every), strict=True)
+        rows = [[sum(w * x for w, x in zip(way[i], next(values), strict=True) if w) for _ in range(3)] for way in ways]
         slopes = linear(rows)
         if slopes:
             yield Handle(tuple(step), slopes, next((x for x in step[0] if x in parameters), ""))
