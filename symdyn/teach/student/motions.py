@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from math import isfinite, nan
 from operator import attrgetter
 from typing import Any
@@ -123,6 +124,7 @@ class Motions:
         return None
 
 
+@lru_cache(maxsize=2)
 def rows_of(scene: Scene) -> dict[str, tuple[str, tuple[Form, ...]]]:
     """Return unit and entries of the rows of a scene that have multipliers, by these; none where quaternions turn."""
     if not scene.is_constrained or quaternions(scene):
