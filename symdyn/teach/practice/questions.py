@@ -26,7 +26,7 @@ from symdyn.teach.student.differences import KINDS
 from symdyn.teach.student.evidence import ALL_OF_IT, OF_ANGLES, PAIRED, PLAIN, STATES, SUITS, Column
 from symdyn.teach.student.grammar import CALLED, PAGE, Names
 from symdyn.teach.student.mistakes import FREE, MOST as MOST_WRONG, VAGUE
-from symdyn.teach.student.motions import rows_of
+from symdyn.teach.student.motions import Point, rows_of
 from symdyn.teach.student.parts import BOTH, SCALED as SCALED_PRICE, UNTIED, WHOLE
 from symdyn.teach.student.statements import SPEEDS
 
@@ -60,7 +60,8 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         right to a part of itself, enough, balances: of equations what vanishes at every point, their drive, the
         acceleration that they are solved for, and whether forces stand beside the drive in front of the answer; alone:
         the drive where more than it stands there, which an answer may be for as well;
-        mistakes: of each question rules and what they give at a few points (marks, pairs),
+        mistakes: of each question what rules give at a few points (marks, pairs), headed where the rule changes,
+        terms: see `Evidence`, with the numbers of their columns,
         motions: groups of points on the motions, see `symdyn.teach.student.motions`, and by question what it is worth
         there, or the number of its equation and what stands in front of its answer there; grammar, words.
     """
@@ -70,6 +71,7 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
     diagnosis = Diagnosis(scene, multipliers)
     few = MOST_WRONG if len(scene.velocities) <= SMALL else max(20, BUDGET // max(1, len(requested)))
     balanced = not scene.is_constrained and diagnosis.course is not None
+    columns: dict[tuple[Any, ...], int] = {}
     balances = {key: left for key, (left, _) in requested.items() if balanced and left.startswith(BALANCED)}
     values = {
         key: [_digits(row[0]) for row in points.values([form.express(Graph())])] for key, (_, form) in requested.items()
@@ -118,7 +120,8 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         "motions": _motions(diagnosis, requested),
         "parameters": [p.name for p in scene.parameters],
         "alone": {key: drive for key, (left, _) in requested.items() if (drive := drive_alone(diagnosis, left))},
-        "terms": {key: told for key, (left, _) in requested.items() if (told := _terms(diagnosis, left))},
+        "terms": {key: told for key, (left, _) in requested.items() if (told := _terms(diagnosis, left, columns))},
+        "columns": list(columns),
         "apart": _apart(diagnosis),
         "grammar": PAGE,
         "speeds": SPEEDS.pattern,
@@ -173,16 +176,18 @@ def _on(values: Sequence[Mapping[str, Sequence[float]]]) -> list[dict[str, list[
     return [{kind: [_digits(x) for x in row] for kind, row in group.items()} for group in values]
 
 
-def _terms(diagnosis: Diagnosis, left: str) -> list[dict[str, Any]]:
-    """Return what tells the terms of a result apart: their kinds, formulas in MathML and values, and handles."""
+def _terms(diagnosis: Diagnosis, left: str, known: dict[tuple[Any, ...], int]) -> list[dict[str, Any]]:
+    """Return what tells the terms of a result apart: numbers of columns, which are added to those known, and handles.
+
+    A column is kind, formula in MathML, values and what stands squared in it.
+    """
     shown = Latex(latex_symbols(diagnosis.scene, tuple(diagnosis.others)))
     every = diagnosis.evidence(left.replace("solved:", "tau:"))
 
-    def columns(of: Sequence[Column]) -> list[list[Any]]:
-        return [
-            [one.kind, inner(shown(one.form)) if one.form is not None else "", _row(one.values), one.squared]
-            for one in of
-        ]
+    def columns(of: Sequence[Column]) -> list[int]:
+        texts = [inner(shown(one.form)) if one.form is not None else "" for one in of]
+        rows = [(one.kind, text, tuple(_row(one.values)), one.squared) for one, text in zip(of, texts, strict=True)]
+        return [known.setdefault(row, len(known)) for row in rows]
 
     return [
         {
@@ -190,13 +195,18 @@ def _terms(diagnosis: Diagnosis, left: str) -> list[dict[str, Any]]:
             "beside": columns(one.beside),
             "alike": one.alike,
             "right": _row(one.right),
-            "handles": [[list(map(dict, x.steps)), _row(x.right), x.parameter] for x in one.handles],
+            "handles": [[_steps(x.steps), _row(x.right), x.parameter] for x in one.handles],
             "free": one.free,
             "tied": one.tied,
             "multipliers": one.how == "rows",
         }
         for one in every
     ]
+
+
+def _steps(steps: Sequence[Point]) -> list[dict[str, float]]:
+    """Return how symbols move, point by point; once where it is the same at all."""
+    return [dict(one) for one in (steps[:1] if all(one == steps[0] for one in steps) else steps)]
 
 
 def _row(values: Sequence[float]) -> list[float]:
@@ -260,7 +270,7 @@ def _balance(diagnosis: Diagnosis, points: Points, left: str) -> dict[str, Any]:
 def _marked(
     diagnosis: Diagnosis, points: Points, left: str, form: Form, balanced: bool, few: int
 ) -> list[list[str | float]]:
-    """Return the mistakes of a quantity, rules with what marks them; none of an equation that rows tie to others."""
+    """Return the mistakes of a quantity, see `questions_of`; none of an equation that rows tie to others."""
     if left.startswith(BALANCED) and not balanced:
         return []
     key = f"tau:{left.partition(':')[2]}" if balanced else left
@@ -274,8 +284,14 @@ def _marked(
         rows = [list(row) for row in zip(*points.values(nodes, points.pairs), strict=True)]
     else:
         rows = points.marked([one.node for one in known], left.startswith(FREE))
-    every = [(one, row) for one, row in zip(known, rows, strict=True) if all(map(isfinite, row))]
-    return [[one.rule, one.of, one.other, *(_digits(x, 8) for x in row)] for one, row in every]
+    every = [
+        ((one.rule, one.of, one.other), row) for one, row in zip(known, rows, strict=True) if all(map(isfinite, row))
+    ]
+    before = [None, *(head for head, _ in every)]
+    return [
+        [*(head if head != last else ()), *(_digits(x, 8) for x in row)]
+        for (head, row), last in zip(every, before, strict=False)
+    ]
 
 
 FEWEST, MOST = 3, 18
