@@ -16,7 +16,7 @@ from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from fractions import Fraction
 from operator import attrgetter
 from types import MappingProxyType
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol, TypeVar, Union
 
 from symdyn.graph.expression import Expr, Graph
 from symdyn.graph.ops import Op
@@ -237,16 +237,14 @@ def operands(node: Expr) -> Iterable[tuple[Expr, Expr]]:
     return zip(node.args, PARTIALS[node.op](node, *node.args), strict=True)
 
 
-def tangents(
-    outputs: Sequence[Expr],
-    seeds: Mapping[Expr, Expr],
-    slopes: LocalPartials = operands,
-    known: dict[Expr, Expr | None] | None = None,
-) -> list[Expr]:
-    """Return ẏ of every output y along one direction: `seeds` are ẋ of the inputs that move, all others rest.
+Kept = Union[dict[Expr, Any], None]
+"""What a call finds of every node, for the next one with the same values."""
 
-    `known` keeps the rate of every node, None of what rests, for the next call along the same direction.
-    """
+
+def tangents(
+    outputs: Sequence[Expr], seeds: Mapping[Expr, Expr], slopes: LocalPartials = operands, known: Kept = None
+) -> list[Expr]:
+    """Return ẏ of every output y along one direction: `seeds` are ẋ of the inputs that move, all others rest."""
     if not outputs:
         return []
     zero = outputs[0].graph.zero
@@ -290,15 +288,9 @@ def gradient(output: Expr, inputs: Sequence[Expr], slopes: LocalPartials = opera
 
 
 def substitute(
-    outputs: Sequence[Expr],
-    values: Mapping[Expr, Expr],
-    graph: Graph | None = None,
-    known: dict[Expr, Expr] | None = None,
+    outputs: Sequence[Expr], values: Mapping[Expr, Expr], graph: Graph | None = None, known: Kept = None
 ) -> list[Expr]:
-    """Return `outputs` with other nodes for some, rebuilt (and simplified at birth) in `graph`, else their own.
-
-    `known` keeps what every node became, for the next call with the same values.
-    """
+    """Return `outputs` with other nodes for some, rebuilt (and simplified at birth) in `graph`, else their own."""
     if not outputs:
         return []
     target = graph or outputs[0].graph

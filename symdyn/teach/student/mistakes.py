@@ -298,12 +298,11 @@ def mistakes(course: Course, key: str, right: Expr | None = None, most: int = MO
     right = course.value(key, course.right) if right is None else right
     if right is None:
         return []
-    probe = _Probe(course)
     free = key.startswith(FREE)
-    own = probe(right, free)
+    own = _mark(course, right, free)
     found: dict[tuple[float, ...], Mistake] = {}
     for mistake in islice(_all(course, key, right), 2 * most):  # many of them give the same
-        mark = probe(mistake.node, free)
+        mark = _mark(course, mistake.node, free)
         if mark is None or mark == own:
             continue
         first = found.get(mark)
@@ -316,28 +315,22 @@ def mistakes(course: Course, key: str, right: Expr | None = None, most: int = MO
     return list(found.values())
 
 
-class _Probe:
-    """Values at two points as a mark, of what is free by a constant its changes; None where there is none."""
-
-    def __init__(self, course: Course) -> None:
-        found = course.graph.found  # wrong results have nodes in common
-        self.points: tuple[dict[Expr, float], ...] = tuple(found.setdefault(f"mistakes {k}", {}) for k in range(4))
-        self.fixed = {p.name for p in course.scene.parameters}
-
-    def __call__(self, node: Expr, free: bool = False) -> tuple[float, ...] | None:
-        values = []
-        for k, known in enumerate(self.points if free else self.points[:2]):
-            order = reachable([node], known)
-            for x in order:
-                if x.op is Op.SYMBOL and x not in known:
-                    seed = f"{k % 2 if x.value in self.fixed else k}:{x.value}:mistakes"
-                    known[x] = random.Random(seed).uniform(0.25, 2.0)
-            try:
-                values.append(evaluate([node], Floats(), known, order, known)[0])
-            except (ArithmeticError, ValueError):
-                return None
-        marks = [values[k + 2] - values[k] for k in range(2)] if free else values
-        return tuple(float(f"{value:.9g}") + 0.0 for value in marks)
+def _mark(course: Course, node: Expr, free: bool) -> tuple[float, ...] | None:
+    """Return values at two points, of what is free by a constant its changes; None where there is none."""
+    values, fixed = [], {p.name for p in course.scene.parameters}
+    for k in range(4 if free else 2):
+        known: dict[Expr, float] = course.graph.found.setdefault(f"mistakes {k}", {})  # they have nodes in common
+        order = reachable([node], known)
+        for x in order:
+            if x.op is Op.SYMBOL and x not in known:
+                seed = f"{k % 2 if x.value in fixed else k}:{x.value}:mistakes"
+                known[x] = random.Random(seed).uniform(0.25, 2.0)
+        try:
+            values.append(evaluate([node], Floats(), known, order, known)[0])
+        except (ArithmeticError, ValueError):
+            return None
+    marks = [values[k + 2] - values[k] for k in range(2)] if free else values
+    return tuple(float(f"{value:.9g}") + 0.0 for value in marks)
 
 
 def absent(course: Course) -> set[str]:

@@ -135,7 +135,8 @@ def rows_of(scene: Scene) -> dict[str, tuple[str, tuple[Form, ...]]]:
 def _values(points: Sequence[Point], forms: Sequence[Form]) -> list[list[float]]:
     """Return the values of forms, by form and point; nan where there is none."""
     graph = Graph()
-    return at_points([form.express(graph) for form in forms], points)
+    nodes = [form.express(graph) for form in forms]
+    return [list(row) for row in zip(*(numbers(nodes, point) for point in points), strict=True)]
 
 
 def numbers(nodes: Sequence[Expr], point: Point) -> list[float]:

@@ -77,50 +77,26 @@ Way = tuple["Expr | None", "Expr | None", "Expr | None"]
 
 def _half(course: Course, part: Parts) -> Iterator[Way]:
     K = course.kinetic(part)
-    yield None, 2 * K, None
-    if part.rigid:
-        yield None, K + part.spin, None
-        yield None, 2 * K - part.spin, None
+    yield from ((None, x, None) for x in (2 * K, *((K + part.spin, 2 * K - part.spin) if part.rigid else ())))
 
 
 def _steiner(course: Course, part: Parts) -> Iterator[Way]:
-    if part.rigid:
-        yield None, course.kinetic(part, own=0), None
-        yield None, course.kinetic(part, own=0, cross=0), None
-        yield None, part.spin, None
-        yield None, course.kinetic(part, own=4), None
-        yield None, course.kinetic(part, own=-1), None
-        yield None, course.kinetic(part, own=2), None
-        yield None, course.kinetic(part, base=0, cross=0), None
-        yield None, course.kinetic(part, base=0), None
+    shares = ((1, 1, 0), (1, 0, 0), (0, 0, 0), (1, 1, 4), (1, 1, -1), (1, 1, 2), (0, 0, 1), (0, 1, 1))
+    yield from ((None, course.kinetic(part, *each), None) for each in (shares if part.rigid else ()))
 
 
 def _inertia(course: Course, part: Parts) -> Iterator[Way]:
-    if part.rigid:
-        yield None, course.kinetic(part, spin=0), None
-        yield None, course.kinetic(part, spin=2), None
-        yield None, course.kinetic(part, spin=4), None
-        yield None, course.kinetic(part, spin=0, own=0), None
-        yield None, course.kinetic(part, own=0, cross=0, spin=0), None
-    else:
-        for rod in (Fraction(1, 3), Fraction(1, 12), Fraction(4, 3)):
-            yield None, course.kinetic(part, own=rod), None
+    rods = ((1, rod, 1) for rod in (Fraction(1, 3), Fraction(1, 12), Fraction(4, 3)))
+    shares = ((1, 1, 0), (1, 1, 2), (1, 1, 4), (1, 0, 0), (0, 0, 0)) if part.rigid else rods
+    yield from ((None, course.kinetic(part, 1, *each), None) for each in shares)
 
 
 def _arm(course: Course, part: Parts) -> Iterator[Way]:
     for times in (2, HALF):
-        K, v2 = (
-            course.kinetic(part, cross=times, own=times * times),
-            course.squared(part, cross=times, own=times * times),
-        )
-        P = course.weight(part, arm=times)
-        yield v2, K, P
-        yield None, None, P
-        yield v2, K, None
-        yield None, course.kinetic(part, cross=times), None
-        if part.rigid:
-            yield v2, course.kinetic(part, cross=times, own=times * times, spin=0), P
-            yield None, course.kinetic(part, cross=times, own=times * times, spin=0), None
+        K, still = (course.kinetic(part, 1, times, times * times, spin) for spin in (1, 0))
+        v2, P = course.squared(part, 1, times, times * times), course.weight(part, arm=times)
+        yield from ((v2, K, P), (None, None, P), (v2, K, None), (None, course.kinetic(part, cross=times), None))
+        yield from ((v2, still, P), (None, still, None)) if part.rigid else ()
 
 
 def _cross(course: Course, part: Parts) -> Iterator[Way]:
@@ -133,14 +109,10 @@ def _cross(course: Course, part: Parts) -> Iterator[Way]:
 def _carried(course: Course, part: Parts) -> Iterator[Way]:
     u, _ = course.velocities(part)
     if not dot(u, u).is_zero:
-        yield course.squared(part, base=0), course.kinetic(part, base=0), None
-        yield course.squared(part, base=0, cross=0), course.kinetic(part, base=0, cross=0), None
+        yield from ((course.squared(part, *x), course.kinetic(part, *x), None) for x in ((0,), (0, 0)))
     if not all(x.is_zero for x in part.base):
-        yield None, None, course.weight(part, base=0)
-        yield None, None, course.weight(part, arm=0)
-        yield (course.squared(part, own=0, cross=0), course.kinetic(part, own=0, cross=0, spin=0),
-               course.weight(part, arm=0))  # fmt: skip
-        yield None, course.kinetic(part, own=0, cross=0, spin=0), None
+        v2, K, P = course.squared(part, 1, 0, 0), course.kinetic(part, 1, 0, 0, 0), course.weight(part, arm=0)
+        yield from ((None, None, course.weight(part, base=0)), (None, None, P), (v2, K, P), (None, K, None))
 
 
 def _relative(course: Course, part: Parts) -> Iterator[Way]:
