@@ -36,38 +36,25 @@ def _of_equations(course: Course, key: str) -> Iterator[Wrong]:
     inertial, product, kinetic, potential = course.steps(i, K, P)
     static = potential - Q
     right = inertial + product - kinetic + static
-    yield "product", right - product
-    for u in used(product, state.qd):
-        yield "product", right - _by_rate(course, product, u)
+    rates, slopes = _by_rates(course, product), _by_rates(course, kinetic)
+    yield from (("product", right - x) for x in (product, *rates))
     yield "chain", right - 2 * product
-    yield "slope", right + kinetic
-    yield "slope", right + 2 * kinetic
-    for u in used(kinetic, state.qd):
-        yield "slope", right + _by_rate(course, kinetic, u)
-        yield "slope", right + 2 * _by_rate(course, kinetic, u)
-    for u in used(product, state.qd):
-        yield "slope", right + _by_rate(course, product, u)
-    yield "velocities", inertial + static
-    yield "gravity", right - 2 * potential
-    yield "weightless", right - potential
-    loads = course.loads[i]
-    for friction in (loads, 2 * loads):
+    yield from (("slope", right + times * x) for x in (kinetic, *slopes) for times in (1, 2))
+    yield from (("slope", right + x) for x in rates)
+    yield from (
+        ("velocities", inertial + static),
+        ("gravity", right - 2 * potential),
+        ("weightless", right - potential),
+    )
+    for friction in (course.loads[i], 2 * course.loads[i]):
         yield course.beside, right + friction
         yield "velocities", inertial + static + friction
-        yield "product", right - product + friction
-        yield "slope", right + kinetic + friction
-    others = [k for k in range(state.n) if k != i]
-    alone = {state.qdd[k]: zero for k in others}
-    yield "coupling", course.put(right, alone)
-    yield "coupling", course.put(right, alone | {state.qd[k]: zero for k in others})
-    flat = course.put(inertial, alone)
-    for rest in (-Q, zero):
-        yield "coupling", flat + potential + rest
-        yield "coupling", flat + rest
-        for part in course.parts:
-            simple = _own_inertia(course, part, i) * state.qdd[i]
-            yield "coupling", simple + potential + rest
-            yield "coupling", simple + rest
+        yield from (("product", right - product + friction), ("slope", right + kinetic + friction))
+    alone, still = _alone(course, i)
+    yield from (("coupling", course.put(right, values)) for values in (alone, still))
+    own = [_own_inertia(course, part, i) * state.qdd[i] for part in course.parts]
+    simple = (course.put(inertial, alone), *own)
+    yield from (("coupling", x + P + rest) for rest in (-Q, zero) for x in simple for P in (potential, zero))
 
 
 def _of_rates(course: Course, key: str) -> Iterator[Wrong]:
@@ -75,13 +62,9 @@ def _of_rates(course: Course, key: str) -> Iterator[Wrong]:
     i = [str(u.value) for u in course.state.qd].index(key.partition(":/d")[2])
     inertial, product, kinetic, potential = course.steps(i, K, P)
     right = inertial + product
-    yield "product", inertial
-    for u in used(product, course.state.qd):
-        yield "product", right - _by_rate(course, product, u)
-    yield "chain", inertial - product
-    yield "chain", inertial + _unchained(course, i, K)
-    yield "slope", right - kinetic
-    yield "slope", right - kinetic + potential
+    yield from (("product", right - x) for x in (product, *_by_rates(course, product)))
+    yield from (("chain", inertial - product), ("chain", inertial + _unchained(course, i, K)))
+    yield from (("slope", right - kinetic), ("slope", right - kinetic + potential))
     yield "undifferentiated", course.slope(K, course.state.qd[i])
 
 
@@ -94,31 +77,19 @@ def _of_slopes(course: Course, key: str) -> Iterator[Wrong]:
     _, _, kinetic, potential = course.steps(i, K, P)
     momentum = course.slope(K, state.qd[i])
     if name in rates:
-        yield "variable", kinetic - potential
-        yield "variable", kinetic
-        yield "factor", momentum / 2
-        yield "factor", momentum * 2
+        yield from (("variable", kinetic - potential), ("variable", kinetic))
+        yield from (("factor", momentum / 2), ("factor", momentum * 2))
     else:
-        yield "slope", -potential
-        yield "slope", -kinetic - potential
-        yield "weightless", kinetic
-        yield "gravity", kinetic + potential
-        yield "gravity", potential
-        yield "gravity", -kinetic + potential
-        yield "variable", momentum
-        yield "variable", course.slope(momentum, state.qd[i]) * state.qd[i]
+        yield from (("slope", -potential), ("slope", -kinetic - potential), ("weightless", kinetic))
+        yield from (("gravity", x) for x in (kinetic + potential, potential, -kinetic + potential))
+        yield from (("variable", x) for x in (momentum, course.slope(momentum, state.qd[i]) * state.qd[i]))
         for node in course.right.P.values():
             if not node.is_zero:
                 yield "undifferentiated", kinetic - potential + course.slope(node, state.q[i]) - node
-        for node in (*course.right.P.values(), P):
-            for q in state.q:
-                yield "direction", kinetic - potential - course.slope(node, q)
-        for force in _forces(course):
-            yield "direction", kinetic - potential - force
-            yield "direction", kinetic - potential + force
-    for j, x in enumerate(symbols):
-        if j != i:
-            yield "index", course.slope(K - P, x)
+        slopes = (course.slope(node, q) for node in (*course.right.P.values(), P) for q in state.q)
+        yield from (("direction", kinetic - potential - x) for x in slopes)
+        yield from (("direction", kinetic - potential - x) for force in _forces(course) for x in (force, -force))
+    yield from (("index", course.slope(K - P, x)) for j, x in enumerate(symbols) if j != i)
 
 
 def _of_coefficients(course: Course, key: str) -> Iterator[Wrong]:
@@ -140,13 +111,10 @@ def _of_coefficients(course: Course, key: str) -> Iterator[Wrong]:
             yield rule, second / 2 if kind == "k_D" else second
     if kind in ("k_G", "k_E"):
         yield "gravity" if kind == "k_G" else "spring", -right
-        for node in course.right.P.values():
-            yield "undifferentiated", node
+        yield from (("undifferentiated", node) for node in course.right.P.values())
     else:
-        yield "factor", right / 2
-        yield "factor", right * 2
-    for other in permutations(range(n), len(at)) if len(at) < 3 else ():
-        yield "index", worth(other)
+        yield from (("factor", right / 2), ("factor", right * 2))
+    yield from (("index", worth(other)) for other in permutations(range(n), len(at)) if len(at) < 3)
     for j in range(n) if kind == "k_z" else ():
         yield "index", worth((j, j))
         yield from (("index", worth((j, j), course.kinetic(part))) for part in course.parts)
@@ -176,16 +144,20 @@ def _of_physics(course: Course, key: str, right: Expr) -> Iterator[Wrong]:
         yield "overturned", 1 / right
 
 
+def _alone(course: Course, i: int) -> tuple[dict[Expr, Expr], dict[Expr, Expr]]:
+    """Return the accelerations of all joints but one as zero, and with them their rates."""
+    qd, qdd = (
+        {x[k]: course.graph.zero for k in range(course.state.n) if k != i} for x in (course.state.qd, course.state.qdd)
+    )
+    return qdd, qdd | qd
+
+
 def _uncoupled(course: Course, i: int) -> Iterator[Wrong]:
     """Yield equations of one joint alone, with a mass taken for another one: a simple pendulum."""
-    zero, state = course.graph.zero, course.state
-    alone = {state.qdd[k]: zero for k in range(state.n) if k != i}
-    still = alone | {state.qd[k]: zero for k in range(state.n) if k != i}
     for rule, _, other in wrong_energies(course):
         if rule in ("arm", "inertia", "steiner"):
             node = _known(course.value(f"tau:{i + 1}", other))
-            yield ("coupling", course.put(node, alone))
-            yield ("coupling", course.put(node, still))
+            yield from (("coupling", course.put(node, values)) for values in _alone(course, i))
 
 
 def _undivided(course: Course, i: int) -> Iterator[Wrong]:
@@ -193,21 +165,16 @@ def _undivided(course: Course, i: int) -> Iterator[Wrong]:
     state, graph = course.state, course.graph
     total = _known(course.value(f"tau:{i + 1}", course.right))
     own = [x for a in state.qdd if not (x := course.slope(total, a)).is_zero]
-    names = {graph.symbol(p.name) for p in course.scene.parameters}
-    powers = [
-        x for name in used(graph.total(own), sorted(names, key=lambda x: str(x.value))) for x in (name, name * name)
-    ]
+    names = [graph.symbol(name) for name in sorted({p.name for p in course.scene.parameters})]
+    powers = [x for name in used(graph.total(own), names) for x in (name, name * name)]
     drive = course.scene.drives[i]
     pieces = [-graph.symbol(drive)] if drive else []
     try:
         pieces += [one.express(graph) for one in course.terms(total)]
     except DerivationError:
         return
-    for divisor in (*own, *powers):
-        for piece in pieces:
-            yield ("undivided", total + (divisor - graph.one) * piece)
-    for a, M in zip(state.qdd, own, strict=False):
-        yield ("undivided", total + (graph.one - M) * a)
+    yield from (("undivided", total + (by - graph.one) * piece) for by in (*own, *powers) for piece in pieces)
+    yield from (("undivided", total + (graph.one - M) * a) for a, M in zip(state.qdd, own, strict=False))
 
 
 def _own_inertia(course: Course, part: Parts, i: int) -> Expr:
@@ -216,9 +183,9 @@ def _own_inertia(course: Course, part: Parts, i: int) -> Expr:
     return course.slope(course.slope(course.right.K[part.tag], u), u)
 
 
-def _by_rate(course: Course, node: Expr, u: Expr) -> Expr:
-    """Return the part of a quadratic form that holds one rate."""
-    return node - course.put(node, {u: course.graph.zero})
+def _by_rates(course: Course, node: Expr) -> list[Expr]:
+    """Return the parts of a quadratic form that hold one rate each."""
+    return [node - course.put(node, {u: course.graph.zero}) for u in used(node, course.state.qd)]
 
 
 def _unchained(course: Course, i: int, K: Expr) -> Expr:
@@ -233,13 +200,11 @@ def _forces(course: Course) -> Iterator[Expr]:
     if g is None:
         return
     units = SceneUnits(course.scene).coordinates
-    masses = [course.graph.total(part.m for part in course.parts), *(part.m for part in course.parts)]
-    tails = [course.graph.total(part.m for part in course.parts[k:]) for k in range(len(course.parts))]
-    for m in (*masses, *tails):
-        for unit, q in zip(units, course.state.q, strict=True):
-            if unit == "rad":
-                yield m * g * course.graph.sin(q)
-                yield m * g * course.graph.cos(q)
+    masses = [part.m for part in course.parts]
+    tails = [course.graph.total(masses[k:]) for k in range(len(masses))]
+    angles = [q for unit, q in zip(units, course.state.q, strict=True) if unit == "rad"]
+    for m in (course.graph.total(masses), *masses, *tails):
+        yield from (m * g * of(q) for q in angles for of in (course.graph.sin, course.graph.cos))
         yield m * g
 
 
@@ -351,17 +316,13 @@ def absent(course: Course) -> set[str]:
 
 def _all(course: Course, key: str, right: Expr) -> Iterator[Mistake]:
     left_out = absent(course)
-    yield from (one for one in _every(course, key, right) if one.rule not in left_out)
-
-
-def _every(course: Course, key: str, right: Expr) -> Iterator[Mistake]:
     if course.value(key, course.right) is not None:
         steps = (wrong for begin, steps in STEPS if key.startswith(begin) for wrong in steps(course, key))
-        yield from (Mistake(rule, node) for rule, node in steps)
+        yield from (Mistake(rule, node) for rule, node in steps if rule not in left_out)
         for rule, of, energies in wrong_energies(course):
-            if (value := course.value(key, energies)) is not None:
+            if rule not in left_out and (value := course.value(key, energies)) is not None:
                 yield Mistake(rule, value, of)
         for treated in (_uncoupled, _undivided) if key.startswith("tau:") else ():
-            yield from (Mistake(rule, node) for rule, node in treated(course, _number(key)))
+            yield from (Mistake(rule, node) for rule, node in treated(course, _number(key)) if rule not in left_out)
     wrong = (*_of_physics(course, key, right), *wrong_terms(course, right))
-    yield from (Mistake(rule, node) for rule, node in wrong)
+    yield from (Mistake(rule, node) for rule, node in wrong if rule not in left_out)
