@@ -99,10 +99,7 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         "rounded": [key for key, (left, _) in requested.items() if left.startswith(ROUNDED)],
         "enough": ENOUGH,
         "called": {
-            key: letters
-            for key, (left, _) in requested.items()
-            for begin, letters in CALLED.items()
-            if left.startswith(begin)
+            key: x for key, (left, _) in requested.items() for begin, x in CALLED.items() if left.startswith(begin)
         },
         "points": [dict(point) for point in points.at],
         "values": values,

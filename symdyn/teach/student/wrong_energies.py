@@ -233,11 +233,9 @@ def wrong_terms(course: Course, right: Expr) -> Iterator[Wrong]:
     """Yield the right formula with one symbol or function wrong in all of it; single terms are told by `evidence`."""
     graph, state = course.graph, course.state
     yield ("turned", -right)
-    for pairs in _swaps(course, right):
-        yield ("index", course.put(right, pairs))
-    turned = {x: -x for x in (*state.q, *state.qd, *state.qdd)}
-    for q, u, a in zip(state.q, state.qd, state.qdd, strict=True):
-        yield ("clockwise", course.put(right, {x: turned[x] for x in (q, u, a)}))
+    yield from (("index", course.put(right, pairs)) for pairs in _swaps(course, right))
+    for one in zip(state.q, state.qd, state.qdd, strict=True):
+        yield ("clockwise", course.put(right, {x: -x for x in one}))
     try:
         form = Form.of(right)
     except DerivationError:
@@ -257,8 +255,7 @@ def wrong_terms(course: Course, right: Expr) -> Iterator[Wrong]:
     for mine, theirs in permutations(angles, 2):
         swaps = {x: Function(x.op, theirs) for x in held if x.args == mine}
         yield ("absolute", form.exchanged(still | swaps).express(graph))
-    for one in course.scene.parameters:
-        name = Symbol(one.name)
+    for name in (Symbol(p.name) for p in course.scene.parameters):
         for here, there in ((name, Number.ONE), (name.power(2), name)):
             yield ("power", form.exchanged(still | {here: there}).express(graph))
 
