@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import groupby
 from math import isfinite
 from typing import Any
 
@@ -60,7 +61,7 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         right to a part of itself, enough, balances: of equations what vanishes at every point, their drive, the
         acceleration that they are solved for, and whether forces stand beside the drive in front of the answer; alone:
         the drive where more than it stands there, which an answer may be for as well;
-        mistakes: of each question what rules give at a few points (marks, pairs), headed where the rule changes,
+        mistakes: of each question rules in turn, each with all that it gives at a few points (marks, pairs),
         terms: see `Evidence`, with the numbers of their columns,
         motions: groups of points on the motions, see `symdyn.teach.student.motions`, and by question what it is worth
         there, or the number of its equation and what stands in front of its answer there; grammar, words.
@@ -264,9 +265,7 @@ def _balance(diagnosis: Diagnosis, points: Points, left: str) -> dict[str, Any]:
     return {"zero": zero, "drive": diagnosis.scene.drives[i] if not alone else None, "alone": alone, "beside": beside}
 
 
-def _marked(
-    diagnosis: Diagnosis, points: Points, left: str, form: Form, balanced: bool, few: int
-) -> list[list[str | float]]:
+def _marked(diagnosis: Diagnosis, points: Points, left: str, form: Form, balanced: bool, few: int) -> list[list[Any]]:
     """Return the mistakes of a quantity, see `questions_of`; none of an equation that rows tie to others."""
     if left.startswith(BALANCED) and not balanced:
         return []
@@ -282,13 +281,10 @@ def _marked(
     else:
         rows = points.marked([one.node for one in known], left.startswith(FREE))
     every = [
-        ((one.rule, one.of, one.other), row) for one, row in zip(known, rows, strict=True) if all(map(isfinite, row))
+        (one, [_digits(x, 8) for x in row]) for one, row in zip(known, rows, strict=True) if all(map(isfinite, row))
     ]
-    before = [None, *(head for head, _ in every)]
-    return [
-        [*(head if head != last else ()), *(_digits(x, 8) for x in row)]
-        for (head, row), last in zip(every, before, strict=False)
-    ]
+    groups = groupby(every, lambda pair: (pair[0].rule, pair[0].of, pair[0].other))
+    return [[*head, [row for _, row in of]] for head, of in groups]
 
 
 FEWEST, MOST = 3, 18
