@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Iterator, Sequence
+from functools import cache
 from itertools import islice, permutations
 
 from symdyn.algebra import Floats
@@ -263,11 +264,11 @@ def mistakes(course: Course, key: str, right: Expr | None = None, most: int = MO
     right = course.value(key, course.right) if right is None else right
     if right is None:
         return []
-    free = key.startswith(FREE)
-    own = _mark(course, right, free)
+    marked = cache(lambda node: _mark(course, node, key.startswith(FREE)))
+    own = marked(right)
     found: dict[tuple[float, ...], Mistake] = {}
     for mistake in islice(_all(course, key, right), 2 * most):  # many of them give the same
-        mark = _mark(course, mistake.node, free)
+        mark = marked(mistake.node)
         if mark is None or mark == own:
             continue
         first = found.get(mark)
@@ -282,13 +283,14 @@ def mistakes(course: Course, key: str, right: Expr | None = None, most: int = MO
 
 def _mark(course: Course, node: Expr, free: bool) -> tuple[float, ...] | None:
     """Return values at two points, of what is free by a constant its changes; None where there is none."""
-    values, fixed = [], {p.name for p in course.scene.parameters}
+    values = []
     for k in range(4 if free else 2):
         known: dict[Expr, float] = course.graph.found.setdefault(f"mistakes {k}", {})  # they have nodes in common
         order = reachable([node], known)
         for x in order:
             if x.op is Op.SYMBOL and x not in known:
-                seed = f"{k % 2 if x.value in fixed else k}:{x.value}:mistakes"
+                fixed = any(x.value == p.name for p in course.scene.parameters)
+                seed = f"{k % 2 if fixed else k}:{x.value}:mistakes"
                 known[x] = random.Random(seed).uniform(0.25, 2.0)
         try:
             values.append(evaluate([node], Floats(), known, order, known)[0])
