@@ -16,7 +16,7 @@ from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from fractions import Fraction
 from operator import attrgetter
 from types import MappingProxyType
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol, TypeVar, Union
 
 from symdyn.graph.expression import Expr, Graph
 from symdyn.graph.ops import Op
@@ -237,23 +237,29 @@ def operands(node: Expr) -> Iterable[tuple[Expr, Expr]]:
     return zip(node.args, PARTIALS[node.op](node, *node.args), strict=True)
 
 
-def tangents(outputs: Sequence[Expr], seeds: Mapping[Expr, Expr], slopes: LocalPartials = operands) -> list[Expr]:
+Kept = Union[dict[Expr, Any], None]
+"""What a call finds of every node, for the next one with the same values."""
+
+
+def tangents(
+    outputs: Sequence[Expr], seeds: Mapping[Expr, Expr], slopes: LocalPartials = operands, known: Kept = None
+) -> list[Expr]:
     """Return ẏ of every output y along one direction: `seeds` are ẋ of the inputs that move, all others rest."""
     if not outputs:
         return []
     zero = outputs[0].graph.zero
-    moving: dict[Expr, Expr] = {}
-    for node in reachable(outputs):
-        if node in seeds:
-            moving[node] = seeds[node]
-        elif any(arg in moving for arg in node.args):
+    moving = {} if known is None else known
+    for node in reachable(outputs, known or ()):
+        if node in moving:
+            continue
+        rate = seeds.get(node)
+        if rate is None and any(moving[arg] for arg in node.args):
             rate = zero
             for arg, partial in slopes(node):
-                if arg in moving:
-                    rate = rate + partial * moving[arg]
-            if rate is not zero:
-                moving[node] = rate
-    return [moving.get(node, zero) for node in outputs]
+                if (by := moving[arg]) is not None:
+                    rate = rate + partial * by
+        moving[node] = None if rate is zero and node not in seeds else rate
+    return [moving[node] or zero for node in outputs]
 
 
 def gradient(output: Expr, inputs: Sequence[Expr], slopes: LocalPartials = operands) -> list[Expr]:
@@ -281,17 +287,21 @@ def gradient(output: Expr, inputs: Sequence[Expr], slopes: LocalPartials = opera
     return [adjoint.get(node, graph.zero) for node in inputs]
 
 
-def substitute(outputs: Sequence[Expr], values: Mapping[Expr, Expr], graph: Graph | None = None) -> list[Expr]:
+def substitute(
+    outputs: Sequence[Expr], values: Mapping[Expr, Expr], graph: Graph | None = None, known: Kept = None
+) -> list[Expr]:
     """Return `outputs` with other nodes for some, rebuilt (and simplified at birth) in `graph`, else their own."""
     if not outputs:
         return []
     target = graph or outputs[0].graph
-    known: dict[Expr, Expr] = {}
-    for node in reachable(outputs):
-        args = [known[arg] for arg in node.args]
+    before, known = known or (), {} if known is None else known
+    for node in reachable(outputs, before):
+        if node in known:
+            continue
+        args = tuple([known[arg] for arg in node.args])
         if node in values:
             known[node] = values[node]
-        elif target is node.graph and all(new is old for new, old in zip(args, node.args, strict=True)):
+        elif target is node.graph and args == node.args:
             known[node] = node
         else:
             known[node] = target.copy(node, args)

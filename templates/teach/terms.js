@@ -2,6 +2,13 @@
 // Which terms of a wrong answer differ, by value: see symdyn.teach.student.parts.
 const Terms = (() => {
   const {apart} = QUESTIONS, CLOSE = 1e-7, FACTOR = 1.5;
+  // What many rows share stands once: columns of terms, steps that are the same at all points, rules of mistakes
+  for (const one of Object.values(QUESTIONS.terms).flat()) {
+    for (const kind of ["rows", "beside"]) one[kind] = one[kind].map(k => QUESTIONS.columns[k]);
+    for (const handle of one.handles) handle[0] = handle[1].map((_, k) => handle[0][k] || handle[0][0]);
+  }
+  for (const [key, groups] of Object.entries(QUESTIONS.mistakes)) QUESTIONS.mistakes[key] = groups.flatMap(([rule, of, other, rows]) => rows.map(row => [rule, of, other, ...row]));
+
   const sum = list => list.reduce((a, b) => a + b, 0), dot = (a, b) => sum(a.map((x, k) => x * b[k])), largest = list => Math.max(...list.map(Math.abs));
   const moved = (point, by, times) => ({...point, ...Object.fromEntries(Object.entries(by).map(([name, x]) => [name, point[name] + times * x]))});
 

@@ -12,13 +12,13 @@ from __future__ import annotations
 
 import random
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from math import isclose, nan
+from math import isclose
 
-from symdyn.algebra import Floats, Form, Number, Symbol
+from symdyn.algebra import Form, Number, Symbol
 from symdyn.arguments import argument
-from symdyn.errors import NoValueError, TeachError, choice
+from symdyn.errors import TeachError, choice
 from symdyn.frozen import dataclass, replace
-from symdyn.graph import Expr, Graph, Op, evaluate, gradient, reachable
+from symdyn.graph import Expr, Graph, Op, gradient, reachable
 from symdyn.scene import Scene
 from symdyn.table import Table
 from symdyn.teach.document import (
@@ -46,6 +46,7 @@ from symdyn.teach.student.course import acting
 from symdyn.teach.student.diagnosis import Diagnosis
 from symdyn.teach.student.grammar import Names, Target
 from symdyn.teach.student.mistakes import FREE
+from symdyn.teach.student.motions import at_points
 from symdyn.teach.student.statements import read_formula
 from symdyn.verdict import Verdict
 from symdyn.verify import Claim, prove
@@ -109,17 +110,10 @@ class Hidden:
 
     def _values(self, node: Expr) -> list[float]:
         """Return the values at points that are the same for all, NaN where there is none, which is like nothing."""
-        values = []
-        symbols = [x for x in reachable([node]) if x.op is Op.SYMBOL]
-        for k, point in enumerate(self.points):
-            for x in symbols:
-                name = str(x.value)
+        for name in (str(x.value) for x in reachable([node]) if x.op is Op.SYMBOL):
+            for k, point in enumerate(self.points):
                 point.setdefault(name, random.Random(f"{k}:{name}").uniform(0.25, 2.0))
-            try:
-                values.append(evaluate([node], Floats(), {x: point[str(x.value)] for x in symbols})[0])
-            except NoValueError:  # a rod is too short there
-                values.append(nan)
-        return values
+        return at_points([node], self.points)[0]
 
 
 def written_out(block: Block) -> Iterator[Form]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import groupby
 from math import isfinite
 from typing import Any
 
@@ -26,7 +27,7 @@ from symdyn.teach.student.differences import KINDS
 from symdyn.teach.student.evidence import ALL_OF_IT, OF_ANGLES, PAIRED, PLAIN, STATES, SUITS, Column
 from symdyn.teach.student.grammar import CALLED, PAGE, Names
 from symdyn.teach.student.mistakes import FREE, MOST as MOST_WRONG, VAGUE
-from symdyn.teach.student.motions import rows_of
+from symdyn.teach.student.motions import Point, rows_of
 from symdyn.teach.student.parts import BOTH, SCALED as SCALED_PRICE, UNTIED, WHOLE
 from symdyn.teach.student.statements import SPEEDS
 
@@ -60,7 +61,8 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         right to a part of itself, enough, balances: of equations what vanishes at every point, their drive, the
         acceleration that they are solved for, and whether forces stand beside the drive in front of the answer; alone:
         the drive where more than it stands there, which an answer may be for as well;
-        mistakes: of each question rules and what they give at a few points (marks, pairs),
+        mistakes: of each question rules in turn, each with all that it gives at a few points (marks, pairs),
+        terms: see `Evidence`, with the numbers of their columns,
         motions: groups of points on the motions, see `symdyn.teach.student.motions`, and by question what it is worth
         there, or the number of its equation and what stands in front of its answer there; grammar, words.
     """
@@ -70,6 +72,7 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
     diagnosis = Diagnosis(scene, multipliers)
     few = MOST_WRONG if len(scene.velocities) <= SMALL else max(20, BUDGET // max(1, len(requested)))
     balanced = not scene.is_constrained and diagnosis.course is not None
+    columns: dict[tuple[Any, ...], int] = {}
     balances = {key: left for key, (left, _) in requested.items() if balanced and left.startswith(BALANCED)}
     values = {
         key: [_digits(row[0]) for row in points.values([form.express(Graph())])] for key, (_, form) in requested.items()
@@ -97,10 +100,7 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         "rounded": [key for key, (left, _) in requested.items() if left.startswith(ROUNDED)],
         "enough": ENOUGH,
         "called": {
-            key: letters
-            for key, (left, _) in requested.items()
-            for begin, letters in CALLED.items()
-            if left.startswith(begin)
+            key: x for key, (left, _) in requested.items() for begin, x in CALLED.items() if left.startswith(begin)
         },
         "points": [dict(point) for point in points.at],
         "values": values,
@@ -118,7 +118,8 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         "motions": _motions(diagnosis, requested),
         "parameters": [p.name for p in scene.parameters],
         "alone": {key: drive for key, (left, _) in requested.items() if (drive := drive_alone(diagnosis, left))},
-        "terms": {key: told for key, (left, _) in requested.items() if (told := _terms(diagnosis, left))},
+        "terms": {key: told for key, (left, _) in requested.items() if (told := _terms(diagnosis, left, columns))},
+        "columns": list(columns),
         "apart": _apart(diagnosis),
         "grammar": PAGE,
         "speeds": SPEEDS.pattern,
@@ -173,15 +174,18 @@ def _on(values: Sequence[Mapping[str, Sequence[float]]]) -> list[dict[str, list[
     return [{kind: [_digits(x) for x in row] for kind, row in group.items()} for group in values]
 
 
-def _terms(diagnosis: Diagnosis, left: str) -> list[dict[str, Any]]:
-    """Return what tells the terms of a result apart: their kinds, formulas in MathML and values, and handles."""
+def _terms(diagnosis: Diagnosis, left: str, known: dict[tuple[Any, ...], int]) -> list[dict[str, Any]]:
+    """Return what tells the terms of a result apart: numbers of columns, which are added to those known, and handles.
+
+    A column is kind, formula in MathML, values and what stands squared in it.
+    """
     shown = Latex(latex_symbols(diagnosis.scene, tuple(diagnosis.others)))
     every = diagnosis.evidence(left.replace("solved:", "tau:"))
 
-    def columns(of: Sequence[Column]) -> list[list[Any]]:
-        return [
-            [x.kind, inner(shown(x.form)) if x.form is not None else "", _row(x.values), x.squared, x.also] for x in of
-        ]
+    def columns(of: Sequence[Column]) -> list[int]:
+        texts = [inner(shown(x.form)) if x.form is not None else "" for x in of]
+        rows = [(x.kind, text, tuple(_row(x.values)), x.squared, x.also) for x, text in zip(of, texts, strict=True)]
+        return [known.setdefault(row, len(known)) for row in rows]
 
     return [
         {
@@ -189,13 +193,18 @@ def _terms(diagnosis: Diagnosis, left: str) -> list[dict[str, Any]]:
             "beside": columns(one.beside),
             "alike": one.alike,
             "right": _row(one.right),
-            "handles": [[list(map(dict, x.steps)), _row(x.right), x.parameter] for x in one.handles],
+            "handles": [[_steps(x.steps), _row(x.right), x.parameter] for x in one.handles],
             "free": one.free,
             "tied": one.tied,
             "multipliers": one.how == "rows",
         }
         for one in every
     ]
+
+
+def _steps(steps: Sequence[Point]) -> list[dict[str, float]]:
+    """Return how symbols move, point by point; once where it is the same at all."""
+    return [dict(one) for one in (steps[:1] if all(one == steps[0] for one in steps) else steps)]
 
 
 def _row(values: Sequence[float]) -> list[float]:
@@ -256,10 +265,8 @@ def _balance(diagnosis: Diagnosis, points: Points, left: str) -> dict[str, Any]:
     return {"zero": zero, "drive": diagnosis.scene.drives[i] if not alone else None, "alone": alone, "beside": beside}
 
 
-def _marked(
-    diagnosis: Diagnosis, points: Points, left: str, form: Form, balanced: bool, few: int
-) -> list[list[str | float]]:
-    """Return the mistakes of a quantity, rules with what marks them; none of an equation that rows tie to others."""
+def _marked(diagnosis: Diagnosis, points: Points, left: str, form: Form, balanced: bool, few: int) -> list[list[Any]]:
+    """Return the mistakes of a quantity, see `questions_of`; none of an equation that rows tie to others."""
     if left.startswith(BALANCED) and not balanced:
         return []
     key = f"tau:{left.partition(':')[2]}" if balanced else left
@@ -273,8 +280,11 @@ def _marked(
         rows = [list(row) for row in zip(*points.values(nodes, points.pairs), strict=True)]
     else:
         rows = points.marked([one.node for one in known], left.startswith(FREE))
-    every = [(one, row) for one, row in zip(known, rows, strict=True) if all(map(isfinite, row))]
-    return [[one.rule, one.of, one.other, *(_digits(x, 8) for x in row)] for one, row in every]
+    every = [
+        (one, [_digits(x, 8) for x in row]) for one, row in zip(known, rows, strict=True) if all(map(isfinite, row))
+    ]
+    groups = groupby(every, lambda pair: (pair[0].rule, pair[0].of, pair[0].other))
+    return [[*head, [row for _, row in of]] for head, of in groups]
 
 
 FEWEST, MOST = 3, 18

@@ -27,7 +27,7 @@ from symdyn.dynamics.mechanism import (
 )
 from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass, replace
-from symdyn.graph import Expr, Graph, gradient, reachable, substitute, tangents
+from symdyn.graph import Expr, Graph, reachable, substitute, tangents
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Joint
@@ -89,7 +89,9 @@ class Course:
         self.placed = body_placements(scene, self.graph)
         self.gravity = vector(scene.gravity, self.graph)
         self.joints = {joint.child: joint for joint in scene.joints}
-        self.slope: Callable[[Expr, Expr], Expr] = cache(lambda node, by: gradient(node, [by])[0])
+        self.slope: Callable[[Expr, Expr], Expr] = cache(lambda x, by: self.rates([x], {by: self.graph.one})[0])
+        self.moved: dict[frozenset[tuple[Expr, Expr]], dict[Expr, Expr | None]] = {}
+        self.exchanged: dict[frozenset[tuple[Expr, Expr]], dict[Expr, Expr]] = {}
         self.still = (self.graph.zero,) * len(scene.velocities)
         self.steps = cache(self._steps)  # quantities with the same energies ask for the same
 
@@ -132,7 +134,7 @@ class Course:
             if joint.moves:
                 last |= set(joint.coordinates)
                 own = {q: u if str(q.value) in last else self.graph.zero for q, u in rates.items()}
-                v = _rate(mass.place, own)
+                v = self._rate(mass.place, own)
                 lone.append(mass.m * dot(v, v) / 2 + self._spin(mass, own))
             joint = self.joints.get(joint.parent)
         lone = lone[:-1]
@@ -140,9 +142,9 @@ class Course:
             unit = {q: self.graph.constant(int(not u.is_zero)) for q, u in alone.items()}
             w, axle = (self._turning(mass, seeds) for seeds in (rates, unit))
             w = sub(w, scale(dot(axle, w) - self.graph.total(alone.values()), axle))
-            v = _rate(mass.place, rates)
+            v = self._rate(mass.place, rates)
             lone.append((mass.m * dot(v, v) + dot(w, mass.inertia @ w)) / 2)
-        return Parts(mass.tag, mass.m, base, arm, spin, (_rate(arm, alone), still), tuple(lone), mass.spins)
+        return Parts(mass.tag, mass.m, base, arm, spin, (self._rate(arm, alone), still), tuple(lone), mass.spins)
 
     def _hinge(self, joint: Joint | None) -> Joint | None:
         """Return the nearest joint that turns a body, at it or on the ground's side of it."""
@@ -156,7 +158,7 @@ class Course:
     def _turning(self, mass: Mass, seeds: Mapping[Expr, Expr]) -> Vec:
         """Return the angular velocity of a body, in its frame."""
         R = self.placed[mass.body.name].R
-        dR = [tangents(row, seeds) for row in R]
+        dR = [self.rates(row, seeds) for row in R]
         x, y, z = (self.graph.total(R[k][a] * dR[k][b] for k in range(3)) for a, b in ((2, 1), (0, 2), (1, 0)))
         return x, y, z
 
@@ -164,7 +166,7 @@ class Course:
         w = self._turning(mass, seeds)
         spin = dot(w, mass.inertia @ w) / 2
         if mass.h is not None:
-            spin = spin + dot(_rate(mass.place, seeds), cross(self.placed[mass.body.name].R @ w, mass.h))
+            spin = spin + dot(self._rate(mass.place, seeds), cross(self.placed[mass.body.name].R @ w, mass.h))
         return spin
 
     @cached_property
@@ -181,11 +183,23 @@ class Course:
         P["E"] = elastic_energy(self.scene, self.graph)
         return Energies(square, K, P, tuple(generalized_forces(self.scene, self.graph)))
 
+    def rates(self, nodes: Sequence[Expr], seeds: Mapping[Expr, Expr]) -> list[Expr]:
+        """Return rates along a direction, which are kept, see `tangents`."""
+        return tangents(nodes, seeds, known=self.moved.setdefault(frozenset(seeds.items()), {}))
+
+    def put(self, node: Expr, values: Mapping[Expr, Expr]) -> Expr:
+        """Return a node with others for some, which are kept, see `substitute`."""
+        return substitute([node], values, known=self.exchanged.setdefault(frozenset(values.items()), {}))[0]
+
+    def _rate(self, v: Vec, seeds: Mapping[Expr, Expr]) -> Vec:
+        x, y, z = self.rates(v, seeds)
+        return x, y, z
+
     # Parts put together, right or with factors of their own
 
     def velocities(self, part: Parts) -> tuple[Vec, Vec]:
         """Return the velocities of base and arm."""
-        return _rate(part.base, self.state.velocity), _rate(part.arm, self.state.velocity)
+        return self._rate(part.base, self.state.velocity), self._rate(part.arm, self.state.velocity)
 
     def squared(self, part: Parts, base: Number = 1, cross: Number = 1, own: Number = 1) -> Expr:
         """Return v², each of its parts times a number."""
@@ -220,7 +234,7 @@ class Course:
             if by is None:
                 return None
             slope = total(self.slope(x, by) for x in K) - total(self.slope(x, by) for x in P)
-            return tangents([slope], state.acceleration)[0] if kind == "d/dt dL" else slope
+            return self.rates([slope], state.acceleration)[0] if kind == "d/dt dL" else slope
         if kind == "tau":
             i = int(of) - 1
             kinetic = total(self.balance(i, x, graph.zero, self.still) for x in K)
@@ -237,8 +251,8 @@ class Course:
         state = self.state
         p = self.slope(K, state.qd[i])
         still = dict.fromkeys(state.q, self.graph.zero)
-        inertial = tangents([p], {**still, **dict(zip(state.qd, state.qdd, strict=True))})[0]
-        product = tangents([p], {**dict.fromkeys(state.qd, self.graph.zero), **state.velocity})[0]
+        inertial = self.rates([p], {**still, **dict(zip(state.qd, state.qdd, strict=True))})[0]
+        product = self.rates([p], {**dict.fromkeys(state.qd, self.graph.zero), **state.velocity})[0]
         return inertial, product, self.slope(K, state.q[i]), self.slope(P, state.q[i])
 
     def balance(self, i: int, K: Expr, P: Expr, Q: Sequence[Expr]) -> Expr:
@@ -273,7 +287,7 @@ class Course:
         """Return energies with other symbols."""
 
         def of(table: Mapping[str, Expr]) -> dict[str, Expr]:
-            return dict(zip(table, substitute(list(table.values()), values), strict=True))
+            return {tag: self.put(node, values) for tag, node in table.items()}
 
         return replace(e, square=of(e.square), K=of(e.K), P=of(e.P))
 
@@ -284,11 +298,6 @@ class Course:
             joint = self.joints[joint.parent]
             found.append(joint)
         return [one for one in found if one.moves and JOINTS[one.type].velocities(one)[0] == "rad"]
-
-
-def _rate(v: Vec, seeds: Mapping[Expr, Expr]) -> Vec:
-    x, y, z = tangents(v, seeds)
-    return x, y, z
 
 
 def acting(scene: Scene, i: int) -> Form | None:

@@ -26,7 +26,7 @@ from symdyn.teach.student.course import Course
 from symdyn.teach.student.evidence import ALL_OF_IT, SUITS, Evidence, evidence_of
 from symdyn.teach.student.grammar import Names
 from symdyn.teach.student.mistakes import FREE, MOST, VAGUE, Mistake, mistakes
-from symdyn.teach.student.motions import Motions, in_reach, motions_of, numbers
+from symdyn.teach.student.motions import Motions, at_points, in_reach, motions_of, numbers
 from symdyn.teach.student.parts import Atoms, atoms_of, explained
 from symdyn.unlocked import cached_property
 
@@ -77,7 +77,8 @@ class Points:
 
     def values(self, nodes: Sequence[Expr], at: Sequence[int] | None = None) -> list[list[float]]:
         """Return the values of nodes, point by point; nan where there is none."""
-        return [numbers(nodes, self.at[k]) for k in (range(len(self.at)) if at is None else at)]
+        points = self.at if at is None else [self.at[k] for k in at]
+        return list(map(list, zip(*at_points(nodes, points), strict=True)))
 
 
 def _is_product(ratio: float) -> bool:

@@ -15,12 +15,12 @@ from symdyn.algebra import Form, Function, Number, Power, Symbol
 from symdyn.dynamics.mechanism import prescribed
 from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass, replace
-from symdyn.graph import Expr, gradient, reachable, substitute
+from symdyn.graph import Expr, reachable
 from symdyn.scene import SceneUnits
 from symdyn.spatial import dot
 from symdyn.teach.lesson import masses
 from symdyn.teach.student.course import Course
-from symdyn.teach.student.motions import Floating, Motions, Point, numbers
+from symdyn.teach.student.motions import Floating, Motions, Point, at_points
 from symdyn.teach.student.wrong_energies import from_ground, from_slope
 from symdyn.unlocked import cached_property
 
@@ -200,7 +200,7 @@ def _evidence(
     if not 0 < len(fine) <= (PAIRED if how == "solved" else MOST):
         return None
     nodes = [node for _, _, terms in pieces for node, _ in terms]
-    known = [iter(numbers(nodes, point)) for point in points]
+    known = [iter(row) for row in zip(*at_points(nodes, points), strict=True)]
     values = [
         tuple(
             sum((1.0 if j is None or i is None else way[i][j]) * next(row) for _, j in terms)
@@ -267,9 +267,9 @@ def _beside(course: Course, motions: Motions, i: int) -> Iterator[Column]:
     weights = [node for name, node in course.right.P.items() if name != "E"]
     for j in range(course.state.n if course.state.n <= FEW_JOINTS else 0):
         pieces = [x for x in _equations(course, weights, [j]) if x[1] is not None] if j != i else []
-        rows = [numbers([node for _, _, ((node, _),) in pieces], point) for point in motions.along]
-        values = zip(*rows, strict=True)
-        yield from (Column(kind, form, row) for (kind, form, _), row in zip(pieces, values, strict=True))
+        rows = at_points([node for _, _, ((node, _),) in pieces], motions.along)
+        for (kind, form, _), row in zip(pieces, rows, strict=True):
+            yield Column(kind, form, tuple(row))
 
 
 def _pieces(course: Course, motions: Motions, key: str, i: int | None, ways: Sequence[Floating]) -> Iterator[Piece]:
@@ -289,10 +289,10 @@ def _pieces(course: Course, motions: Motions, key: str, i: int | None, ways: Seq
         yield from (("hung", None, [(sign * course.weight(part, arm=0), None)]) for part in course.parts)
         yield ("static", None, [(sign * (gravity + elastic), None)])
         for angles in (*from_ground(course), *from_slope(course)):
-            yield ("absolute", None, [(sign * (gravity - substitute([gravity], angles)[0]), None)])
+            yield ("absolute", None, [(sign * (gravity - course.put(gravity, angles)), None)])
     if key in ("K:", "L:"):
         yield from _terms(course, [("inertia", kinetic, None)])
-        still = substitute([kinetic], {state.qd[k]: graph.zero for k in prescribed(course.scene, graph).place})[0]
+        still = course.put(kinetic, {state.qd[k]: graph.zero for k in prescribed(course.scene, graph).place})
         yield ("prescribed", None, [(kinetic - still, None)])
         yield from _bodies(course, lambda K: [(K, None)])
     elif name in course.scene.coordinates:
@@ -331,7 +331,7 @@ def _equations(course: Course, weights: Sequence[Expr], joints: Sequence[int]) -
     yield from _terms(course, terms)
     if place := prescribed(course.scene, graph).place:
         given = dict.fromkeys((x[k] for k in place for x in (state.qd, state.qdd)), zero)
-        still = [(node - substitute([node], given)[0], j) for kind, node, j in terms if kind in ("inertia", "rates")]
+        still = [(node - course.put(node, given), j) for kind, node, j in terms if kind in ("inertia", "rates")]
         yield ("prescribed", None, still)
     yield from (({"gravity": "weight", "spring": "springs"}.get(kind, kind), None, x) for kind, x in shares.items())
     yield ("static", None, [*shares["gravity"], *shares["spring"]])
@@ -343,16 +343,16 @@ def _equations(course: Course, weights: Sequence[Expr], joints: Sequence[int]) -
     units = SceneUnits(course.scene).coordinates
     for part, mass in zip(course.parts, masses(course.scene, graph, course.placed), strict=True):
         K = course.kinetic(part, spin=0)
-        own: Shares = [(gradient(course.steps(j, K, zero)[0], [state.qdd[j]])[0] * state.qdd[j], j) for j in joints]
+        own: Shares = [(course.slope(course.steps(j, K, zero)[0], state.qdd[j]) * state.qdd[j], j) for j in joints]
         j = joints[0]
         turned = len(joints) == 1 and units[j] == "rad" and children[course.scene.coordinates[j]] == mass.body.name
         yield ("steiner" if turned and part.rigid else "body", None, own)
     for angles in from_ground(course):
-        off = gravity - substitute([gravity], angles)[0]
+        off = gravity - course.put(gravity, angles)
         yield ("absolute", None, [(course.slope(off, state.q[j]), j) for j in joints])
     for angles in from_slope(course):
         every = [(course.balance(j, kinetic, graph.total([gravity, e.P["E"]]), e.Q), j) for j in joints]
-        yield ("absolute", None, [(node - substitute([node], angles)[0], j) for node, j in every])
+        yield ("absolute", None, [(node - course.put(node, angles), j) for node, j in every])
     yield from _bodies(course, lambda K: [(course.steps(j, K, zero)[0], j) for j in joints])
     yield from _bodies(course, lambda K: [(course.balance(j, K, zero, course.still), j) for j in joints], turning=True)
 
@@ -417,14 +417,10 @@ def _handles(
     parameters = [p.name for p in scene.parameters]
     steps += [[{name: 1.0}] * len(along) for name in (*filter(None, scene.drives), *parameters)]
 
-    def value(point: Point, way: Sequence[Sequence[float]]) -> float:
-        return sum(w * x for w, x in zip(way[i], numbers(balances, point), strict=True) if w)
-
     for step in steps:
-        rows = [
-            [value(moved(p, by, n), way) for n in (0, 1, 2)]
-            for p, by, way in zip(motions.along, step, ways, strict=True)
-        ]
+        every = [moved(p, by, n) for p, by in zip(motions.along, step, strict=True) for n in (0, 1, 2)]
+        values = zip(*at_points(balances, every), strict=True)
+        rows = [[sum(w * x for w, x in zip(way[i], next(values), strict=True) if w) for _ in range(3)] for way in ways]
         slopes = linear(rows)
         if slopes:
             yield Handle(tuple(step), slopes, next((x for x in step[0] if x in parameters), ""))

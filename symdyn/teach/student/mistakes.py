@@ -10,12 +10,13 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Iterator, Sequence
+from functools import cache
 from itertools import islice, permutations
 
 from symdyn.algebra import Floats
 from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass, replace
-from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute
+from symdyn.graph import Expr, Op, evaluate, reachable
 from symdyn.scene import SceneUnits
 from symdyn.teach.student.course import Course, Parts
 from symdyn.teach.student.wrong_energies import Wrong, used, wrong_energies, wrong_terms
@@ -36,38 +37,25 @@ def _of_equations(course: Course, key: str) -> Iterator[Wrong]:
     inertial, product, kinetic, potential = course.steps(i, K, P)
     static = potential - Q
     right = inertial + product - kinetic + static
-    yield "product", right - product
-    for u in used(product, state.qd):
-        yield "product", right - _by_rate(product, u, zero)
+    rates, slopes = _by_rates(course, product), _by_rates(course, kinetic)
+    yield from (("product", right - x) for x in (product, *rates))
     yield "chain", right - 2 * product
-    yield "slope", right + kinetic
-    yield "slope", right + 2 * kinetic
-    for u in used(kinetic, state.qd):
-        yield "slope", right + _by_rate(kinetic, u, zero)
-        yield "slope", right + 2 * _by_rate(kinetic, u, zero)
-    for u in used(product, state.qd):
-        yield "slope", right + _by_rate(product, u, zero)
-    yield "velocities", inertial + static
-    yield "gravity", right - 2 * potential
-    yield "weightless", right - potential
-    loads = course.loads[i]
-    for friction in (loads, 2 * loads):
+    yield from (("slope", right + times * x) for x in (kinetic, *slopes) for times in (1, 2))
+    yield from (("slope", right + x) for x in rates)
+    yield from (
+        ("velocities", inertial + static),
+        ("gravity", right - 2 * potential),
+        ("weightless", right - potential),
+    )
+    for friction in (course.loads[i], 2 * course.loads[i]):
         yield course.beside, right + friction
         yield "velocities", inertial + static + friction
-        yield "product", right - product + friction
-        yield "slope", right + kinetic + friction
-    others = [k for k in range(state.n) if k != i]
-    alone = {state.qdd[k]: zero for k in others}
-    yield "coupling", substitute([right], alone)[0]
-    yield "coupling", substitute([right], alone | {state.qd[k]: zero for k in others})[0]
-    flat = substitute([inertial], alone)[0]
-    for rest in (-Q, zero):
-        yield "coupling", flat + potential + rest
-        yield "coupling", flat + rest
-        for part in course.parts:
-            simple = _own_inertia(course, part, i) * state.qdd[i]
-            yield "coupling", simple + potential + rest
-            yield "coupling", simple + rest
+        yield from (("product", right - product + friction), ("slope", right + kinetic + friction))
+    alone, still = _alone(course, i)
+    yield from (("coupling", course.put(right, values)) for values in (alone, still))
+    own = [_own_inertia(course, part, i) * state.qdd[i] for part in course.parts]
+    simple = (course.put(inertial, alone), *own)
+    yield from (("coupling", x + P + rest) for rest in (-Q, zero) for x in simple for P in (potential, zero))
 
 
 def _of_rates(course: Course, key: str) -> Iterator[Wrong]:
@@ -75,14 +63,10 @@ def _of_rates(course: Course, key: str) -> Iterator[Wrong]:
     i = [str(u.value) for u in course.state.qd].index(key.partition(":/d")[2])
     inertial, product, kinetic, potential = course.steps(i, K, P)
     right = inertial + product
-    yield "product", inertial
-    for u in used(product, course.state.qd):
-        yield "product", right - _by_rate(product, u, course.graph.zero)
-    yield "chain", inertial - product
-    yield "chain", inertial + _unchained(course, i, K)
-    yield "slope", right - kinetic
-    yield "slope", right - kinetic + potential
-    yield "undifferentiated", gradient(K, [course.state.qd[i]])[0]
+    yield from (("product", right - x) for x in (product, *_by_rates(course, product)))
+    yield from (("chain", inertial - product), ("chain", inertial + _unchained(course, i, K)))
+    yield from (("slope", right - kinetic), ("slope", right - kinetic + potential))
+    yield "undifferentiated", course.slope(K, course.state.qd[i])
 
 
 def _of_slopes(course: Course, key: str) -> Iterator[Wrong]:
@@ -92,33 +76,21 @@ def _of_slopes(course: Course, key: str) -> Iterator[Wrong]:
     symbols = state.qd if name in rates else state.q
     i = [str(x.value) for x in symbols].index(name)
     _, _, kinetic, potential = course.steps(i, K, P)
-    momentum = gradient(K, [state.qd[i]])[0]
+    momentum = course.slope(K, state.qd[i])
     if name in rates:
-        yield "variable", kinetic - potential
-        yield "variable", kinetic
-        yield "factor", momentum / 2
-        yield "factor", momentum * 2
+        yield from (("variable", kinetic - potential), ("variable", kinetic))
+        yield from (("factor", momentum / 2), ("factor", momentum * 2))
     else:
-        yield "slope", -potential
-        yield "slope", -kinetic - potential
-        yield "weightless", kinetic
-        yield "gravity", kinetic + potential
-        yield "gravity", potential
-        yield "gravity", -kinetic + potential
-        yield "variable", momentum
-        yield "variable", gradient(momentum, [state.qd[i]])[0] * state.qd[i]
+        yield from (("slope", -potential), ("slope", -kinetic - potential), ("weightless", kinetic))
+        yield from (("gravity", x) for x in (kinetic + potential, potential, -kinetic + potential))
+        yield from (("variable", x) for x in (momentum, course.slope(momentum, state.qd[i]) * state.qd[i]))
         for node in course.right.P.values():
             if not node.is_zero:
-                yield "undifferentiated", kinetic - potential + gradient(node, [state.q[i]])[0] - node
-        for node in (*course.right.P.values(), P):
-            for slope in gradient(node, state.q):
-                yield "direction", kinetic - potential - slope
-        for force in _forces(course):
-            yield "direction", kinetic - potential - force
-            yield "direction", kinetic - potential + force
-    for j, x in enumerate(symbols):
-        if j != i:
-            yield "index", gradient(K - P, [x])[0]
+                yield "undifferentiated", kinetic - potential + course.slope(node, state.q[i]) - node
+        slopes = (course.slope(node, q) for node in (*course.right.P.values(), P) for q in state.q)
+        yield from (("direction", kinetic - potential - x) for x in slopes)
+        yield from (("direction", kinetic - potential - x) for force in _forces(course) for x in (force, -force))
+    yield from (("index", course.slope(K - P, x)) for j, x in enumerate(symbols) if j != i)
 
 
 def _of_coefficients(course: Course, key: str) -> Iterator[Wrong]:
@@ -140,13 +112,10 @@ def _of_coefficients(course: Course, key: str) -> Iterator[Wrong]:
             yield rule, second / 2 if kind == "k_D" else second
     if kind in ("k_G", "k_E"):
         yield "gravity" if kind == "k_G" else "spring", -right
-        for node in course.right.P.values():
-            yield "undifferentiated", node
+        yield from (("undifferentiated", node) for node in course.right.P.values())
     else:
-        yield "factor", right / 2
-        yield "factor", right * 2
-    for other in permutations(range(n), len(at)) if len(at) < 3 else ():
-        yield "index", worth(other)
+        yield from (("factor", right / 2), ("factor", right * 2))
+    yield from (("index", worth(other)) for other in permutations(range(n), len(at)) if len(at) < 3)
     for j in range(n) if kind == "k_z" else ():
         yield "index", worth((j, j))
         yield from (("index", worth((j, j), course.kinetic(part))) for part in course.parts)
@@ -169,62 +138,61 @@ def _of_physics(course: Course, key: str, right: Expr) -> Iterator[Wrong]:
     if key == "physics:frequency":
         yield from (("root", right**2), ("period", turn / right), ("hertz", right / turn))
     elif key == "physics:reaction":
-        (still,) = substitute([right], dict.fromkeys(course.state.qd, graph.zero))
+        still = course.put(right, dict.fromkeys(course.state.qd, graph.zero))
         yield from (("centripetal", one) for one in (still, right - still, 2 * still - right))
         yield from (("arm", one) for one in (2 * right - still, (right + still) / 2))
     if key.startswith("physics:"):
         yield "overturned", 1 / right
 
 
+def _alone(course: Course, i: int) -> tuple[dict[Expr, Expr], dict[Expr, Expr]]:
+    """Return the accelerations of all joints but one as zero, and with them their rates."""
+    qd, qdd = (
+        {x[k]: course.graph.zero for k in range(course.state.n) if k != i} for x in (course.state.qd, course.state.qdd)
+    )
+    return qdd, qdd | qd
+
+
 def _uncoupled(course: Course, i: int) -> Iterator[Wrong]:
     """Yield equations of one joint alone, with a mass taken for another one: a simple pendulum."""
-    zero, state = course.graph.zero, course.state
-    alone = {state.qdd[k]: zero for k in range(state.n) if k != i}
-    still = alone | {state.qd[k]: zero for k in range(state.n) if k != i}
     for rule, _, other in wrong_energies(course):
         if rule in ("arm", "inertia", "steiner"):
             node = _known(course.value(f"tau:{i + 1}", other))
-            yield ("coupling", substitute([node], alone)[0])
-            yield ("coupling", substitute([node], still)[0])
+            yield from (("coupling", course.put(node, values)) for values in _alone(course, i))
 
 
 def _undivided(course: Course, i: int) -> Iterator[Wrong]:
     """Yield equations that were divided, by a coefficient or a parameter, but for one of their terms."""
     state, graph = course.state, course.graph
     total = _known(course.value(f"tau:{i + 1}", course.right))
-    own = [x for a in state.qdd if not (x := gradient(total, [a])[0]).is_zero]
-    names = {graph.symbol(p.name) for p in course.scene.parameters}
-    powers = [
-        x for name in used(graph.total(own), sorted(names, key=lambda x: str(x.value))) for x in (name, name * name)
-    ]
+    own = [x for a in state.qdd if not (x := course.slope(total, a)).is_zero]
+    names = [graph.symbol(name) for name in sorted({p.name for p in course.scene.parameters})]
+    powers = [x for name in used(graph.total(own), names) for x in (name, name * name)]
     drive = course.scene.drives[i]
     pieces = [-graph.symbol(drive)] if drive else []
     try:
         pieces += [one.express(graph) for one in course.terms(total)]
     except DerivationError:
         return
-    for divisor in (*own, *powers):
-        for piece in pieces:
-            yield ("undivided", total + (divisor - graph.one) * piece)
-    for a, M in zip(state.qdd, own, strict=False):
-        yield ("undivided", total + (graph.one - M) * a)
+    yield from (("undivided", total + (by - graph.one) * piece) for by in (*own, *powers) for piece in pieces)
+    yield from (("undivided", total + (graph.one - M) * a) for a, M in zip(state.qdd, own, strict=False))
 
 
 def _own_inertia(course: Course, part: Parts, i: int) -> Expr:
     """Return what a mass alone has in M_ii."""
     u = course.state.qd[i]
-    return gradient(gradient(course.right.K[part.tag], [u])[0], [u])[0]
+    return course.slope(course.slope(course.right.K[part.tag], u), u)
 
 
-def _by_rate(node: Expr, u: Expr, zero: Expr) -> Expr:
-    """Return the part of a quadratic form that holds one rate."""
-    return node - substitute([node], {u: zero})[0]
+def _by_rates(course: Course, node: Expr) -> list[Expr]:
+    """Return the parts of a quadratic form that hold one rate each."""
+    return [node - course.put(node, {u: course.graph.zero}) for u in used(node, course.state.qd)]
 
 
 def _unchained(course: Course, i: int, K: Expr) -> Expr:
     """Return Ṁ q̇ with the derivative of an angle's function left without the angle's rate."""
-    p = gradient(K, [course.state.qd[i]])[0]
-    return course.graph.total(gradient(p, course.state.q))
+    p = course.slope(K, course.state.qd[i])
+    return course.graph.total(course.slope(p, q) for q in course.state.q)
 
 
 def _forces(course: Course) -> Iterator[Expr]:
@@ -233,13 +201,11 @@ def _forces(course: Course) -> Iterator[Expr]:
     if g is None:
         return
     units = SceneUnits(course.scene).coordinates
-    masses = [course.graph.total(part.m for part in course.parts), *(part.m for part in course.parts)]
-    tails = [course.graph.total(part.m for part in course.parts[k:]) for k in range(len(course.parts))]
-    for m in (*masses, *tails):
-        for unit, q in zip(units, course.state.q, strict=True):
-            if unit == "rad":
-                yield m * g * course.graph.sin(q)
-                yield m * g * course.graph.cos(q)
+    masses = [part.m for part in course.parts]
+    tails = [course.graph.total(masses[k:]) for k in range(len(masses))]
+    angles = [q for unit, q in zip(units, course.state.q, strict=True) if unit == "rad"]
+    for m in (course.graph.total(masses), *masses, *tails):
+        yield from (m * g * of(q) for q in angles for of in (course.graph.sin, course.graph.cos))
         yield m * g
 
 
@@ -298,12 +264,11 @@ def mistakes(course: Course, key: str, right: Expr | None = None, most: int = MO
     right = course.value(key, course.right) if right is None else right
     if right is None:
         return []
-    probe = _Probe(course)
-    free = key.startswith(FREE)
-    own = probe(right, free)
+    marked = cache(lambda node: _mark(course, node, key.startswith(FREE)))
+    own = marked(right)
     found: dict[tuple[float, ...], Mistake] = {}
     for mistake in islice(_all(course, key, right), 2 * most):  # many of them give the same
-        mark = probe(mistake.node, free)
+        mark = marked(mistake.node)
         if mark is None or mark == own:
             continue
         first = found.get(mark)
@@ -316,27 +281,23 @@ def mistakes(course: Course, key: str, right: Expr | None = None, most: int = MO
     return list(found.values())
 
 
-class _Probe:
-    """Values at two points as a mark, of what is free by a constant its changes; None where there is none."""
-
-    def __init__(self, course: Course) -> None:
-        self.points: tuple[dict[Expr, float], ...] = ({}, {}, {}, {})  # of nodes, which wrong results have in common
-        self.fixed = {p.name for p in course.scene.parameters}
-
-    def __call__(self, node: Expr, free: bool = False) -> tuple[float, ...] | None:
-        values = []
-        for k, known in enumerate(self.points if free else self.points[:2]):
-            order = reachable([node], known)
-            for x in order:
-                if x.op is Op.SYMBOL and x not in known:
-                    seed = f"{k % 2 if x.value in self.fixed else k}:{x.value}:mistakes"
-                    known[x] = random.Random(seed).uniform(0.25, 2.0)
-            try:
-                values.append(evaluate([node], Floats(), known, order, known)[0])
-            except (ArithmeticError, ValueError):
-                return None
-        marks = [values[k + 2] - values[k] for k in range(2)] if free else values
-        return tuple(float(f"{value:.9g}") + 0.0 for value in marks)
+def _mark(course: Course, node: Expr, free: bool) -> tuple[float, ...] | None:
+    """Return values at two points, of what is free by a constant its changes; None where there is none."""
+    values = []
+    for k in range(4 if free else 2):
+        known: dict[Expr, float] = course.graph.found.setdefault(f"mistakes {k}", {})  # they have nodes in common
+        order = reachable([node], known)
+        for x in order:
+            if x.op is Op.SYMBOL and x not in known:
+                fixed = any(x.value == p.name for p in course.scene.parameters)
+                seed = f"{k % 2 if fixed else k}:{x.value}:mistakes"
+                known[x] = random.Random(seed).uniform(0.25, 2.0)
+        try:
+            values.append(evaluate([node], Floats(), known, order, known)[0])
+        except (ArithmeticError, ValueError):
+            return None
+    marks = [values[k + 2] - values[k] for k in range(2)] if free else values
+    return tuple(float(f"{value:.9g}") + 0.0 for value in marks)
 
 
 def absent(course: Course) -> set[str]:
@@ -360,17 +321,13 @@ def absent(course: Course) -> set[str]:
 
 def _all(course: Course, key: str, right: Expr) -> Iterator[Mistake]:
     left_out = absent(course)
-    yield from (one for one in _every(course, key, right) if one.rule not in left_out)
-
-
-def _every(course: Course, key: str, right: Expr) -> Iterator[Mistake]:
     if course.value(key, course.right) is not None:
         steps = (wrong for begin, steps in STEPS if key.startswith(begin) for wrong in steps(course, key))
-        yield from (Mistake(rule, node) for rule, node in steps)
+        yield from (Mistake(rule, node) for rule, node in steps if rule not in left_out)
         for rule, of, energies in wrong_energies(course):
-            if (value := course.value(key, energies)) is not None:
+            if rule not in left_out and (value := course.value(key, energies)) is not None:
                 yield Mistake(rule, value, of)
         for treated in (_uncoupled, _undivided) if key.startswith("tau:") else ():
-            yield from (Mistake(rule, node) for rule, node in treated(course, _number(key)))
+            yield from (Mistake(rule, node) for rule, node in treated(course, _number(key)) if rule not in left_out)
     wrong = (*_of_physics(course, key, right), *wrong_terms(course, right))
-    yield from (Mistake(rule, node) for rule, node in wrong)
+    yield from (Mistake(rule, node) for rule, node in wrong if rule not in left_out)

@@ -15,20 +15,21 @@ from __future__ import annotations
 import random
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
-from functools import cache, partial
-from math import isfinite
+from functools import cache, lru_cache, partial
+from math import isfinite, nan
 from operator import attrgetter
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
-from symdyn.algebra import Array, Floats, Form
+from symdyn.algebra import Array, Batches, Floats, Form
 from symdyn.dynamics.loops import Numbers, free_motions
 from symdyn.dynamics.mechanism import TIME, prescribed, quaternions
 from symdyn.emit.print import Printable
-from symdyn.errors import DerivationError
+from symdyn.errors import DerivationError, NoValueError
 from symdyn.frozen import dataclass, replace
-from symdyn.graph import Expr, Graph, Op, gradient, reachable, repeated
+from symdyn.graph import Expr, Graph, Op, evaluate, gradient, reachable, repeated
 from symdyn.scene import Scene
 from symdyn.scene.joints import start_of
 from symdyn.scene.values import acceleration_name
@@ -159,6 +160,7 @@ def _explained(off: Values, t: Array, few: float) -> bool:
     return False
 
 
+@lru_cache(maxsize=2)
 def rows_of(scene: Scene) -> dict[str, tuple[str, tuple[Form, ...]]]:
     """Return unit and entries of the rows of a scene that have multipliers, by these; none where quaternions turn."""
     if not scene.is_constrained or quaternions(scene):
@@ -179,6 +181,33 @@ def numbers(nodes: Sequence[Expr], point: Point) -> list[float]:
         return [float(x) for x in values_at({name: point.get(name, float("nan")) for name in names})]
     except (ArithmeticError, ValueError):
         return [numbers([node], point)[0] for node in nodes] if len(nodes) > 1 else [float("nan")]
+
+
+class _Pointwise(Batches):
+    """Arrays with the digits that `Floats` has one by one; nan where there is no value."""
+
+    def div(self, a: Any, b: Any) -> Any:
+        return a / np.where(np.equal(b, 0), np.nan, b)
+
+    def function(self, node: Expr, args: Sequence[Any]) -> Any:
+        rows = zip(*(x.tolist() for x in np.broadcast_arrays(*map(np.atleast_1d, args))), strict=True)
+        return np.array([self._one(node, row) for row in rows])
+
+    @staticmethod
+    def _one(node: Expr, args: Sequence[float]) -> float:
+        try:
+            return Floats().function(node, args)
+        except NoValueError:
+            return nan
+
+
+def at_points(nodes: Sequence[Expr], points: Sequence[Point]) -> list[list[float]]:
+    """Return the values of nodes, by node and point; nan where there is none."""
+    symbols = [x for x in reachable(nodes) if x.op is Op.SYMBOL]
+    seeds = {x: np.array([point.get(str(x.value), nan) for point in points]) for x in symbols}
+    with np.errstate(all="ignore"):
+        rows = evaluate(nodes, _Pointwise(), seeds)
+    return [np.broadcast_to(row, len(points)).tolist() for row in rows]
 
 
 def in_reach(scene: Scene, point: dict[str, float]) -> dict[str, float]:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 
 import numpy as np
 
@@ -149,13 +150,13 @@ def independent(conditions: Sequence[Form], scene: Scene) -> bool:
 def assembled(scene: Scene, seed: int, near: bool = True) -> tuple[Numbers, Array]:
     """Return the mechanism with the scene's parameters or near them, no two related, and a closed position."""
     rng = random.Random(f"{scene.name}:{seed}")
-    plain = Numbers(scene)
+    plain = _numbers(scene)
     values = {p.name: plain.value(p.value) for p in scene.parameters if p.value is not None}
     spread = SPREAD if near else 0.0
     values = {name: value * (1 + spread * rng.uniform(-1, 1)) for name, value in values.items()}
     freed = replace(scene, parameters=tuple(replace(p, value=None) for p in scene.parameters))
     try:
-        numbers, assembly = Numbers(freed).witness(values)
+        numbers, assembly = _numbers(freed).witness(values)
     except DerivationError:  # a loop that closes for these values alone
         numbers, assembly = plain.witness({})
     q = np.array(assembly.q)
@@ -165,6 +166,9 @@ def assembled(scene: Scene, seed: int, near: bool = True) -> tuple[Numbers, Arra
         return numbers, np.array(numbers.closed_position(numbers.retract(q, step), ()).q)
     except DerivationError:
         return numbers, q
+
+
+_numbers = lru_cache(maxsize=2)(Numbers)  # one scene is assembled many times, with and without its values
 
 
 def _moving(numbers: Numbers, q: Array, rng: random.Random) -> Mapping[Expr, float]:

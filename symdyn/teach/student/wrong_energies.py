@@ -8,13 +8,14 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
+from copy import copy
 from dataclasses import replace
 from fractions import Fraction
-from itertools import permutations
+from itertools import permutations, tee
 
 from symdyn.algebra import Form, Function, Number, Power, Symbol
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Op, reachable, substitute
+from symdyn.graph import Expr, Op, reachable
 from symdyn.scene import SceneUnits
 from symdyn.spatial import dot
 from symdyn.teach.student.course import Course, Energies, Parts
@@ -23,7 +24,17 @@ HALF = Fraction(1, 2)
 
 
 def wrong_energies(course: Course) -> Iterator[tuple[str, str, Energies]]:
-    """Yield energies in which one rule is broken, for each mass that it concerns, for all of a body, or of one size."""
+    """Return energies in which one rule is broken, for each mass that it concerns, for all of a body, or of one size.
+
+    Each is made once.
+    """
+    kept = course.graph.found.setdefault("wrong energies", {})
+    if not kept:
+        (kept["first"],) = tee(_wrong_energies(course), 1)
+    return copy(kept["first"])
+
+
+def _wrong_energies(course: Course) -> Iterator[tuple[str, str, Energies]]:
     right, parts = course.right, course.parts
     groups: dict[object, list[str]] = {}
     for part in parts:
@@ -74,50 +85,26 @@ Way = tuple["Expr | None", "Expr | None", "Expr | None"]
 
 def _half(course: Course, part: Parts) -> Iterator[Way]:
     K = course.kinetic(part)
-    yield None, 2 * K, None
-    if part.rigid:
-        yield None, K + part.spin, None
-        yield None, 2 * K - part.spin, None
+    yield from ((None, x, None) for x in (2 * K, *((K + part.spin, 2 * K - part.spin) if part.rigid else ())))
 
 
 def _steiner(course: Course, part: Parts) -> Iterator[Way]:
-    if part.rigid:
-        yield None, course.kinetic(part, own=0), None
-        yield None, course.kinetic(part, own=0, cross=0), None
-        yield None, part.spin, None
-        yield None, course.kinetic(part, own=4), None
-        yield None, course.kinetic(part, own=-1), None
-        yield None, course.kinetic(part, own=2), None
-        yield None, course.kinetic(part, base=0, cross=0), None
-        yield None, course.kinetic(part, base=0), None
+    shares = ((1, 1, 0), (1, 0, 0), (0, 0, 0), (1, 1, 4), (1, 1, -1), (1, 1, 2), (0, 0, 1), (0, 1, 1))
+    yield from ((None, course.kinetic(part, *each), None) for each in (shares if part.rigid else ()))
 
 
 def _inertia(course: Course, part: Parts) -> Iterator[Way]:
-    if part.rigid:
-        yield None, course.kinetic(part, spin=0), None
-        yield None, course.kinetic(part, spin=2), None
-        yield None, course.kinetic(part, spin=4), None
-        yield None, course.kinetic(part, spin=0, own=0), None
-        yield None, course.kinetic(part, own=0, cross=0, spin=0), None
-    else:
-        for rod in (Fraction(1, 3), Fraction(1, 12), Fraction(4, 3)):
-            yield None, course.kinetic(part, own=rod), None
+    rods = ((1, rod, 1) for rod in (Fraction(1, 3), Fraction(1, 12), Fraction(4, 3)))
+    shares = ((1, 1, 0), (1, 1, 2), (1, 1, 4), (1, 0, 0), (0, 0, 0)) if part.rigid else rods
+    yield from ((None, course.kinetic(part, 1, *each), None) for each in shares)
 
 
 def _arm(course: Course, part: Parts) -> Iterator[Way]:
     for times in (2, HALF):
-        K, v2 = (
-            course.kinetic(part, cross=times, own=times * times),
-            course.squared(part, cross=times, own=times * times),
-        )
-        P = course.weight(part, arm=times)
-        yield v2, K, P
-        yield None, None, P
-        yield v2, K, None
-        yield None, course.kinetic(part, cross=times), None
-        if part.rigid:
-            yield v2, course.kinetic(part, cross=times, own=times * times, spin=0), P
-            yield None, course.kinetic(part, cross=times, own=times * times, spin=0), None
+        K, still = (course.kinetic(part, 1, times, times * times, spin) for spin in (1, 0))
+        v2, P = course.squared(part, 1, times, times * times), course.weight(part, arm=times)
+        yield from ((v2, K, P), (None, None, P), (v2, K, None), (None, course.kinetic(part, cross=times), None))
+        yield from ((v2, still, P), (None, still, None)) if part.rigid else ()
 
 
 def _cross(course: Course, part: Parts) -> Iterator[Way]:
@@ -130,14 +117,10 @@ def _cross(course: Course, part: Parts) -> Iterator[Way]:
 def _carried(course: Course, part: Parts) -> Iterator[Way]:
     u, _ = course.velocities(part)
     if not dot(u, u).is_zero:
-        yield course.squared(part, base=0), course.kinetic(part, base=0), None
-        yield course.squared(part, base=0, cross=0), course.kinetic(part, base=0, cross=0), None
+        yield from ((course.squared(part, *x), course.kinetic(part, *x), None) for x in ((0,), (0, 0)))
     if not all(x.is_zero for x in part.base):
-        yield None, None, course.weight(part, base=0)
-        yield None, None, course.weight(part, arm=0)
-        yield (course.squared(part, own=0, cross=0), course.kinetic(part, own=0, cross=0, spin=0),
-               course.weight(part, arm=0))  # fmt: skip
-        yield None, course.kinetic(part, own=0, cross=0, spin=0), None
+        v2, K, P = course.squared(part, 1, 0, 0), course.kinetic(part, 1, 0, 0, 0), course.weight(part, arm=0)
+        yield from ((None, None, course.weight(part, base=0)), (None, None, P), (v2, K, P), (None, K, None))
 
 
 def _relative(course: Course, part: Parts) -> Iterator[Way]:
@@ -258,11 +241,9 @@ def wrong_terms(course: Course, right: Expr) -> Iterator[Wrong]:
     """Yield the right formula with one symbol or function wrong in all of it; single terms are told by `evidence`."""
     graph, state = course.graph, course.state
     yield ("turned", -right)
-    for pairs in _swaps(course, right):
-        yield ("index", substitute([right], pairs)[0])
-    turned = {x: -x for x in (*state.q, *state.qd, *state.qdd)}
-    for q, u, a in zip(state.q, state.qd, state.qdd, strict=True):
-        yield ("clockwise", substitute([right], {x: turned[x] for x in (q, u, a)})[0])
+    yield from (("index", course.put(right, pairs)) for pairs in _swaps(course, right))
+    for one in zip(state.q, state.qd, state.qdd, strict=True):
+        yield ("clockwise", course.put(right, {x: -x for x in one}))
     try:
         form = Form.of(right)
     except DerivationError:
@@ -282,8 +263,7 @@ def wrong_terms(course: Course, right: Expr) -> Iterator[Wrong]:
     for mine, theirs in permutations(angles, 2):
         swaps = {x: Function(x.op, theirs) for x in held if x.args == mine}
         yield ("absolute", form.exchanged(still | swaps).express(graph))
-    for one in course.scene.parameters:
-        name = Symbol(one.name)
+    for name in (Symbol(p.name) for p in course.scene.parameters):
         for here, there in ((name, Number.ONE), (name.power(2), name)):
             yield ("power", form.exchanged(still | {here: there}).express(graph))
 
