@@ -317,7 +317,10 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
         SimulateError,
         lambda: symdyn.simulate(CART, until=0.1, feedback=symdyn.pid("theta", "F", kp=1, limits={"u": 8})),
     ),
-    "write Q=theta:100;theta_dot:10": (LinearizeError, lambda: read_weights("--lqr", ["theta=100,theta_dot=10"], "QR")),
+    "write Q=theta:100;theta_dot:10": (
+        LinearizeError,
+        lambda: read_weights("--lqr", ["theta=100,theta_dot=10"], {"Q": (), "R": ()}),
+    ),
     "outputs are weighed by Q = lin.C.T @ W @ lin.C": (LinearizeError, lambda: symdyn.linearize(CART).lqr({"v": 1})),
     "which have a .closed_loop": (LinearizeError, lambda: symdyn.linearize(CART).feedback(0)),
     "give a name, values and a function": (LinearizeError, lambda: root_locus(CART, "mp", [1, 2])),  # type: ignore[arg-type]

@@ -144,6 +144,16 @@ def test_the_name_of_a_joint_means_its_coordinate_or_its_drive() -> None:
             call()
 
 
+def test_a_period_as_long_as_the_run_is_told_and_how_milliseconds_are_written() -> None:
+    law = held()["lqr"]
+
+    def noted(period: float | str) -> str:
+        return " ".join(symdyn.simulate(CART, until=0.1, feedback=symdyn.Feedback(law, period=period)).notes)
+
+    assert 'of ms write "10 ms"' in noted(10)
+    assert "one sample" not in noted("10 ms")
+
+
 def test_equations_with_values_in_them_have_a_latex_of_their_own() -> None:
     equations = symdyn.equations(CART).subs(mp=2)
     left, right = equations.equations[0].args
