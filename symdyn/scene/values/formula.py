@@ -232,8 +232,7 @@ class _BrokenError(FormulaError):
 
 
 def _formula(text: str) -> Quantity:
-    foreign = _FOREIGN.search(_QUOTED.sub("", text))
-    if foreign:
+    if foreign := _FOREIGN.search(_QUOTED.sub("", text)):
         told = _MEANT.get(foreign.group(), f"{foreign.group()!r} has no place in a formula")
         raise _BrokenError(told.replace("{}", text.replace("^", "**")))
     return _Reader(_IF.sub(IF, _DEGREES.sub("*deg", text))).read()
