@@ -5,6 +5,7 @@ It says where unknowns and equations stand, and what is known of them: bounds, e
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -415,7 +416,8 @@ def _read(
         where, allowed = words.get(name, name), (*state, *more.get(name, ()))
         told = [formula_text(one) for one in texts if one]
         begun = [one.partition("(")[0].replace(" ", "_") for one in told if name in words]
-        if said := [meant for one in begun if one not in allowed and (meant := hint("costs", one))]:
+        meant = [hint("costs", one) for one in begun if not {*re.findall(r"[A-Za-z_]\w*", one)} & {*allowed}]
+        if said := [one for one in meant if one and (name == "running" or "DRIVE" not in one)]:
             faults.add(where, with_own_names(said[0], scene))
             told = []
         read = [read_formula(text, allowed, where, faults, advice[name == "final"], scene=scene) for text in told]

@@ -163,8 +163,8 @@ class EntryReader:
         for key in entry.table:
             if key not in keys:
                 section, _, name = entry.where.partition(".")
-                near = nearest(str(key), (*keys, "stiffness")) or ""
-                told = (hint("keys", str(key), [section]) or hint("keys", near, [section])).replace("$", name)
+                near = "stiffness" if nearest(str(key), (*keys, "stiffness")) == "stiffness" else str(key)
+                told = hint("keys", near, [section] if ":" not in name else ()).replace("$", name)
                 self.fault(f"unknown key {show(str(key))}; {told or suggestion(str(key), keys)}")
 
     def fault(self, what: str) -> None:
