@@ -55,31 +55,21 @@ def _bundle(noun: object) -> dict[str, str]:
 shown_by(_bundle)
 
 
-CALLED = {
-    "bench": "symdyn.bench.bench(scene)",
-    "draw": "symdyn.picture(scene)",
-    "emit": "symdyn generate in a shell",
-    "scene": 'symdyn.read("FILE"), or symdyn.scene.scene(name, ...)',
-    "teach": "symdyn.teach.walkthrough(scene, ...)",
-    "verify": "symdyn.certify(scene)",
-}
-"""Packages that are named like what one wants to do, and the function that does it; for errors alone."""
-
-
 class _Root(type(sys.modules[__name__])):  # type: ignore[misc]  # what it is is lazy_loader's
     """This package, which lets those inside say what is meant where one is called like a function."""
 
     def __setattr__(self, name: str, value: object) -> None:
-        if name in CALLED and "__call__" not in vars(type(value)):
+        if name in _packages and "__call__" not in vars(type(value)):
             value.__class__ = type("Package", (type(value),), {"__call__": _told})
         super().__setattr__(name, value)
 
 
 def _told(package: Any, *_: object, **__: object) -> NoReturn:
-    from symdyn.errors import ArgumentError  # an error's own
+    from symdyn.errors import ArgumentError, hint  # an error's own
 
     name = package.__name__.rpartition(".")[2]
-    raise ArgumentError(f"symdyn.{name} is a package, and not called; {CALLED[name]} does it")
+    told = hint("packages", name) or f"dir(symdyn.{name}) tells what it has"
+    raise ArgumentError(f"symdyn.{name} is a package, and not called; {told}")
 
 
 sys.modules[__name__].__class__ = _Root

@@ -19,7 +19,7 @@ from operator import index
 from types import UnionType
 from typing import Any, Protocol, TypeVar, cast, get_origin
 
-from symdyn.errors import LIKE, ArgumentError, SymdynError, choice, hint, listed, quoted
+from symdyn.errors import HELD, ArgumentError, SymdynError, choice, hint, listed, names_of, quoted, with_own_names
 from symdyn.frozen import dataclass
 
 
@@ -76,10 +76,7 @@ def argument(name: str, value: object = None, python: str = "") -> str:
     >>> argument("at", {"phi": 0, "F": "2*t"}), argument("free", ["q1"])
     ('at={"phi": 0, "F": "2*t"}', 'free=["q1"]')
 
-    Args:
-        name: as functions of Python call it.
-        value: what would work: a number, text, True, a list, or values by name.
-        python: what Python has in place of an argument.
+    With a `value` that would work; `python` is what Python has in place of an argument.
     """
     found = _NAMING.get()
     return python if python and found is _keyword else found(name, value)
@@ -284,12 +281,15 @@ def suggesting(function: F) -> F:
             if isinstance(error, ArgumentError) or (at := error.__traceback__) is None or at.tb_next is not None:
                 raise  # from inside
             told = str(error).replace(".__init__", "").rpartition(".")[2]
-        _refuse_unknown(function, keywords)
+        _refuse_unknown(function, keywords, values[0] if values else None)
         takes = [one for one in inspect.signature(function).parameters.values() if one.name not in ("self", "cls")]
         loose = {one.name: _read(function).get(one.name) for one in takes if one.kind is one.KEYWORD_ONLY}
         given = ", ".join(_typed(function, one) or one.name + "=" * (one.name in loose) for one in takes)
         beyond = values[len(inspect.signature(function).parameters) - len(loose) :][:1]
-        fits = [f"; it goes by name, {k}={quoted(x)}" for x in beyond for k, a in loose.items() if a and a.takes(x)]
+        beyond += tuple(one[-1] for one in beyond if isinstance(one, tuple | list) and one)  # t_span
+        likely = ((k, x) for x in beyond for k, a in loose.items() if a and a.takes(x))
+        named = ((k, x) for k, x in likely if k not in HELD or not isinstance(x, str) or "=" in x)  # of "q1=0.1"
+        fits = [f"; it goes by name, {k}={quoted(x)}" for k, x in named]
         raise ArgumentError(f"{told}{''.join(fits[:1])}; call it as {_called(function)}({given})")
 
     return cast(F, called)
@@ -307,15 +307,18 @@ def _called(function: Callable[..., object]) -> str:
     return function.__qualname__.removesuffix(".__init__").rpartition(".")[2]
 
 
-def _refuse_unknown(function: Callable[..., object], keywords: Iterable[str]) -> None:
-    """Raise ArgumentError for a keyword that a function does not have."""
+def _refuse_unknown(function: Callable[..., object], keywords: Mapping[str, object], noun: object) -> None:
+    """Raise ArgumentError for a keyword that a function, called with a scene or another noun, does not have."""
     known = [name for name in inspect.signature(function).parameters if name != "self"] if keywords else []
     for name in (one for one in keywords if one not in known):
         needed, told = hint("keywords", name) or ("", "")
         fits = needed in (*known, name, _called(function)) and not {name[:-1], f"{name}es"} & {*known}
-        told = told.replace("$", name) if fits else choice(LIKE.get(name, name), known)
+        told = told.replace("$", name).replace("{}", repr(keywords[name])) if fits else choice(name, known)
         if {"values", "start"} <= {*known} and told.startswith("there"):
-            told = f"{('values', 'over')['over' in known]}={{'{name}': ...}} gives a parameter, start= a place; {told}"
+            told = f"{('values', 'over')['over' in known]}={{'NAME': ...}} gives a parameter; {told}"
+        told = with_own_names(told, noun)
+        for one in (one for one in reversed(known) if name in names_of(noun, HELD.get(one, ""))):
+            told = f"it is {one}={{{name!r}: {keywords[name]!r}}}"
         raise ArgumentError(f"{_called(function)}() got an unexpected keyword argument {name!r}; {told}")
 
 
@@ -324,7 +327,7 @@ def check_arguments(
 ) -> Mapping[str, Any]:
     """Raise an error that tells every argument of a kind that a function does not take, one line each.
 
-    Returned are the arguments, `**fields` among the others.
+    Returned are the arguments, `**fields` among the others; what is no argument of the function is not looked at.
 
     >>> def fly(height: float, crew: str | Sequence[str] = ()) -> None:
     ...     check_arguments(fly, locals())
@@ -333,32 +336,32 @@ def check_arguments(
     symdyn.errors.ArgumentError: height = 'high': give a number
     crew = 3: give text or a list of texts
 
-    Args:
-        function: the one that was called.
-        arguments: by name; what is no argument of it is not looked at.
-        error: its class.
-
     Raises:
         ArgumentError: a keyword among its `**fields` that is none.
     """
     fields: Mapping[str, Any] = arguments[FIELDS] if function in _NOUNS else {}
-    _refuse_unknown(function, fields)
+    _refuse_unknown(function, fields, arguments.get("scene"))
     lines, given = [], {**arguments, **fields}
     for name, kind in _read(function).items():
         if name in given and not kind.takes(value := given[name]):
             measured = isinstance(value, str) and MEASURED.fullmatch(value) and "number" in kind.words[0]
             unit = ", in SI" if measured else ""
-            lines.append(f"{name} = {quoted(value)}: give {kind.words[0]}{unit}{_way_out(name, given)}")
+            lines.append(f"{name} = {quoted(value)}: give {kind.words[0]}{unit}{_way_out(function, name, given)}")
     if lines:
         raise error(lines if hasattr(error(""), "faults") else "\n".join(lines))
     return given
 
 
-def _way_out(name: str, given: Mapping[str, Any]) -> str:
+def _way_out(function: Callable[..., object], name: str, given: Mapping[str, Any]) -> str:
     """Return what does what an argument was given for, or the names that it takes; "" where neither is known."""
-    (needed, told), at_start = hint("arguments", name) or ("", ""), getattr(given.get("scene"), "coordinates", ())
-    names = at_start if name == "start" else getattr(getattr(given.get("self"), f"{name}s", None), "names", ())
-    return f"; {told}" if needed in given else f"; names are {listed(names)}" * bool(names)
+    (needed, told), noun = hint("arguments", name) or ("", ""), given.get("self", given.get("scene"))
+    if needed in given:
+        return f"; {with_own_names(told, noun).replace('$', quoted(given[name]))}"
+    if not (names := names_of(noun, HELD.get(name, f"{name}s"))):
+        return ""
+    first = KINDS["bool"].takes(given[name])  # of several, by number
+    others = [k for k, one in _read(function).items() if k not in given and one.takes(given[name]) and not first]
+    return "".join([f", or {k}={quoted(given[name])}" for k in others[:1]]) + f"; names are {listed(names)}"
 
 
 def checked(error: type[SymdynError]) -> Callable[[F], F]:

@@ -196,14 +196,18 @@ SECOND = ("dd", "pp", "ddot")
 """How others write rates, dtheta, theta_d or thetap, and which of these are of second order."""
 
 
-def nearest(name: object, known: Iterable[str]) -> str | None:
+def nearest(name: object, known: Iterable[str], scene: Any = None) -> str | None:
     """Return the known name that `name` was probably meant to be, or None; what is no text meant none.
 
-    Of many names only those are compared that begin and end most like it; a name of a line's length is none.
+    Of many names only those are compared that begin and end most like it; a name of a line's length is none. In a scene
+    the name of a joint means its coordinate, or else its drive.
     """
     if not isinstance(name, str) or len(name) > LONGEST_NAME:
         return None
     lowered = {candidate.lower(): candidate for candidate in known}
+    for joint in (one for one in getattr(scene, "joints", ()) if one.name == name):
+        for here in (one for one in (*joint.coordinates, *joint.drives) if one in lowered.values()):
+            return str(here)
     meant, candidates = name.lower(), list(lowered)[:MOST_KNOWN]
     bare = meant.lstrip("-")
     words = [f"{meant.removesuffix(bare)}{one.lower()}" for one in hint("names", bare.replace("_", "-")).split()]
@@ -287,10 +291,9 @@ def alike(notes: Iterable[str]) -> tuple[str, ...]:
 def hints() -> Any:
     """Return what to write in place of what is not there, by its names, `$` for the one that was written; for errors.
 
-    Attributes, [] for brackets, are of nouns with another attribute, keywords of functions of a name or with another
-    keyword, arguments, which do not take what was given, of functions with another one. Names are
-    words of MATLAB, python-control, SciPy, pandas and of textbooks for joints, targets, options, verbs, methods and
-    attributes; of several that they stand for the first that something has is meant.
+    Attributes ([] are brackets), options and keys stand behind what the noun, the verb has too, or the section; with
+    keywords and arguments stands another one of the function, or its name. Names are words of other tools and books; of
+    several that they stand for the first that something has is meant.
     """
     import json
     from pathlib import Path
@@ -299,28 +302,49 @@ def hints() -> Any:
 
 
 def hint(kind: str, name: str, known: Iterable[str] = ()) -> Any:
-    """Return the hint of a name, of an attribute that of a noun with one of the known, "" where there is none."""
+    """Return the hint of a name, of an attribute or an option beside one of the known, "" where there is none."""
     rows = hints()[kind]
-    groups = [rows[has] for has in rows if has in known] if kind == "attributes" else [rows]
+    groups = [rows[has] for has in rows if has in known] if kind in ("attributes", "options", "keys") else [rows]
     return next((told for group in groups for names, told in group.items() if name in names.split()), "")
 
 
-LIKE = {"limits": "bounds"}
-"""Words for what a function may have by another name, for errors alone."""
+def names_of(noun: object, kind: str) -> list[str]:
+    """Return the names of what a noun, or its scene, has several of, such as outputs, or one of, such as an output."""
+    nouns = (noun, getattr(noun, "scene", None) if "scene" in dir(noun) else None)
+    for one, has in ((one, has) for one in nouns for has in (kind, kind[:-1]) if has in dir(one)):
+        some = getattr(getattr(one, has), "names", getattr(one, has))
+        every = [some] if isinstance(some, str) else some if isinstance(some, Iterable) else ()
+        names = (getattr(each, "name", each) for each in every)
+        if found := [each for each in names if each and isinstance(each, str)]:
+            return found
+    return []
 
 
-def suggestion(name: object, known: Iterable[str]) -> str:
+HELD = {"values": "parameters", "over": "parameters", "start": "coordinates", "forces": "drives"}
+"""Arguments that take values by name, and what a scene has of these names."""
+
+OWN = {"OUTPUT": "outputs", "INPUT": "inputs", "NAME": "parameters", "COORDINATE": "coordinates", "DRIVE": "drives",
+       "MEASURE": "measures", "SYMBOL": "point"}  # fmt: skip
+"""What stands in hints for a name that the user has."""
+
+
+def with_own_names(told: str, noun: object) -> str:
+    """Return a hint with names of what is held in the places of these; where it has none, the place stays."""
+    return re.sub("|".join(OWN), lambda word: (names_of(noun, OWN[word[0]]) or [word[0]])[0], told)
+
+
+def suggestion(name: object, known: Iterable[str], scene: Any = None) -> str:
     """Return "did you mean X?" when something known is near, else the known names, of many the likest first."""
     every = list(dict.fromkeys(known))
-    near = nearest(name, every)
+    near = nearest(name, every, scene)
     if not near and isinstance(name, str) and MOST_LISTED < len(every) <= MOST_KNOWN and len(name) <= LONGEST_NAME:
         first = _likest(name, every, MOST_LISTED, ALIKE)
         every = [*first, *(one for one in every if one not in first)]
     return f"did you mean {near}?" if near else f"known are {listed(every)}"
 
 
-def choice(name: object, known: Iterable[str]) -> str:
+def choice(name: object, known: Iterable[str], scene: Any = None) -> str:
     """Return all known names, of which a user chooses one, and "did you mean X?" when one of them is near."""
     every = list(known)
-    near, all_of_them = nearest(name, every), f"there are {', '.join(every) or 'none'}"
+    near, all_of_them = nearest(name, every, scene), f"there are {', '.join(every) or 'none'}"
     return f"did you mean {near}? ({all_of_them})" if near else all_of_them

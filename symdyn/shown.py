@@ -35,11 +35,11 @@ class Suggesting:
             kind = type(self)
             if name.startswith("_") or hasattr(kind, name) or name in getattr(kind, "__dataclass_fields__", ()):
                 return object.__getattribute__(self, name)  # raises what it has raised before
-            from symdyn.errors import hint, listed, nearest, suggestion  # an error's own
+            from symdyn.errors import hint, listed, nearest, suggestion, with_own_names  # an error's own
 
             keys = self.keys() if hasattr(kind, "keys") and not isinstance(self, str) else ()
             known = [one for one in dir(self) if not one.startswith("_")]
-            told = hint("attributes", name, known).replace("$", name)
+            told = with_own_names(hint("attributes", name, known), self).replace("$", name)
             if name in keys:
                 told = f'write ["{name}"]'
             elif not told and (near := nearest(name, [*known, *keys])) not in known and near:
@@ -49,9 +49,10 @@ class Suggesting:
 
         def __getitem__(self, key: object) -> object:
             """Raise ArgumentError; a noun that has something in brackets has a method of its own."""
-            from symdyn.errors import ArgumentError, hint
+            from symdyn.errors import ArgumentError, hint, with_own_names
 
-            told = hint("attributes", "[]", dir(self)) or "it is no list"
+            told = hint("attributes", "[]", dir(self)).replace("$", key if isinstance(key, str) else "NAME")
+            told = with_own_names(told, self) or "it is no list"
             raise ArgumentError(f"{type(self).__name__}: key = {key!r:.60}: nothing is in its brackets; {told}")
 
 

@@ -62,6 +62,11 @@ MEANT = {
     "magic formula": "recipes", "confidence interval": "identify", "constraint stabilisation": "scenes",
     "bang-bang": "collocation", "encoder resolution": "simulate", "cross-validation": "identify",
     "matplotlib style": "pictures", "YAML": "scenes", "eigenvectors": "linearize", "torque ripple": "recipes",
+    "seat suspension": "scenes", "tire model": "recipes", "H2 norm": "from-control", "change a parameter": "units",
+    "friction compensation": "control", "Luenberger": "control", "LaTeX export": "equations", "subs": "equations",
+    "eigenfrequency": "linearize", "minimum effort": "collocation", "obstacle avoidance": "collocation",
+    "Arduino": "c", "lumped mass": "recipes", "end effector": "simulate", "multiprocessing": "scale",
+    "error propagation": "sweeps", "unilateral constraint": "scenes", "robot arm": "robots",
     "Sobol index": "sweeps", "white noise": "recipes", "parameter values": "units",
 }  # fmt: skip
 """Words of the field, and the page that a reader looks for."""

@@ -188,7 +188,7 @@ def test_without_casadi_it_is_said_what_to_install(monkeypatch):
     [
         ({"until": -1}, "until = -1 is no time after the start"),
         ({"until": (3, 1)}, r"until = \(3, 1\) is no time"),
-        ({"until": "soon"}, 'until: "soon" uses soon'),
+        ({"until": "soon"}, "until = soon is no time after the start"),
         ({"intervals": 0}, "intervals = 0: they are a number of them, or rising shares"),
         ({"intervals": [0, 0.5]}, "rising shares of time from 0 to 1"),
         ({"intervals": "many"}, "intervals = 'many': give a whole number or a list of numbers"),

@@ -425,19 +425,19 @@ def test_weights_that_are_none_are_told(given, message):
 )
 def test_weights_are_read_or_told(said, message):
     with pytest.raises(LinearizeError, match=message):
-        read_weights("--lqr", said, ("Q", "R"))
+        read_weights("--lqr", said, {"Q": (), "R": ()})
 
 
 def test_weights_are_read_by_name_and_from_a_file(tmp_path):
     np.savez(tmp_path / "w.npz", Q=np.eye(4), other=np.ones(2))
 
-    assert read_weights("--lqr", ["Q=x:10; theta:2*50", "R=F:1e-1"], ("Q", "R")) == {
+    assert read_weights("--lqr", ["Q=x:10; theta:2*50", "R=F:1e-1"], {"Q": (), "R": ()}) == {
         "Q": {"x": 10.0, "theta": 100.0},
         "R": {"F": 0.1},
     }
-    assert list(read_weights("--lqr", [str(tmp_path / "w.npz")], ("Q", "R"))) == ["Q"]
+    assert list(read_weights("--lqr", [str(tmp_path / "w.npz")], {"Q": (), "R": ()})) == ["Q"]
     with pytest.raises(LinearizeError, match="has no array W or V"):
-        read_weights("--kalman", [str(tmp_path / "w.npz")], ("W", "V"))
+        read_weights("--kalman", [str(tmp_path / "w.npz")], {"W": (), "V": ()})
 
 
 @pytest.mark.parametrize(

@@ -43,7 +43,7 @@ WRONG_CALLS: dict[str, Callable[[], object]] = {
     "load() got an unexpected keyword argument 'values'; did you mean parameters?": (
         lambda: symdyn.load(CART, values={})  # type: ignore[call-arg]
     ),
-    "simulate() takes 1 positional argument but 2 were given; call it as simulate(scene, forces=, start=": (
+    "simulate() takes 1 positional argument but 2 were given; it goes by name, until=3; call it as simulate(scene": (
         lambda: symdyn.simulate(CART, (0, 3))  # type: ignore[arg-type, call-arg]
     ),
     "simulate() got an unexpected keyword argument 'period'; give it with the controller: feedback=symdyn.Feedback("
@@ -258,7 +258,7 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
         IdentifyError,
         lambda: symdyn.identify(CART, {"time": np.arange(9.0), "x": np.zeros(9)}),
     ),
-    "abs(lin.bode(output, input).response) has ratios": (
+    'abs(lin.bode("x", "F").response) has ratios': (
         AttributeError,
         lambda: symdyn.linearize(CART).transmissibility,  # type: ignore[attr-defined]
     ),
@@ -306,7 +306,7 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
         AttributeError,
         lambda: symdyn.linearize(CART).lqg().K,  # type: ignore[attr-defined]
     ),
-    'film("a.gif") writes a file': (
+    "film('a.gif') writes a file": (
         DrawError,
         lambda: symdyn.simulate(CART, until=0.1).animate("a.gif"),  # type: ignore[arg-type]
     ),
@@ -317,7 +317,10 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
         SimulateError,
         lambda: symdyn.simulate(CART, until=0.1, feedback=symdyn.pid("theta", "F", kp=1, limits={"u": 8})),
     ),
-    "write Q=theta:100;theta_dot:10": (LinearizeError, lambda: read_weights("--lqr", ["theta=100,theta_dot=10"], "QR")),
+    "write Q=theta:100;theta_dot:10": (
+        LinearizeError,
+        lambda: read_weights("--lqr", ["theta=100,theta_dot=10"], {"Q": (), "R": ()}),
+    ),
     "outputs are weighed by Q = lin.C.T @ W @ lin.C": (LinearizeError, lambda: symdyn.linearize(CART).lqr({"v": 1})),
     "which have a .closed_loop": (LinearizeError, lambda: symdyn.linearize(CART).feedback(0)),
     "give a name, values and a function": (LinearizeError, lambda: root_locus(CART, "mp", [1, 2])),  # type: ignore[arg-type]
@@ -334,12 +337,12 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
     ),
     'design="saltelli"': (AttributeError, lambda: symdyn.sobol),  # type: ignore[attr-defined]
     "of symdyn.load(scene), .mass_matrix(q, ...)": (AttributeError, lambda: symdyn.mass_matrix),  # type: ignore[attr-defined]
-    "symdyn.scene.bind(scene, {...}) keeps them": (AttributeError, lambda: CART.replace),  # type: ignore[attr-defined]
+    'symdyn.scene.bind(scene, {"mc": 0.2}) keeps them': (AttributeError, lambda: CART.replace),  # type: ignore[attr-defined]
     "'events'; did you mean stops?": (ArgumentError, lambda: symdyn.simulate(CART, events="x")),  # type: ignore[call-arg]
     "give a vector such as [0, 0, -9.81]": (SceneError, lambda: _with("gravity = 9.81")),
     "of a ball [J, J, J]": (SceneError, lambda: _with(body="inertia = 3")),
     "a flat body has [J/2, J, J/2]": (SceneError, lambda: _with(body="inertia = [0, 1, 0]")),
-    '[springs.NAME] joint = "JOINT", stiffness': (SceneError, lambda: _with(joint="stiffness = 3")),
+    '[springs.j] joint = "j", stiffness = 100': (SceneError, lambda: _with(joint="stiffness = 3")),
     "a place in space is its origin": (SceneError, lambda: _with(joint="position = [0, 0, 1]")),
     "stands in quotes": (SceneError, lambda: _with("g = 9,81")),
     "symdyn.draw is a package, and not called; symdyn.picture(scene) does it": (
@@ -357,9 +360,9 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
     "a run begins at t = 0, and until= is": (ArgumentError, lambda: symdyn.simulate(CART, t_span=(0, 1))),  # type: ignore[call-arg]
     "run(t) has all columns between": (ArgumentError, lambda: symdyn.simulate(CART, dense_output=True)),  # type: ignore[call-arg]
     "steps are chosen for rtol=": (ArgumentError, lambda: symdyn.simulate(CART, max_step=0.1)),  # type: ignore[call-arg]
-    "values={...} gives parameters": (ArgumentError, lambda: symdyn.simulate(CART, args=())),  # type: ignore[call-arg]
-    "'q1_dot': 0} gives positions and": (ArgumentError, lambda: symdyn.simulate(CART, y0=[0])),  # type: ignore[call-arg]
-    "forces={'NAME': 'formula in t'} drives": (ArgumentError, lambda: symdyn.simulate(CART, u=1)),  # type: ignore[call-arg]
+    "values={'mc': 0.1} gives parameters": (ArgumentError, lambda: symdyn.simulate(CART, args=())),  # type: ignore[call-arg]
+    "'x_dot': 0} gives positions and": (ArgumentError, lambda: symdyn.simulate(CART, y0=[0])),  # type: ignore[call-arg]
+    "forces={'F': '0.1*t'} drives": (ArgumentError, lambda: symdyn.simulate(CART, u=1)),  # type: ignore[call-arg]
     "known are A, B, C, D, bode,": (AttributeError, lambda: symdyn.linearize(CART).zz9),  # type: ignore[attr-defined]
     "it is symdyn.equations(scene).latex()": (AttributeError, lambda: symdyn.latex),  # type: ignore[attr-defined]
     "it is .sympy().M": (AttributeError, lambda: symdyn.equations(CART).M),  # type: ignore[attr-defined]
@@ -435,16 +438,12 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
         ArgumentError,
         lambda: symdyn.equations(CART).lambdify()(0, [0, 0.1, 0]),
     ),
-    'lambdify("m")(0.1) has A, B, C, D in numbers': (AttributeError, lambda: upright().formulas.subs(mp=1)),  # type: ignore[attr-defined]
-    'lambdify("m") is a function of a parameter': (ArgumentError, lambda: upright().formulas["mp"]),  # type: ignore[index]
+    'lambdify("mc")(0.1) has A, B, C, D in numbers': (AttributeError, lambda: upright().formulas.subs(mp=1)),  # type: ignore[attr-defined]
+    'lambdify("mp")(0.1) has A, B, C, D': (ArgumentError, lambda: upright().formulas["mp"]),  # type: ignore[index]
     "K has gains, an array": (ArgumentError, lambda: upright().lqr()[0]),  # type: ignore[index]
-    'float(scene.parameters["NAME"].value)': (ArgumentError, lambda: CART["mp"]),  # type: ignore[index]
-    'simulate(scene, values={"NAME": 0.2})': (AttributeError, lambda: CART.with_parameters(mp=1)),  # type: ignore[attr-defined]
-    'symdyn.equations(scene, values={"NAME": 0.1}).latex() has numbers': (
-        AttributeError,
-        lambda: symdyn.equations(CART).subs(mp=1).latex(),  # type: ignore[attr-defined]
-    ),
-    'symdyn.identification.output_error(scene, data, ["NAME"]) finds chosen parameters': (
+    'float(scene.parameters["mp"].value)': (ArgumentError, lambda: CART["mp"]),  # type: ignore[index]
+    'simulate(scene, until=1, values={"mc": 0.2})': (AttributeError, lambda: CART.with_parameters(mp=1)),  # type: ignore[attr-defined]
+    "symdyn.identification.output_error(scene, data, ['mp']) finds chosen parameters": (
         IdentifyError,
         lambda: symdyn.identify(CART, {}, ["mp"]),  # type: ignore[arg-type]
     ),
@@ -459,13 +458,13 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
     "it is symdyn.collocation(scene, until=(3, 20)": (AttributeError, lambda: symdyn.minimum_time),  # type: ignore[attr-defined]
     "it is symdyn.simulate(..., reactions=True)": (AttributeError, lambda: symdyn.reactions),  # type: ignore[attr-defined]
     ".text() or .sympy()": (AttributeError, lambda: symdyn.to_sympy),  # type: ignore[attr-defined]
-    "linearize(...).transfer(output, input)": (AttributeError, lambda: symdyn.transfer_function),  # type: ignore[attr-defined]
+    'linearize(...).transfer("OUTPUT", "INPUT")': (AttributeError, lambda: symdyn.transfer_function),  # type: ignore[attr-defined]
     'it is symdyn.read("FILE")': (AttributeError, lambda: symdyn.from_toml),  # type: ignore[attr-defined]
-    'quantiles("MEASURE", [0.5]) has it': (
+    'quantiles("end(x)", [0.5]) has it': (
         AttributeError,
         lambda: symdyn.sweep(CART, "mp=[1,2]", "end(x)", until=0.02).median,  # type: ignore[attr-defined]
     ),
-    "mag, phase, omega = lin.bode(...) and t, y = lin.step(...)": (
+    'mag, phase, omega = lin.bode("x", "F") and t, y = lin.step("x", "F")': (
         LinearizeError,
         lambda: upright().bode("x", "F")[0],  # type: ignore[index]
     ),

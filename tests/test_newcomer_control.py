@@ -122,9 +122,12 @@ def test_one_input_takes_its_limit_as_a_number() -> None:
     assert abs(run["F"]).max() == 3
 
 
+WEIGHED = {"Q": ("x", "theta", "x_dot", "theta_dot"), "R": ("F",)}
+
+
 def test_weights_as_one_would_write_them_are_told_how() -> None:
-    with pytest.raises(LinearizeError, match="write Q=NAME:1;NAME:2"):
-        read_weights("--lqr", ["Q=diag(1,10,0,0)"], ("Q", "R"))
+    with pytest.raises(LinearizeError, match="write Q=x:1;theta:10;x_dot:0;theta_dot:0, or"):
+        read_weights("--lqr", ["Q=diag(1,10,0,0)"], WEIGHED)
 
 
 def test_complex_weights_are_no_real_ones() -> None:

@@ -339,14 +339,14 @@ OTHERWISE: dict[str, Callable[[], object]] = {
     ),
     "drives F>: give a Program; of a scene, symdyn generate SCENE": lambda: emit(CART),  # type: ignore[arg-type]
     "drives F>: give contents by name; of a scene, symdyn generate": lambda: write(CART, "x"),  # type: ignore[arg-type]
-    "unexpected keyword argument 'bind'; symdyn.scene.bind(scene, {\"m\": 1}) gives values": (
+    "unexpected keyword argument 'bind'; symdyn.scene.bind(scene, {'NAME': 0.1}) gives values": (
         lambda: symdyn.read("a.toml", bind={"m": 1})  # type: ignore[call-arg]
     ),
     "write_text(equations.latex()) keeps it": lambda: EQUATIONS.save,  # type: ignore[attr-defined]
-    "a system has it, lin[output, input].to_control()": (
+    'a system has it, lin["x", "F"].to_control()': (
         lambda: _lin().transfer("x", "F").to_control()  # type: ignore[attr-defined]
     ),
-    "lin.transfer(output, input).at(0) has it": lambda: _lin().dcgain,  # type: ignore[attr-defined]
+    'lin.transfer("x", "F").at(0) has it': lambda: _lin().dcgain,  # type: ignore[attr-defined]
     "lin.to_control() and lin.latex() have it": lambda: _lin().save,  # type: ignore[attr-defined]
     "for x, theta, x_dot, theta_dot; it has the shape (3, 3)": lambda: _lin().lqr(np.eye(3)),
     "symdyn.identification.output_error(scene, data, parameters) fits by": (

@@ -10,9 +10,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from sympy.physics.vector.printing import vlatex as latex
 
 import symdyn
-from symdyn.errors import ArgumentError, SimulateError, UnknownNameError, hints
+from symdyn.errors import ArgumentError, SimulateError, SymdynError, UnknownNameError, hints
 from symdyn.identification import Identification
 from symdyn.identification.output_error import OutputFit
 from symdyn.linear.linearization import Linearization
@@ -67,8 +68,8 @@ def test_an_attribute_that_others_have_is_told_where_it_is(typed: str) -> None:
 TOLD: dict[str, Callable[[], object]] = {
     "it goes by name, until=10": lambda: symdyn.simulate(CART, 10),  # type: ignore[call-arg]
     "it goes by name, start={'theta': 0}": lambda: symdyn.linearize(CART, {"theta": 0}),  # type: ignore[call-arg]
-    "values={'mp': ...} gives a parameter": lambda: symdyn.simulate(CART, mp=2),  # type: ignore[call-arg]
-    "over={'m': ...} gives a parameter": lambda: symdyn.sweep(CART, m=[1, 2]),  # type: ignore[call-arg]
+    "it is values={'mp': 2}": lambda: symdyn.simulate(CART, mp=2),  # type: ignore[call-arg]
+    "over={'mc': ...} gives a parameter": lambda: symdyn.sweep(CART, m=[1, 2]),  # type: ignore[call-arg]
     "discretize(0.01) is the sampled system": lambda: symdyn.linearize(CART, dt=0.01),  # type: ignore[call-arg]
     'all of the scene are there, lin["OUTPUT", "INPUT"] chooses': lambda: symdyn.linearize(CART, inputs=["F"]),  # type: ignore[call-arg]
     "'end'; it is until": lambda: symdyn.simulate(CART, end=10),  # type: ignore[call-arg]
@@ -91,6 +92,76 @@ def test_what_is_called_as_elsewhere_is_told_how_it_is_called(told: str) -> None
     with pytest.raises((ArgumentError, SimulateError, UnknownNameError)) as caught:
         TOLD[told]()
     assert told in str(caught.value)
+
+
+COPIED = {
+    'lin.bode("x", "F").response': "held()['lin'].freqresp",
+    'lin.step("x", "F").info()': "held()['lin'].step_info",
+    'mag, phase, omega = lin.bode("x", "F")': "held()['bode'][0]",
+    'run["x"].max()': "held()['run'].max",
+    'run["F"]': "held()['run'].torque",
+    'run.plot("x_dot", x="x")': "held()['run'].plot(y='x', x='theta')",
+    'scene.parameters["mp"].value': "CART['mp']",
+    'symdyn.scene.bind(scene, {"mc": 0.2})': "CART.with_parameters(mp=1)",
+    'symdyn.simulate(scene, until=1, values={"mc": 0.2})': "CART.set",
+    "symdyn.simulate(scene, until=0.1, values={'mp': 0.1})": "symdyn.simulate(CART, until=0.1, mp=0.1)",
+    "symdyn.simulate(scene, until=0.1, start={'theta': 0.1})": "symdyn.simulate(CART, until=0.1, theta=0.1)",
+    "symdyn.simulate(scene, until=0.1, start={'x': 0.1, 'x_dot': 0})": "symdyn.simulate(CART, until=0.1, y0=[0])",
+    "symdyn.simulate(scene, until=0.1, forces={'F': '0.1*t'})": "symdyn.simulate(CART, until=0.1, u=0)",
+    "lin.step(until=5)": "held()['lin'].step(5)",
+    "lin.bode(omega=[1, 10])": "held()['lin'].bode([1, 10])",
+    'symdyn.collocation(scene, until=1, cost="F**2")': "symdyn.collocation(CART, until=1, cost='minimum effort')",
+    "symdyn.collocation(scene, until=1, cost='F**2')": "symdyn.collocation(CART, until=1, cost='F^2')",
+    'lin.formulas.lambdify("mp")(0.1)': "held()['lin'].formulas['mp']",
+}
+"""What a message says, as it is copied, by what was typed; of an argument or a formula the call is written again."""
+
+
+@pytest.mark.parametrize("copied", COPIED)
+def test_what_a_message_says_runs_as_it_is_copied(copied: str) -> None:
+    names = {**held(), "CART": CART, "held": held, "symdyn": symdyn, "scene": CART}
+    with pytest.raises((AttributeError, ArgumentError, SimulateError, SymdynError)) as caught:
+        eval(COPIED[copied], names)
+    inside = re.search(r"""\w+=['"]?([{\[].*|F\*\*2|5)['"]?\)$""", copied)
+    said = inside[1] if inside else copied.removeprefix("run.").removeprefix("lin.formulas.")
+    assert said in str(caught.value) or copied in str(caught.value)
+    exec(copied, names)
+
+
+def test_the_name_of_a_joint_means_its_coordinate_or_its_drive() -> None:
+    scene = symdyn.example("furuta")
+    joint = next(one for one in scene.joints if one.drives[0])
+    coordinate, drive = joint.coordinates[0], joint.drives[0]
+    assert joint.name not in (coordinate, drive)
+    for call, meant in (
+        (lambda: symdyn.simulate(scene, until=0.1, start={joint.name: 0.1}), coordinate),
+        (lambda: symdyn.simulate(scene, until=0.1, forces={joint.name: 0.1}), drive),
+        (lambda: symdyn.simulate(scene, until=1e-3)[joint.name], coordinate),
+        (lambda: symdyn.collocation(scene, until=1, end={joint.name: 0}), coordinate),
+        (lambda: symdyn.sweep(scene, f"{scene.parameters[0].name}=[1, 2]", f"end({joint.name})"), coordinate),
+    ):
+        with pytest.raises(SymdynError, match=f"did you mean {meant}[?]"):
+            call()
+
+
+def test_a_period_as_long_as_the_run_is_told_and_how_milliseconds_are_written() -> None:
+    law = held()["lqr"]
+
+    def noted(period: float | str) -> str:
+        return " ".join(symdyn.simulate(CART, until=0.1, feedback=symdyn.Feedback(law, period=period)).notes)
+
+    assert 'of ms write "10 ms"' in noted(10)
+    assert "one sample" not in noted("10 ms")
+
+
+def test_equations_with_values_in_them_have_a_latex_of_their_own() -> None:
+    equations = symdyn.equations(CART).subs(mp=2)
+    left, right = equations.equations[0].args
+    assert f"{latex(left, symbol_names=equations.letters)} &= {latex(right, symbol_names=equations.letters)}" in (
+        equations.latex()
+    )
+    assert "m_p" not in equations.latex()
+    assert "m_p" in symdyn.equations(CART).sympy().latex()
 
 
 def test_what_pandas_and_python_control_do_works() -> None:

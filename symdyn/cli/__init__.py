@@ -16,7 +16,7 @@ from typing import Any, NoReturn
 from symdyn import shell
 from symdyn.cli.options import add_options, flag
 from symdyn.cli.talk import begin, fail, prepare_streams, print_json, say, silence_stdout
-from symdyn.errors import SymdynError, SymdynWarning, choice, nearest, printable, quoted, without_long_words
+from symdyn.errors import SymdynError, SymdynWarning, choice, hint, nearest, printable, quoted, without_long_words
 from symdyn.resources import version
 from symdyn.rounding import showing
 
@@ -44,29 +44,6 @@ VERBS = {
     "doctor": "tell what is installed, and what is missing for what",
 }
 """What each verb does; it is a file here, read once it is chosen."""
-
-RENAMED = {"--road": "--formulation", "--transfer": "--show transfer", "--reach": "--show reach",
-           "--at": "--start", "--rates": "--start-rates"}  # fmt: skip
-"""Options by the names that they had, for errors alone."""
-
-PLOT = "simulate, inverse and sweep write one, --plot FILE, linearize --bode FILE; draw makes a picture of a mechanism"
-
-ELSEWHERE = {"--margins": "give --show margins", "--step": "give --show step", "--to": "give --outputs",
-             **dict.fromkeys(("--from", "--input", "--inputs"), "inputs are all drives and inputs of the scene, "
-                             "each of them in --bode FILE; another one is declared there, [inputs.u]"),
-             **dict.fromkeys(("--poles", "--modes", "--eig", "--damp"), "they are told without it, as eigenvalues"),
-             **dict.fromkeys(("--nyquist", "--nichols", "--tustin"), "symdyn.linearize(...) has it: docs, control.md"),
-             "--latex": "give --format latex, which is usual", **dict.fromkeys(("plot", "--plot"), PLOT),
-             **dict.fromkeys(("animate", "film", "movie", "video"), "simulate writes one, --animate FILE"),
-             "--tf": "give --show transfer", "--transmissibility": "give --bode FILE, of --outputs",
-             "--output-error": "give --by output-error", "--indices": "give --design saltelli, which prints them",
-             **dict.fromkeys(("--log", "--data"), "files of data stand behind the scene, SCENE.toml LOG.csv"),
-             **dict.fromkeys(("optimize", "optimise"), "in Python symdyn.collocation(...) finds optimal motions"),
-             "--noise": "in Python a controller has it: symdyn.Feedback(law, noise=...), and --kalman variances",
-             "--quantisation": "in Python a controller has it: symdyn.Feedback(law, quantisation=...)",
-             "--list": "--template takes {template}", "--method": "give --by output-error", "--period": "give --dt",
-             "--place": "give --lqr, or in Python symdyn.linearize(...).place(poles)"}  # fmt: skip
-"""What one asks for that is no verb or no option, of `linearize` mostly, and how it is had, for errors alone."""
 
 EMPTY = ("families", "labels")
 """Options that mean something where they are empty, as their help says."""
@@ -134,8 +111,8 @@ class Parser(argparse.ArgumentParser):
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         if action.choices is not None and value not in action.choices:
             what = f"{action.option_strings[0]}: there is no" if action.option_strings else f"there is no {action.dest}"
-            verb = ELSEWHERE.get(str(value)) if action.dest == "verb" else None
-            meant = verb or choice(str(value), [*map(str, action.choices)])
+            verb = hint("verbs", str(value)) if action.dest == "verb" else ""
+            meant = verb.replace("$", str(value)) or choice(str(value), [*map(str, action.choices)])
             raise argparse.ArgumentError(None, f"{what} {quoted(value)}; {meant}")
 
     def error(self, message: str) -> NoReturn:
@@ -174,13 +151,8 @@ class VerbParser:
 
 def _meant(word: str, known: Mapping[str, str]) -> str:
     """Return what an unknown option may have meant, in words; "" for nothing near."""
-    if RENAMED.get(word, "").partition(" ")[0] in known:
-        return f"; it is called {RENAMED[word]} now"
-    others = {"--noise": "--feedback --kalman", "--output-error": "--by", "--latex": "--format", "--list": "--template",
-              "--quantisation": "--feedback", "--method": "--by", "--period": "--dt", "--log": "--by", "--data": "--by",
-              "--indices": "--design"}  # fmt: skip
-    if word in ELSEWHERE and not {*others.get(word, "--lqr").split()}.isdisjoint(known):
-        return f"; {ELSEWHERE[word].replace('{template}', known.get('--template', ''))}"
+    if told := hint("options", word, known):
+        return f"; {told.replace('$', word.lstrip('-')).replace('{template}', known.get('--template', ''))}"
     near = [name for name in known if len(word) > 2 and name.startswith(word)] or filter(None, [nearest(word, known)])
     meant = " or ".join(near)
     return f"; did you mean {meant}?" if meant else ""

@@ -278,7 +278,7 @@ class Linearization(StateSpace):
         """Raise LinearizeError: this is what is controlled, and no controller."""
         raise LinearizeError(
             f"others: {self.scene.name} is the mechanism, and no controller; give lin.lqr(Q, R) or lin.lqg(...), which "
-            "have a .closed_loop"
+            "have a .closed_loop; gains K act by symdyn.simulate(scene, feedback=K)"
         )
 
     @checked(LinearizeError)

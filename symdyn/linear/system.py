@@ -146,13 +146,15 @@ class System:
         led = [one.partition("=")[2] for one in words if one.partition("=")[0].strip() == "integral"]
         integral = [name.strip() for one in led for name in one.split(";")]
         others = [one for one in words if one.partition("=")[0].strip() != "integral"]
-        given = read_weights("--lqr", others, ("Q", "R", "N"))
-        return self.linearization.lqr(given.get("Q"), given.get("R"), period, N=given.get("N"), integral=integral)
+        one = self.linearization
+        given = read_weights("--lqr", others, {"Q": one.states.names, "R": one.inputs.names, "N": ()})
+        return one.lqr(given.get("Q"), given.get("R"), period, N=given.get("N"), integral=integral)
 
     def kalman(self, variances: Sequence[str], period: float | None = None) -> Observer:
         """Return the gain of the filter of variances that --kalman says; errors as of `read_weights` and `kalman`."""
-        given = read_weights("--kalman", [part for one in variances for part in re.split(NEXT_WEIGHT, one)], ("W", "V"))
-        return self.linearization.kalman(given.get("W"), given.get("V"), period)
+        words, one = [part for one in variances for part in re.split(NEXT_WEIGHT, one)], self.linearization
+        given = read_weights("--kalman", words, {"W": one.states.names, "V": one.outputs.names})
+        return one.kalman(given.get("W"), given.get("V"), period)
 
     def animate(self, path: Path, reel: Reel, note: Callable[[str], None]) -> list[tuple[Path, Mode, str]]:
         """Write every mode as a film, and return which is where, in words too; errors as of `animate_modes`."""

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+import re
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 from zipfile import BadZipFile, ZipFile, ZipInfo
@@ -70,8 +71,10 @@ SYMMETRIC = 1e-9
 """Differences from symmetry, and eigenvalues below zero, over the largest entry of a weight, that are rounding."""
 
 
-def read_weights(option: str, specified: Sequence[str], names: Sequence[str]) -> dict[str, Any]:
+def read_weights(option: str, specified: Sequence[str], names: Mapping[str, Sequence[str]]) -> dict[str, Any]:
     """Return weights by name of `Q=x:10;theta:100`, numbers being formulas, or of an .npz file.
+
+    `names` are those of the weights, and what each has an entry for.
 
     Raises:
         LinearizeError: with every fault.
@@ -83,23 +86,30 @@ def read_weights(option: str, specified: Sequence[str], names: Sequence[str]) ->
             continue
         name, equals, rest = (part.strip() for part in text.partition("="))
         if not equals or name not in names:
-            weights = f"{names[0]}={text.replace('=', ':').replace(',', ';')}"
+            first, second = [*names][:2]
+            weights = f"{first}={text.replace('=', ':').replace(',', ';')}"
             likely = f"; write {weights}" if equals and name.isidentifier() and "[" not in text else ""
-            faults.add(option, f'"{text}" is no {names[0]}=NAME:1;NAME:2, no {names[1]}=... and no .npz file{likely}')
+            faults.add(option, f'"{text}" is no {first}=NAME:1;NAME:2, no {second}=... and no .npz file{likely}')
             continue
         if name in found:
             faults.add(option, f"{name} is given twice")
         found[name] = {}
         if not rest:
-            faults.add(option, f"{name}: weighs nothing; write {name}=NAME:1, or leave it out")
+            faults.add(option, f"{name}: weighs nothing; write {name}={(*names[name], 'NAME')[0]}:1, or leave it out")
         for part in filter(None, split_commas(rest.replace(";", ","))):
             key, colon, value = (one.strip() for one in part.rpartition(":"))
             if not colon and part.startswith(("diag", "eye", "[")):
-                write = f"write {name}=NAME:1;NAME:2, or matrices in an .npz file"
-                faults.add(option, f'{name}: "{part}" names nothing; {write}')
+                said = re.findall(r"[0-9][0-9.e+-]*", part)
+                sizes = said if len(said) == len(names[name]) else ["1"] * len(names[name])
+                write = ";".join(map(":".join, zip(names[name], sizes, strict=True)))
+                faults.add(option, f'{name}: "{part}" names nothing; write {name}={write}, or matrices in an .npz file')
                 continue
             if not colon:
-                lacks, write = ("weight", f"{part}:1") if part[0].isalpha() else ("name", f"NAME:{part}")
+                lacks, write = (
+                    ("weight", f"{part}:1")
+                    if part[0].isalpha()
+                    else ("name", f"{name}={(*names[name], 'NAME')[0]}:{part}")
+                )
                 faults.add(option, f'{name}: "{part}" has no {lacks}; write {write}')
                 continue
             if key in found[name]:
@@ -112,7 +122,7 @@ def read_weights(option: str, specified: Sequence[str], names: Sequence[str]) ->
     return found
 
 
-def _arrays(name: str, requested: Sequence[str], faults: Faults) -> dict[str, Any]:
+def _arrays(name: str, requested: Collection[str], faults: Faults) -> dict[str, Any]:
     try:
         check_arrays(Path(name))
         with np.load(name, allow_pickle=False) as said:

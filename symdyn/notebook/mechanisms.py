@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
-from symdyn.emit.print import BREAK, Printable, latex_symbols, printed_text, value_text
+from symdyn.emit.print import BREAK, Printable, printed_text, value_text
 from symdyn.errors import SymdynError
 from symdyn.extras import EXTRAS, install
 from symdyn.notebook.page import Markup, beside, formula, formulas, head, note, notes, picture, shown, table, verdict
@@ -329,9 +329,6 @@ def sympy_equations(result: SympyEquations) -> list[Markup]:
     """Return what there is, matrix by matrix, those in full that are short."""
     from sympy.physics.vector.printing import vlatex
 
-    names = {
-        symbol: latex for name, latex in latex_symbols(result.scene).items() if (symbol := result.symbols.get(name))
-    }
     rows = []
     for name, text in MATRICES.items():
         matrix = getattr(result, name)
@@ -339,7 +336,7 @@ def sympy_equations(result: SympyEquations) -> list[Markup]:
             continue
         entries: str | Markup = f"{matrix.rows} × {matrix.cols}"
         if sum(entry.count_ops() for entry in matrix) <= SHORT:
-            entries = formula(vlatex(matrix, symbol_names=names, mat_str="bmatrix", mat_delim=""))
+            entries = formula(vlatex(matrix, symbol_names=result.letters, mat_str="bmatrix", mat_delim=""))
         rows.append((text, formula(LETTERS.get(name, name)), entries))
     elastic = "" if result.k_E.is_zero_matrix else " + k_E"
     loops = r" + G^{\mathsf T} \lambda" if result.G.rows else ""

@@ -16,7 +16,7 @@ from typing import Any, cast
 
 from symdyn.arguments import check_arguments
 from symdyn.bounds import BOUNDS
-from symdyn.errors import SceneError, suggestion
+from symdyn.errors import SceneError, hint, suggestion
 from symdyn.scene.declaration.declare import SECTIONS, Declaration, reading_of
 from symdyn.scene.declaration.joint_table import Standing, said_joint, said_place
 from symdyn.scene.declaration.reading import BEGIN, Opened, Reading, ReadOptions, Written, read_bounded
@@ -197,7 +197,7 @@ def _declaration(root: Mapping[str, object], source: str, faults: Faults) -> Dec
     keys = ("name", "text", "gravity", "units", *SECTIONS, *sections(), "loop", "dh")
     for key in root:
         if key not in keys:
-            faults.add("", f"unknown key {show(key)}; {suggestion(key, keys)}")
+            faults.add("", f"unknown key {show(key)}; {hint('keys', key, ['']) or suggestion(key, keys)}")
     inside = root.get("parameters")
     if "gravity" not in root and isinstance(inside, Mapping) and "gravity" in inside:
         tell = faults.add if isinstance(inside["gravity"], list) or inside["gravity"] == "none" else faults.note

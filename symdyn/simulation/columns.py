@@ -209,7 +209,7 @@ def _beside(name: str, momenta: Mapping[str, str], units: Mapping[str, str] = Ma
     return Column(name, OTHERS, "")
 
 
-def missing(name: object, names: Sequence[str]) -> str:
+def missing(name: object, names: Sequence[str], scene: Scene) -> str:
     """Return what is said of a name that no column has."""
     if not isinstance(name, str):
         return f"{quoted(name)} is no name of a column; run[NAME][-1] is the last number of one; {choice('', names)}"
@@ -220,7 +220,7 @@ def missing(name: object, names: Sequence[str]) -> str:
     if name.startswith(LETTERS.reaction) and not any(one.startswith(LETTERS.reaction) for one in names):
         axes = next((one for one in ("ground", "joint") if one in name.split("_")), "body")
         return f"there is no column {name}; {argument('reactions', axes)} adds {LETTERS.reaction}JOINT_fx and others"
-    return f"there is no column {name}; {choice(name, names)}"
+    return f"there is no column {name}; {choice(name, names, scene)}"
 
 
 def columns_csv(names: Sequence[str], table: Array, low: Array | None = None) -> str:

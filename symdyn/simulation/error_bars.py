@@ -185,7 +185,7 @@ class Uncertainty(Shown):
             return inverse(moved, laws, times, say=lambda _: None, path=ways)
 
         run = told({})
-        columns = chosen(run.names, requested, scene.name) if requested else _columns(run, ())
+        columns = chosen(run.names, requested, scene) if requested else _columns(run, ())
         if not requested:
             columns = tuple(name for name in columns if name not in (*scene.coordinates, *scene.velocities))
         slopes, said = force_slopes(run, told, laws, not ways.points, columns, names)
@@ -293,7 +293,7 @@ class Uncertainty(Shown):
 
 def _columns(run: Trajectory, requested: Sequence[str]) -> tuple[str, ...]:
     if requested:
-        names = chosen(run.names, requested, run.scene.name)
+        names = chosen(run.names, requested, run.scene)
         lacking = [name for name in names if name in UNTOLD or name == "t"]
         if lacking:
             raise SimulateError(f"{run.scene.name}: {', '.join(lacking)} has no uncertainty that could be told")
@@ -303,7 +303,7 @@ def _columns(run: Trajectory, requested: Sequence[str]) -> tuple[str, ...]:
 
 
 def _filled(uncertainty: Uncertainty, names: Sequence[str]) -> FilledFigure:
-    every = chosen(uncertainty.names, names, uncertainty.run.scene.name) if names else uncertainty.names
+    every = chosen(uncertainty.names, names, uncertainty.run.scene) if names else uncertainty.names
     shown = every[:MOST_PANELS]
 
     def fill(made: Any) -> None:

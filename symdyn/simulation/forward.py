@@ -376,6 +376,9 @@ class Control:
         feedback, found = self.controller.feedback, []
         if len(feedback.initial) and not (self.sampled and feedback.delay):
             found.append("feedback: initial has no effect: without a period and a delay the first force acts at once")
+        if (period := feedback.period or 0.0) >= times[-1]:
+            write = f'of ms write "{period:g} ms"'
+            found.append(f"feedback: one sample is taken, as a period of {period:g} s is the whole run; {write}")
         if isinstance(feedback.law, Schedule) and feedback.law.end < times[-1]:
             found.append(
                 f"feedback: the motion that is followed ends at t = {feedback.law.end:g} s, not at rest where forces "

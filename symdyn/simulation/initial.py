@@ -233,7 +233,7 @@ def read_start(
     velocities, units = scene.velocities, SceneUnits(scene).letters
     for name, text in (*moving.items(), *by_name(rates, "start rates", faults).items()):
         named = velocity_name(name) if name not in velocities and velocity_name(name) in velocities else name
-        k = _index(named, velocities, "start rates", faults)
+        k = _index(named, velocities, "start rates", faults, scene)
         if k in given_u:
             faults.add("start rates", f"{named} is given twice")
         formula, value = _value(text, values, f"start rates: {name}", faults, units.get(named, ""))
@@ -301,7 +301,7 @@ def _position(
     q = np.array([number_of(x, values, "start", faults) or 0.0 for x in formulas])
     units = SceneUnits(scene).letters
     for name, text in start.items():
-        k = _index(name, names, "start", faults)
+        k = _index(name, names, "start", faults, scene)
         formula, value = _value(text, values, f"start: {name}", faults, units.get(name, ""))
         if k is None or formula is None or value is None:
             continue
@@ -342,10 +342,10 @@ def apart(scene: Scene, given: Mapping[str, Any]) -> tuple[dict[str, Any], dict[
     return moving, {name: x for name, x in given.items() if name not in moving}
 
 
-def _index(name: str, names: Sequence[str], where: str, faults: Faults) -> int | None:
+def _index(name: str, names: Sequence[str], where: str, faults: Faults, scene: Scene) -> int | None:
     if name in names:
         return list(names).index(name)
-    faults.add(where, f"{name} is not known; {suggestion(name, names)}")
+    faults.add(where, f"{name} is not known; {suggestion(name, names, scene)}")
     return None
 
 

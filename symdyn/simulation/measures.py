@@ -207,7 +207,7 @@ class Measure:
         known = [*(letter for letter, _, _ in folds), *(one.name for one in scene.parameters), *scene.derived_formulas]
         seen = {*_seen(scene, said), *more, *(one.name for one in scene.outputs)}
         own = Faults("")
-        found = read_formula(left + rest, [*known, *seen], where, own)
+        found = read_formula(left + rest, [*known, *seen], where, own, scene=scene)
         own.lines[:] = [
             line.replace("write * for a product", f"statistics are {_listed()}; {ALSO}") for line in own.lines
         ]
@@ -356,7 +356,7 @@ def read_inside(scene: Scene, text: str, where: str, faults: Faults, more: Seque
     outputs = {one.name: one.formula for one in scene.outputs} | scene.derived_formulas
     parameters = (one.name for one in scene.parameters)
     known = (*more, *_seen(scene, text), *parameters, *outputs)
-    formula = read_formula(text, known, where, faults)
+    formula = read_formula(text, known, where, faults, scene=scene)
     if formula is None:
         return None
     seen = substituted(formula, outputs)

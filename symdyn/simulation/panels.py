@@ -24,6 +24,7 @@ from symdyn.emit import Contents, in_html, render, write_file
 from symdyn.errors import DrawError, EmitError, SimulateError, UnknownNameError
 from symdyn.extras import EXTRAS, install
 from symdyn.frozen import dataclass, replace
+from symdyn.scene import Scene
 from symdyn.simulation.columns import ENERGIES, FORCES, Column, missing
 from symdyn.table import Table
 
@@ -156,12 +157,12 @@ def panels(trajectory: Trajectory, names: Names = (), degrees: bool = False) -> 
     for k, one in enumerate(names := list(names)):
         loose = isinstance(one, str) or not isinstance(one, Iterable)
         some: Iterable[Any] = [one] if loose else one
-        for name in chosen(trajectory.names, some, trajectory.scene.name):
+        for name in chosen(trajectory.names, some, trajectory.scene):
             column = next(one for one in every if one.name == name)
             group = groups.setdefault(column.unit if loose else k, [])
             group += [] if column in group else [column]
     if names and not groups:
-        raise UnknownNameError(f"{trajectory.scene.name}: {missing('', trajectory.names)}")
+        raise UnknownNameError(f"{trajectory.scene.name}: {missing('', trajectory.names, trajectory.scene)}")
     if not names:
         for usual in sorted((one for one in every if one.kind in USUAL), key=lambda one: USUAL.index(one.kind)):
             groups.setdefault((usual.kind, usual.unit), []).append(usual)
@@ -185,7 +186,7 @@ def _title(group: Sequence[Column], words: Sequence[str]) -> str:
     return ", ".join(dict.fromkeys([*words, " and ".join(units)])).removesuffix(", ")
 
 
-def chosen(every: Sequence[str], names: Iterable[str], where: str) -> tuple[str, ...]:
+def chosen(every: Sequence[str], names: Iterable[str], scene: Scene) -> tuple[str, ...]:
     """Return the columns among all that names and patterns, such as "point_*", choose, in the order they are given.
 
     Raises:
@@ -195,7 +196,7 @@ def chosen(every: Sequence[str], names: Iterable[str], where: str) -> tuple[str,
     for name in names:
         wanted = [] if not isinstance(name, str) else [name] if name in every else fnmatch.filter(every, name)
         if not wanted:
-            raise UnknownNameError(f"{where}: {missing(name, every)}")
+            raise UnknownNameError(f"{scene.name}: {missing(name, every, scene)}")
         found += wanted
     return tuple(one for one in dict.fromkeys(found) if one != TIME or TIME in names)
 

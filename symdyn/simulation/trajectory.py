@@ -12,7 +12,7 @@ from symdyn.algebra import Array
 from symdyn.arguments import check_arguments
 from symdyn.dynamics.mechanism import TIME
 from symdyn.emit import write_file
-from symdyn.errors import DrawError, EmitError, SimulateError, UnknownNameError, listed, quoted
+from symdyn.errors import EmitError, SimulateError, UnknownNameError, listed, quoted
 from symdyn.frozen import asdict, dataclass, field
 from symdyn.graph import Graph
 from symdyn.scene import Scene
@@ -196,7 +196,7 @@ class Trajectory(Shown):
         every = [one.name for one in columns(scene, own)]
         for name in names:
             if not any(letter in name for letter in "*?[") and name not in every and not known(name):
-                raise UnknownNameError(f"{scene.name}: {missing(name, every)}")
+                raise UnknownNameError(f"{scene.name}: {missing(name, every, scene)}")
 
     def __call__(self, t: float | Sequence[float] | Array) -> Trajectory:
         """Return the run at other times, a row for each, as exact as its own rows: all columns, and all that they need.
@@ -262,7 +262,7 @@ class Trajectory(Shown):
         names = self.names
         for one in name if isinstance(name, list | tuple) else [name]:
             if not isinstance(one, str) or one not in names:
-                raise UnknownNameError(f"{self.scene.name}: {missing(one, names)}")
+                raise UnknownNameError(f"{self.scene.name}: {missing(one, names, self.scene)}")
         state = (x for part in (self.t[:, None], self.q, self.qd, self.qdd, self.tau) for x in part.T)
         every = [*state, *self.extra.values()]
         if isinstance(name, str):
@@ -395,8 +395,6 @@ class Trajectory(Shown):
         """
         from symdyn.draw import animation
 
-        if isinstance(fps, str | Path):
-            raise DrawError(f'fps = "{fps}" is no number; film("{fps}") writes a file')
         return animation(self, fps=fps, loop=loop)
 
     def film(

@@ -242,6 +242,8 @@ def read_span(until: Any, faults: Faults, where: str = "", word: str = "until") 
     """Return the smallest and the largest time of the end."""
     try:
         pair = (until, until) if np.ndim(until) == 0 else until
+        if isinstance(until, str) and not any(map(str.isdigit, until)):
+            raise ValueError
         least, most = (read_number(one, {}, word, faults, Parameter(word, unit="s")) or 0.0 for one in pair)
     except (TypeError, ValueError):
         least, most = 0.0, 0.0

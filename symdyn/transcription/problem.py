@@ -5,7 +5,8 @@ It says where unknowns and equations stand, and what is known of them: bounds, e
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -15,7 +16,7 @@ from symdyn.algebra import Array
 from symdyn.arguments import SympyExpression, argument, suggesting
 from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.outputs import unilaterals_of, with_modes
-from symdyn.errors import SimulateError, listed, suggestion
+from symdyn.errors import SimulateError, hint, listed, suggestion, with_own_names
 from symdyn.scene import Quantity, Scene, SceneLike, SceneUnits
 from symdyn.scene.values import (
     Faults,
@@ -44,11 +45,11 @@ CLOSE = 1e-9
 """What a start or an end may be beyond its bounds by rounding."""
 
 
-def known_names(where: str, names: Sequence[str], known: Sequence[str] | Mapping[str, object], faults: Faults) -> None:
+def known_names(where: str, names: Iterable[str], known: Collection[str], faults: Faults, scene: Scene) -> None:
     """Add a fault for every name that is not known."""
     for name in names:
         if name not in known:
-            faults.add(where, f"{name} is not known; {suggestion(name, known)}")
+            faults.add(where, f"{name} is not known; {suggestion(name, known, scene)}")
 
 
 @dataclass
@@ -109,7 +110,7 @@ class Layout:
         columns |= {name: place["u"][:, k] for k, name in enumerate(scene.velocities)}
         columns |= {self.names[k]: place["force"][:, i] for i, k in enumerate(self.written.driven)}
         columns |= {name: place["free"][k] for k, name in enumerate(self.free)}
-        known_names("bounds", tuple(bounds), columns, faults)
+        known_names("bounds", bounds, columns, faults, scene)
         units, known = SceneUnits(scene), [name for name in bounds if name in columns]
         given = [
             (name, read_range(bounds[name], f"bounds: {name}", faults, units.letter(name), values)) for name in known
@@ -159,7 +160,7 @@ class Layout:
             odd = [name for name in given if name in places["u"] and name not in names]
             for name in odd:
                 faults.add(where, f"{name} is a velocity; give it by {argument('end_rates', {name: given[name]})}")
-            known_names(where, [name for name in given if name not in odd], tuple(names), faults)
+            known_names(where, [name for name in given if name not in odd], names, faults, self.scene)
             for name, text in given.items():
                 x = read_number(text, values, f"{where}: {name}", faults, units.letter(name))
                 if name in names and x is not None:
@@ -332,7 +333,7 @@ def collocation(
     if method not in METHODS:
         faults.add("", f"method {method} is not known; {suggestion(method, METHODS)}")
     inputs = [one.name for one in scene.inputs]
-    known_names("free", free, (*values, *(one.name for one in declared.inputs)), faults)
+    known_names("free", free, (*values, *(one.name for one in declared.inputs)), faults, scene)
     for words in filter(None, map(scene.derived_words, free)):
         faults.add("free", words)
     free = tuple(name for name in free if name not in inputs)
@@ -414,10 +415,12 @@ def _read(
     for name, texts in given.items():
         where, allowed = words.get(name, name), (*state, *more.get(name, ()))
         told = [formula_text(one) for one in texts if one]
-        if name in words and {*told} & {"minimum time", "time", "T", "tf"} - {*allowed}:
-            faults.add(where, 'the shortest motion has cost="1", and until=(3, 20) where its end is between')
+        begun = [one.partition("(")[0].replace(" ", "_") for one in told if name in words]
+        meant = [hint("costs", one) for one in begun if not {*re.findall(r"[A-Za-z_]\w*", one)} & {*allowed}]
+        if said := [one for one in meant if one and (name == "running" or "DRIVE" not in one)]:
+            faults.add(where, with_own_names(said[0], scene))
             told = []
-        read = [read_formula(text, allowed, where, faults, advice[name == "final"]) for text in told]
+        read = [read_formula(text, allowed, where, faults, advice[name == "final"], scene=scene) for text in told]
         found[name] = tuple(substituted(one, scene.definitions) for one in read if one is not None)
         for one in found[name]:
             check(one, where, faults)

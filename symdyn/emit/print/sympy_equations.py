@@ -17,6 +17,7 @@ from symdyn.dynamics import Workspace
 from symdyn.dynamics.loops import differentiated
 from symdyn.dynamics.mechanism import TIME, State
 from symdyn.emit.print.printable import Printable
+from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.errors import ArgumentError, EmitError, UnknownNameError, choice, listed, quoted
 from symdyn.frozen import dataclass, field, fields, replace
 from symdyn.graph import Expr, Graph
@@ -125,6 +126,19 @@ class SympyEquations(Shown, BySympy):
 
         left = self.M * self.qdd + self.c + self.g + self.k_E
         return [Eq(*sides) for sides in zip(left, self.tau + self.G.T * self.multipliers, strict=True)]
+
+    @property
+    def letters(self) -> dict[Any, str]:
+        """What the scene's letters are in LaTeX, by symbol."""
+        each = latex_symbols(self.scene).items()
+        return {self.symbols[name]: latex for name, latex in each if name in self.symbols}
+
+    def latex(self) -> str:
+        """Return the equations as they stand in LaTeX, with the scene's letters."""
+        from sympy.physics.vector.printing import vlatex
+
+        rows = [[vlatex(side, symbol_names=self.letters) for side in one.args] for one in self.equations]
+        return "\\begin{align*}\n" + " \\\\\n".join(map(" &= ".join, rows)) + "\n\\end{align*}"
 
     def _sympy_(self) -> Any:
         from sympy import Tuple

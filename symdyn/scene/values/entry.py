@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from symdyn.arguments import SympyExpression, argument, is_sympy
-from symdyn.errors import SceneError, SimulateError, nearest, printable, spoken, suggestion, without_long_words
+from symdyn.errors import SceneError, SimulateError, hint, nearest, printable, spoken, suggestion, without_long_words
 from symdyn.frozen import dataclass
 from symdyn.scene.values.body import ELEMENTARY, UNMOVED, Pose
 from symdyn.scene.values.formula import quantity
@@ -155,13 +155,6 @@ def as_list(value: object) -> list[object]:
     return [] if value is None else list(value) if isinstance(value, (list, tuple)) else [value]
 
 
-OF_ELEMENTS = {
-    key: f'it is of a spring of its own: [springs.NAME] joint = "JOINT", {more}'
-    for key, more in {"stiffness": "stiffness", "spring": "stiffness", "free": "stiffness, free"}.items()
-}
-"""What has keys that one looks for at a joint, for errors alone."""
-
-
 class EntryReader:
     """Typed access to the keys of a declared table; what is wrong is a fault of its place."""
 
@@ -169,9 +162,10 @@ class EntryReader:
         self.entry, self.faults, self.raw = entry, faults, entry.table
         for key in entry.table:
             if key not in keys:
-                near = str(key) if key in OF_ELEMENTS else nearest(str(key), (*keys, "stiffness")) or ""
-                meant = OF_ELEMENTS.get(near) if entry.where.startswith("joints.") else None
-                self.fault(f"unknown key {show(str(key))}; {meant or suggestion(str(key), keys)}")
+                section, _, name = entry.where.partition(".")
+                near = "stiffness" if nearest(str(key), (*keys, "stiffness")) == "stiffness" else str(key)
+                told = hint("keys", near, [section] if ":" not in name else ()).replace("$", name)
+                self.fault(f"unknown key {show(str(key))}; {told or suggestion(str(key), keys)}")
 
     def fault(self, what: str) -> None:
         self.faults.add(self.entry.where, what)

@@ -16,7 +16,7 @@ from fractions import Fraction
 from math import isqrt
 from typing import Any, NamedTuple, TypeVar
 
-from symdyn.errors import nearest
+from symdyn.errors import hint, nearest
 from symdyn.graph import Graph, Op
 from symdyn.scene.values.curve import Curve
 from symdyn.scene.values.quantity import FormulaError, Quantity
@@ -330,31 +330,10 @@ def substituted(quantity: Quantity, values: Mapping[str, Quantity]) -> Quantity:
     return operation(*args) if operation else function(quantity.op, *args)
 
 
-INSTEAD = {
-    **dict.fromkeys(("step", "heaviside", "u", "unit_step", "stepfun"), "write if(t > 1, 1, 0)"),
-    **dict.fromkeys(("pulse", "rect", "rectpuls"), "write if(t > 1 and t < 2, 1, 0)"),
-    **dict.fromkeys(("where", "piecewise", "ifelse", "iif", "select", "switch"), "write if(x > y, a, b)"),
-    **dict.fromkeys(
-        ("minjerk", "smoothstep", "quintic", "cubic"),
-        "a motion has quintic(a, b, T); else write max(0, min(1, t/T)) for s in s**3*(10 - 15*s + 6*s**2)",
-    ),
-    **dict.fromkeys(("interp", "interp1", "interp1d", "lookup", "lut"), 'write table("NAME", x), NAME one of [tables]'),
-    **dict.fromkeys(("clip", "sat", "saturate", "saturation", "limit"), "write max(-1, min(x, 1))"),
-    **{
-        "ramp": "write max(t - 1, 0)",
-        "pow": "write x**y",
-        "power": "write x**y",
-        "deg2rad": "write x deg",
-        "radians": "write x deg",
-    },
-}
-"""What is written in place of functions that others have, for errors alone."""
-
-
 def instead_of(name: str) -> str:
     """Return what is to be written in place of a function that there is not."""
     known = (*UNARY_FUNCTIONS, *COMPOSED, *EXTREMES)
     near, product = nearest(name, known), "write * for a product"
     letter = len(name) < 3  # or a word and a number: no name of a function
     usual = f"did you mean {near}?" if near else product if letter else f"{product}; functions are {', '.join(known)}"
-    return INSTEAD.get(name.lower(), usual)
+    return str(hint("formulas", name.lower()) or usual)

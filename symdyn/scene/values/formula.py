@@ -85,7 +85,7 @@ _FACTOR = r"(?:deg|°)[ ]?(?!(?:/[ ]?(?:s|ms|min)(?:[ ]?(?:\^|\*\*)[ ]?[23]|[²�
 _SUM = r"[^eE^*(][+-]|[,=]"
 _FOREIGN = re.compile(r"[^A-Za-z0-9_+\-*/()., <>=]|(?<![<>])=")
 _MEANT = {
-    "^": "^ is not a power; write **",
+    "^": "^ is not a power; write {}",
     "=": "'=' has no place in a formula; for x = 0 write x, for x = y x - y; commas stand between values by name",
 }
 """What is meant by signs that no formula has."""
@@ -232,9 +232,9 @@ class _BrokenError(FormulaError):
 
 
 def _formula(text: str) -> Quantity:
-    foreign = _FOREIGN.search(_QUOTED.sub("", text))
-    if foreign:
-        raise _BrokenError(_MEANT.get(foreign.group(), f"{foreign.group()!r} has no place in a formula"))
+    if foreign := _FOREIGN.search(_QUOTED.sub("", text)):
+        told = _MEANT.get(foreign.group(), f"{foreign.group()!r} has no place in a formula")
+        raise _BrokenError(told.replace("{}", text.replace("^", "**")))
     return _Reader(_IF.sub(IF, _DEGREES.sub("*deg", text))).read()
 
 

@@ -205,7 +205,9 @@ class Unit:
         if self.dimension != unit.dimension:
             told = f"is in {self.text}, and {unit.text} is asked for"
             in_time = re.search(r"\bt\b", self.text) and not re.search(r"\bt\b", unit.text)
-            return f"{told}; a unit stands behind a number alone: in a formula write SI" if in_time else told
+            named = re.sub(r" ?\*? ?\bt\b.*", "", self.text)
+            write = f'in a formula write SI, or name it: w = "{number or 3} {named}" in parameters, and w*t'
+            return f"{told}; a unit stands behind a number alone: {write}" if in_time else told
         if self.cycles == unit.cycles or unit.dimension == NUMBER:
             return None
         count = number or "3"

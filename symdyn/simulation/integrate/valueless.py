@@ -76,9 +76,12 @@ def _between_points(scene: Scene, graph: Graph) -> Iterator[tuple[str, Expr]]:
         if square.is_zero:  # points that never part pull at nothing
             continue
         words = f"{strut.kind} {strut.name} has no length there"
+        beside = [one for one in scene.struts if one is not strut and one.ends == strut.ends]
         if FORCES[strut.kind].pull.over is None:
-            ways = "put it on a joint, or give a spring beside it a free length (free = 0.5) and start where it has it"
+            spring = next((f"spring {one.name}" for one in beside if one.kind == "spring"), "a spring beside it")
+            ways = f"put it on a joint, or give {spring} a free length (free = 0.5) and start where it has it"
             yield f"{words}, and so no direction: {ways}", graph.one / square
         else:
-            words = f"{words}, where it pulls (with free = 0 it would not; else set its ends apart)"
+            ways = "start where it has its length" if beside else "with free = 0 it would not; else set its ends apart"
+            words = f"{words}, where it pulls ({ways})"
             yield f"{words}, and so no direction", pull(strut, square, graph.zero)

@@ -311,7 +311,7 @@ def place_of(scene: Scene, places: Mapping[str, int], name: str, where: str, fau
         letters = [one.name for one in scene.inputs if not one.of]
         known = [*(drive for drive in scene.drives if drive), *letters] or list(places)
         what = "a drive, an input nor a coordinate" if letters else "a drive nor a coordinate"
-        faults.add(where, f"{name} is neither {what}; {suggestion(name, known)}")
+        faults.add(where, f"{name} is neither {what}; {suggestion(name, known, scene)}")
     elif k >= len(scene.velocities):
         return k
     elif scene.drives[k] is None:

@@ -39,6 +39,7 @@ def read_formula(
     faults: Faults,
     advice: Callable[[str], str] | None = None,
     unit: str = "",
+    scene: Scene | None = None,
 ) -> Quantity | None:
     """Return a formula whose symbols are among `allowed`; None after a fault, with advice about a name behind it.
 
@@ -55,7 +56,7 @@ def read_formula(
     unknown = [name for name in formula.symbols if name not in known]
     for name in unknown:
         more = f", {told}" if advice and (told := advice(name)) else ""
-        faults.add(where, f'"{text}" uses {name}, which is not known here; {suggestion(name, known)}{more}')
+        faults.add(where, f'"{text}" uses {name}, which is not known here; {suggestion(name, known, scene)}{more}')
     return None if unknown else formula
 
 
@@ -64,7 +65,8 @@ def read_seen(scene: Scene, text: object, where: str, faults: Faults, more: Sequ
     words = re.findall(r"\w+", formula_text(text))
     parameters = (one.name for one in scene.parameters)
     outputs = {one.name: one.formula for one in scene.outputs} | scene.definitions
-    formula = read_formula(text, (*scene.formula_names(words), *parameters, *outputs, *more), where, faults)
+    known = (*scene.formula_names(words), *parameters, *outputs, *more)
+    formula = read_formula(text, known, where, faults, scene=scene)
     if formula is None:
         return None
     seen = substituted(formula, outputs)
