@@ -14,14 +14,16 @@ from symdyn.errors import SymdynError
 from symdyn.scene import Scene, read_text
 
 
-def pendulum(m: str) -> Scene:
+def pendulum(m: str, letters: str = "", top: str = "") -> Scene:
     """Return a pendulum of 2 m, damped, with a mass as it is written."""
     return read_text(
         f"""
 name = "pendulum"
+{top}
 [parameters]
 m = "{m}"
 c = "0.1 N*m*s/rad"
+{letters}
 [bodies.bob]
 mass = "m"
 com = [0, 0, -2]
@@ -130,3 +132,32 @@ def test_ranges_of_collocation_say_their_units() -> None:
     for wrong in (("1 m", 1, 1), (1, "1 m", 1), (1, 1, ("-1 m", 1))):
         with pytest.raises(SymdynError, match=r"is in m, and (s|rad|1) is asked for"):
             found(*wrong)
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.parametrize(
+    ("door", "right", "wrong", "told"),
+    [
+        ("forces", "m*g*l*sin(phi) - phi_dot", "m*g*l + m*l", "forces: tau: m.l is in kg m, and N m is asked for"),
+        ("forces", "2*m*l*cos(t)", "m*l*cos(t)", "forces: tau: .* is in kg m, and N m is asked for"),
+        ("motion", "t + w*t", "m*t", "motion: phi: m.t is in kg s, and rad is asked for"),
+        ("start", "l/h", "l", "start: phi: l is in m, and rad is asked for"),
+        ("start_rates", "w", "c", "start rates: phi: c is in .*, and rad/s is asked for"),
+        ("subs", "3*l", "2*l", "given: m: 2.l is in m, and kg is asked for"),
+    ],
+)
+def test_a_formula_measures_what_is_asked_for(door: str, right: str, wrong: str, told: str) -> None:
+    """A term of symbols that say their units is looked at as in the scene; a factor of 1 beside t and phi is left out."""
+    letters = 'l = "2 m"\nh = "4 m"\ng = "9.81 m/s^2"\nw = "3 rad/s"'
+
+    def given(s: Scene, formula: str) -> object:
+        if door == "subs":
+            return symdyn.equations(s).subs(m=formula)
+        if door == "motion":
+            return symdyn.inverse(s, motion={"phi": formula}, times=[0, 0.1])
+        return symdyn.simulate(s, until=0.1, **{door: {"tau" if door == "forces" else "phi": formula}})
+
+    given(pendulum("85 g", letters), right)
+    given(pendulum("85 g", letters, 'units = "none"'), wrong)
+    with pytest.raises(SymdynError, match=told):
+        given(pendulum("85 g", letters), wrong)

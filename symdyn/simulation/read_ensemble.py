@@ -330,7 +330,7 @@ def read_lanes(problem: Problem, start: object, rates: object, values: object, f
                     read[what][name] = np.broadcast_to(one, (count,)) if len(one) in (1, count) else one
                 else:
                     unit = units.get(velocity_name(name) if what == "start rates" and name in places else name, "")
-                    read[what][name] = read_formula(one, allowed, f"{what}: {name}", faults, unit=unit)
+                    read[what][name] = read_formula(one, allowed, f"{what}: {name}", faults, unit=unit, scene=bound)
     return Lanes(bound, count, read["start"], read["start rates"], arrays)
 
 

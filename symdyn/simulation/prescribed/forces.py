@@ -199,7 +199,7 @@ def read_forces(scene: Scene, entries: Entries) -> Forces:
         k = place(name, where)
         known = (*allowed, *(() if name in letters else (one.name for one in scene.inputs)))
         unit = "" if k is None else units[k]
-        formula = read_formula(text, known, f"{where}: {name}", faults, advice, unit)
+        formula = read_formula(text, known, f"{where}: {name}", faults, advice, unit, scene)
         if k is not None and formula is not None:
             told = formulas_of(scene, name, substituted(formula, scene.definitions), where, faults)
             formulas |= {places[one]: course for one, course in told.items()}
@@ -362,8 +362,9 @@ def read_motion(scene: Scene, entries: Entries) -> SceneMotion:
     laws: dict[str, Law] = {}
     quasi: dict[str, Law] = {}
     said, known = read_entries(entries, "motion", faults), scene.coordinates
+    law = partial(read_law, scene=scene)
     for where, name, read in [
-        *((where, name, partial(read_law, text, values, unit=units.get(name, ""))) for where, name, text in said.texts),
+        *((where, name, partial(law, text, values, unit=units.get(name, ""))) for where, name, text in said.texts),
         *(("motion", name, partial(read_function, law)) for name, law in said.functions),
     ]:
         if name not in known:

@@ -39,10 +39,11 @@ def read_formula(
     faults: Faults,
     advice: Callable[[str], str] | None = None,
     unit: str = "",
+    scene: Scene | None = None,
 ) -> Quantity | None:
     """Return a formula whose symbols are among `allowed`; None after a fault, with advice about a name behind it.
 
-    `unit` is that of what it is for; a value that is written with one of another kind is a fault.
+    `unit` is that of what it is for; what is written with one of another kind, or is by symbols of a `scene`, is a fault.
     """
     known = tuple(dict.fromkeys(allowed))
     try:
@@ -56,6 +57,8 @@ def read_formula(
     for name in unknown:
         more = f", {told}" if advice and (told := advice(name)) else ""
         faults.add(where, f'"{text}" uses {name}, which is not known here; {suggestion(name, known)}{more}')
+    if scene is not None and unit and not unknown:
+        SceneUnits(scene).check(formula, where, faults, unit=unit)
     return None if unknown else formula
 
 
