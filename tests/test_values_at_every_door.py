@@ -63,6 +63,11 @@ DOORS: dict[str, Callable[[Scene, Any], Any]] = {
     "ensemble": lambda s, x: symdyn.ensemble(s, values={"m": x if isinstance(x, str) else [x]}, until=0.1)["end(phi)"],
     "uncertainty": lambda s, x: symdyn.uncertainty(s, {"m": x}, until=0.1)["sd_phi"][-1],
     "bounds": lambda s, x: symdyn.collocation(s, 1, 2, free="m", bounds={"m": (None, x)}).upper[-1],
+    "bind": lambda s, x: float(symdyn.scene.bind(s, {"m": x}).parameters["m"].value.at({})),
+    "systems": lambda s, x: symdyn.linear.systems(symdyn.Problem(s, start={"phi": 0}), "m")(x).B[1, 0],
+    "with_parameters": lambda s, x: float(
+        symdyn.identification.with_parameters(s, {"m": x}).parameters["m"].value.at({})
+    ),
     "picture": lambda s, x: values_of(s, {"m": x})["m"],
 }
 """What comes of a value of m, by the argument that takes it."""
@@ -147,7 +152,7 @@ def test_ranges_of_collocation_say_their_units() -> None:
     ],
 )
 def test_a_formula_measures_what_is_asked_for(door: str, right: str, wrong: str, told: str) -> None:
-    """A term of symbols that say their units is looked at as in the scene; a factor of 1 beside t and phi is left out."""
+    """A term of symbols that say their units is looked at; a factor of 1 beside t and phi is left out."""
     letters = 'l = "2 m"\nh = "4 m"\ng = "9.81 m/s^2"\nw = "3 rad/s"'
 
     def given(s: Scene, formula: str) -> object:

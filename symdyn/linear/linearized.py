@@ -47,10 +47,10 @@ from symdyn.linear.prepared import Prepared, prepared
 from symdyn.linear.search import nearest
 from symdyn.linear.steady import BALANCED, settled, steady_next_to
 from symdyn.rounding import in_digits
-from symdyn.scene import Quantity, Scene, SceneLike, SceneUnits, bind, scene_of
-from symdyn.scene.values import FormulaError, Parameter, formula_text
+from symdyn.scene import Quantity, Scene, SceneLike, SceneUnits, scene_of, with_values
+from symdyn.scene.values import Faults, FormulaError, Parameter, formula_text
 from symdyn.simulation import Forces, Problem, Trajectory, opened
-from symdyn.simulation.prescribed import Entries
+from symdyn.simulation.prescribed import Entries, read_number
 
 CIRCLE = ("sin", "cos")
 
@@ -334,13 +334,27 @@ def _unmoved(places: Equilibria, place: Equilibrium, where: str) -> str:
 
 def systems(
     problem: Problem | SceneLike, name: str, independent: str | Sequence[str] = (), anywhere: bool = False
-) -> Callable[[float], Linearization]:
+) -> Callable[[float | str], Linearization]:
     """Return the system at a value of a name; forces are texts or formulas by name, else as of `linearize`.
 
     Raises:
-        LinearizeError: the name is no parameter, and no formula has it.
+        LinearizeError: the name is no parameter, and no formula has it; of the function, what a bare value may mean.
     """
     problem = problem if isinstance(problem, Problem) else Problem(scene_of(problem))
+    found, letter = _systems(problem, name, independent, anywhere), SceneUnits(problem.scene).letter(name)
+
+    def system(value: float | str) -> Linearization:
+        x = read_number(value, {}, argument("over"), faults := Faults(""), letter)
+        faults.close(LinearizeError)
+        assert x is not None, "a fault closes"
+        return found(x)
+
+    return system
+
+
+def _systems(
+    problem: Problem, name: str, independent: str | Sequence[str], anywhere: bool
+) -> Callable[[float], Linearization]:
     scene, forces = problem.scene, problem.forces
     parts = (*problem.by_name, forces if isinstance(forces, Mapping) else {"forces": forces})
     formulas = [formula_text(one) for part in parts for one in part.values()]
@@ -370,7 +384,7 @@ def systems(
     last: list[Array] = []
 
     def system(value: float) -> Linearization:
-        bound = bind(scene, {name: value})
+        bound = with_values(scene, {name: value})
         form = opened(bound).scene
         here = replace(problem, scene=bound)
         if form not in derived:
@@ -414,4 +428,4 @@ def stays(system: Linearization) -> bool:
 def locus_over(problem: Problem, specified: str, independent: Sequence[str] = (), anywhere: bool = False) -> RootLocus:
     """Return the root locus over what `read_values` reads; other arguments and errors as of `systems`, `root_locus`."""
     name, values = read_values(specified, scene=problem.scene)
-    return root_locus(name, values, systems(problem, name, independent, anywhere), problem.scene.name)
+    return root_locus(name, values, _systems(problem, name, independent, anywhere), problem.scene.name)

@@ -16,7 +16,7 @@ from symdyn.algebra import Array
 from symdyn.arguments import SympyExpression, check_arguments, native, suggesting
 from symdyn.errors import SimulateError
 from symdyn.frozen import InitVar, dataclass, replace
-from symdyn.scene import Quantity, Scene, bind, scene_of
+from symdyn.scene import Quantity, Scene, scene_of, with_values
 from symdyn.scene.values import Faults, Parameter, formula_text
 from symdyn.shown import Suggesting
 from symdyn.simulation.equations.contact_modes import column_names
@@ -148,7 +148,7 @@ class Problem(Suggesting):
         self, values: Mapping[str, object], start: Mapping[str, object], start_rates: Mapping[str, object]
     ) -> Problem:
         """Return it at other values, and from another start, of what is named; SimulateError of a whole state."""
-        there = replace(self, scene=bind(self.scene, values))
+        there = replace(self, scene=with_values(self.scene, values))
         if not (start or start_rates):
             return there
         own, own_rates = self.by_name

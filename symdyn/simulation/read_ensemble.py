@@ -26,7 +26,7 @@ from symdyn.graph import Expr, evaluate, reachable
 from symdyn.interrupts import interrupts_wait
 from symdyn.program import Program
 from symdyn.runtime import load_program
-from symdyn.scene import Quantity, Scene, SceneUnits, bind, parse
+from symdyn.scene import Quantity, Scene, SceneUnits, parse, with_values
 from symdyn.scene.values import Faults, velocity_name
 from symdyn.simulation import lockstep
 from symdyn.simulation.ensemble_task import (
@@ -371,7 +371,7 @@ def _bound(scene: Scene, plain: Mapping[str, Any], arrays: Mapping[str, Array], 
         own = Faults("")
         with own.noted():
             off_these = {name: x * off or (0.0 if off == 1.0 else 1.0) for name, x in near.items()}
-            return bind(scene, {**plain, **off_these}) if plain or near else scene
+            return with_values(scene, {**plain, **off_these}) if plain or near else scene
     faults.lines += own.lines
     return scene
 

@@ -175,8 +175,9 @@ def _led(scene: Scene, law: Gains | Schedule, reference: object) -> Gains | Sche
     for name, one in by_signal(reference, places, "", faults).items():
         k = places.index(name)
         if callable(one) or isinstance(one, str):
-            told = (one, values, name, faults, units.get(name, ""), scene)
-            led = read_function(one, name, faults) if callable(one) else read_law(*told)
+            led = read_function(one, name, faults) if callable(one) else read_law(
+                one, values, name, faults, units.get(name, ""), scene
+            )  # fmt: skip
             laws |= {} if led is None else {k: led}
         else:
             still |= {places.index(key): x for key, x in numbers_by_signal({name: one}, places, "", faults).items()}

@@ -362,9 +362,9 @@ def read_motion(scene: Scene, entries: Entries) -> SceneMotion:
     laws: dict[str, Law] = {}
     quasi: dict[str, Law] = {}
     said, known = read_entries(entries, "motion", faults), scene.coordinates
-    law = partial(read_law, scene=scene)
+    reads = partial(read_law, scene=scene)
     for where, name, read in [
-        *((where, name, partial(law, text, values, unit=units.get(name, ""))) for where, name, text in said.texts),
+        *((where, name, partial(reads, text, values, unit=units.get(name, ""))) for where, name, text in said.texts),
         *(("motion", name, partial(read_function, law)) for name, law in said.functions),
     ]:
         if name not in known:

@@ -43,7 +43,7 @@ def read_formula(
 ) -> Quantity | None:
     """Return a formula whose symbols are among `allowed`; None after a fault, with advice about a name behind it.
 
-    `unit` is that of what it is for; what is written with one of another kind, or is by symbols of a `scene`, is a fault.
+    `unit` is that of what it is for; a value, or terms in symbols of a `scene`, of another kind are faults.
     """
     known = tuple(dict.fromkeys(allowed))
     try:
