@@ -166,3 +166,35 @@ def test_a_formula_measures_what_is_asked_for(door: str, right: str, wrong: str,
     given(pendulum("85 g", letters, 'units = "none"'), wrong)
     with pytest.raises(SymdynError, match=told):
         given(pendulum("85 g", letters), wrong)
+
+
+def _linear(s: Scene) -> Any:
+    return symdyn.linearize(s, start={"phi": 0})
+
+
+TIMED: dict[str, Callable[[Scene, Any], Any]] = {
+    "simulate": lambda s, t: symdyn.simulate(s, until=t, every=t)["phi"],
+    "inverse": lambda s, t: symdyn.inverse(s, motion="phi=t", until=t)["tau"],
+    "uncertainty": lambda s, t: symdyn.uncertainty(s, {"phi": 0.1}, until=t)["sd_phi"],
+    "sensitivity": lambda s, t: symdyn.sensitivity(s, until=t).matrix,
+    "sweep": lambda s, t: symdyn.sweep(s, "phi=[1, 2]", "end(phi)", until=t)["end(phi)"],
+    "ensemble": lambda s, t: symdyn.ensemble(s, start={"phi": [1, 2]}, until=t)["end(phi)"],
+    "collocation": lambda s, t: symdyn.collocation(s, (t, 1), 2).lower,
+    "gait": lambda s, t: symdyn.gait(s, forces="tau=sin(4*pi*t)", period=t).multipliers,
+    "lqr": lambda s, t: _linear(s).lqr(1, 1, t).K,
+    "lqg": lambda s, t: _linear(s).lqg(period=t).A,
+    "discretize": lambda s, t: _linear(s).discretize(t).A,
+    "step": lambda s, t: _linear(s).step("phi", "tau", until=t).values,
+    "pid": lambda s, t: symdyn.pid("phi", "tau", 1, period=t).period,
+}
+"""Every argument that takes a span of time."""
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.parametrize("name", TIMED)
+def test_a_time_says_its_unit(name: str) -> None:
+    """Half a second is "500 ms" wherever a time is taken, and a length is none."""
+    found = [np.asarray(TIMED[name](pendulum("85 g"), t)).tolist() for t in ("500 ms", 0.5)]
+    assert found[0] == found[1]
+    with pytest.raises(SymdynError, match="5 m is in m, and s is asked for"):
+        TIMED[name](pendulum("85 g"), "5 m")

@@ -36,6 +36,7 @@ from symdyn.linear.state_space import StateSpace
 from symdyn.linear.weights import Weights, places
 from symdyn.scene import Scene
 from symdyn.scene.values import split_commas
+from symdyn.simulation.prescribed import timed
 from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
@@ -281,7 +282,7 @@ class Linearization(StateSpace):
             "have a .closed_loop"
         )
 
-    @checked(LinearizeError)
+    @timed(LinearizeError)
     def lqr(
         self,
         Q: Weights | None = None,
@@ -316,7 +317,7 @@ class Linearization(StateSpace):
         some = split_commas(integral) if isinstance(integral, str) else integral
         return lqr(self, Q, R, native(float, period)[0], N, some)
 
-    @checked(LinearizeError)
+    @timed(LinearizeError)
     def place(self, poles: Sequence[complex] | Array, period: float | None = None) -> Regulator:
         """Return the feedback u = u0 - K (x - x0) that gives the closed loop its poles, 1/s, one a state.
 
@@ -329,7 +330,7 @@ class Linearization(StateSpace):
         """
         return place(self, poles, *native(float, period))
 
-    @checked(LinearizeError)
+    @timed(LinearizeError)
     def kalman(self, W: Weights | None = None, V: Weights | None = None, period: float | None = None) -> Observer:
         """Return the gain of the Kalman filter, a predictor where it is sampled.
 
@@ -344,7 +345,7 @@ class Linearization(StateSpace):
         """
         return kalman(self, W, V, *native(float, period))
 
-    @checked(LinearizeError)
+    @timed(LinearizeError)
     def lqg(
         self,
         Q: Weights | None = None,

@@ -7,11 +7,13 @@ rising times.
 from __future__ import annotations
 
 import csv
+import inspect
 import io
 import math
 import re
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from functools import wraps
 from numbers import Real
 from pathlib import Path
 from typing import Any
@@ -19,14 +21,28 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array, Batches
-from symdyn.arguments import argument
+from symdyn.arguments import F, argument, checked
 from symdyn.bounds import BOUNDS
 from symdyn.dynamics.mechanism import TIME
-from symdyn.errors import SceneError, SimulateError, suggestion
+from symdyn.errors import SceneError, SimulateError, SymdynError, suggestion
 from symdyn.frozen import dataclass, field
 from symdyn.graph import Expr, Graph, evaluate, reachable
 from symdyn.scene import Quantity, Scene, SceneUnits, parse, read_bounded
-from symdyn.scene.values import Faults, FormulaError, Letter, Unit, fits, formula_text, question, spell, substituted
+from symdyn.scene.values import (
+    Faults,
+    FormulaError,
+    Letter,
+    Parameter,
+    Unit,
+    fits,
+    formula_text,
+    question,
+    spell,
+    substituted,
+)
+
+TIMES = ("until", "every", "period", "delay", "dt")
+"""Arguments in seconds."""
 
 LARGEST_FILE = BOUNDS["bytes of a file of numbers or formulas"]
 """A million rows of three numbers have room in it."""
@@ -161,6 +177,32 @@ def read_number(
         return float(given)
     formula = read_formula(given, values, where, faults, unit=letter.unit)
     return None if formula is None else number_of(formula, values, where, faults)
+
+
+def in_seconds(given: Mapping[str, Any], error: Callable[[Any], Exception] = SimulateError) -> dict[str, Any]:
+    """Return arguments, times that are text, "5 s" or "10 ms", in s; an error with every fault."""
+    faults, found = Faults(""), dict(given)
+    for name, value in given.items():
+        if name in TIMES and isinstance(value, str) and value[:1].isdigit() and value[-1:].isalpha():
+            found[name] = read_number(value, {}, name, faults, Parameter(name, unit="s"))
+    faults.close(error)
+    return found
+
+
+def timed(error: type[SymdynError]) -> Callable[[F], F]:
+    """Let a function or method check its arguments, as of `checked`, and take times that are text."""
+
+    def around(function: F) -> F:
+        called, names = checked(error)(function), tuple(inspect.signature(function).parameters)
+
+        @wraps(function)
+        def call(*values: Any, **keywords: Any) -> Any:
+            named = in_seconds(dict(zip(names, values, strict=False)), error)
+            return called(*named.values(), *values[len(names) :], **in_seconds(keywords, error))
+
+        return call  # type: ignore[return-value]
+
+    return around
 
 
 def read_range(
