@@ -191,6 +191,11 @@ class Linearization(StateSpace):
         """Return it of inputs that are given alone, states beside one with rates being z; errors as of `step`."""
         return StateSpace.to_control(self._chosen(None, None))
 
+    @timed(LinearizeError)
+    def discretize(self, dt: float) -> StateSpace:
+        """Return it from sample to sample, inputs, those of `to_control`, held for `dt` s; errors as there."""
+        return StateSpace.discretize(self._chosen(None, None), dt)
+
     @property
     def velocities(self) -> list[int]:
         """Numbers of the independent velocities, and of states of one's own behind all velocities."""
