@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ import pytest
 import symdyn
 from symdyn.draw.stage import values_of
 from symdyn.errors import SymdynError
-from symdyn.scene import Scene, read_text
+from symdyn.scene import Scene, read_noting, read_text, write_text
 
 
 def pendulum(m: str, letters: str = "", top: str = "") -> Scene:
@@ -198,3 +199,37 @@ def test_a_time_says_its_unit(name: str) -> None:
     assert found[0] == found[1]
     with pytest.raises(SymdynError, match="5 m is in m, and s is asked for"):
         TIMED[name](pendulum("85 g"), "5 m")
+
+
+@pytest.mark.parametrize(
+    ("made", "told"),
+    [
+        (lambda: symdyn.Feedback([[1, 2]], limits={"tau": -0.5}), "limits: tau: -0.5 is neither a size"),
+        (lambda: symdyn.Feedback(np.eye(2), limits=(3, -3)), "nothing lies between 3 and -3"),
+        (lambda: symdyn.pid("phi", "tau", 1, limits=-3), "-3 is neither a size above 0"),
+        (lambda: symdyn.Feedback([[1, 2]], period=0), "0 s is no period"),
+        (lambda: symdyn.Feedback(np.eye(2), delay=0.1), "without a period"),
+        (lambda: _linear(pendulum("85 g")).bode("phi", "tau")(1j), r"lin.transfer\(output, input\)\(1j\)"),
+        (lambda: symdyn.simulate(pendulum("85 g"), until=1, start=[0, 1]), "names are phi"),
+        (lambda: symdyn.film(pendulum("85 g"), speed=0.5), "2.run.t, run.q"),  # type: ignore[call-arg]
+    ],
+)
+def test_what_cannot_be_is_told_where_it_is_written(made: Callable[[], object], told: str) -> None:
+    """Limits and times of controllers, calls of what is no function: in words, and not first by a run."""
+    with pytest.raises(SymdynError, match=told):
+        made()
+
+
+@pytest.mark.runs("cc")
+def test_degrees_that_are_taken_for_radians_are_warned_of() -> None:
+    """As the shell says it."""
+    with pytest.warns(RuntimeWarning, match='start: phi = 90 is in rad; write "90 deg" for degrees'):
+        symdyn.simulate(pendulum("85 g"), until=0.1, start={"phi": 90})
+
+
+def test_a_start_beyond_a_limit_is_noted(tmp_path: Path) -> None:
+    """Of the scene as it is read; a start within is not."""
+    for limits, told in (('{ lower = "60 deg" }', "below limits.lower"), ('{ lower = 0, upper = "1 rad" }', "")):
+        (tmp_path / "one.toml").write_text(write_text(pendulum("85 g"), "toml").text + f"limits = {limits}\n")
+        notes = read_noting(tmp_path / "one.toml").notes
+        assert [told in one for one in notes] == [True] * bool(told)

@@ -101,13 +101,13 @@ class Feedback(Shown):
         faults.close(SimulateError)
         for name, one in found.items():
             object.__setattr__(self, name, one)
-        if isinstance(self.law, Gains | Schedule | LinearLaw):  # which are read, and looked at in their scene
-            return
         faults, limits = Faults(""), self.limits if isinstance(self.limits, Mapping) else {"the force": self.limits}
-        if self.period is not None or isinstance(self.law, FunctionType) or getattr(self.law, "period", "") is None:
-            _check_times(self, 0.0, faults)
-        sizes = {name: one for name, one in limits.items() if isinstance(one, Real)}
+        sizes = {name: one for name, one in limits.items() if isinstance(one, Real) or _is_pair(one)}
         _ranges(sizes, tuple(limits), faults, Parameter, {})
+        read = isinstance(self.law, Gains | Schedule | LinearLaw)  # and looked at in their scene
+        alone = isinstance(self.law, FunctionType | np.ndarray | Sequence) or getattr(self.law, "period", "") is None
+        if not read and (alone or self.period is not None):
+            _check_times(self, 0.0, faults)
         faults.close(SimulateError)
 
     def __repr__(self) -> str:
@@ -360,6 +360,10 @@ def _sizes(scene: Scene, feedback: Feedback, name: str, measures: Sequence[str],
     if not isinstance(seed, Integral) or seed < 0:
         faults.add("feedback: seed", f"{quoted(seed)} is no whole number, 0 or more")
     return tuple(found.get(one, 0.0) for one in measures)
+
+
+def _is_pair(limit: object) -> bool:
+    return isinstance(limit, tuple | list) and len(limit) == 2 and all(isinstance(x, Real | None) for x in limit)
 
 
 def _check_times(feedback: Feedback, until: float, faults: Faults) -> None:
