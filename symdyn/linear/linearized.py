@@ -41,16 +41,16 @@ from symdyn.linear.contact_mode import read_mode
 from symdyn.linear.equilibrium import Equilibria, Equilibrium, equilibria
 from symdyn.linear.evolution import STILL
 from symdyn.linear.linearization import Linearization
-from symdyn.linear.locus import RootLocus, read_values, root_locus
+from symdyn.linear.locus import RootLocus, number, read_values, root_locus
 from symdyn.linear.modes import untouched
 from symdyn.linear.prepared import Prepared, prepared
 from symdyn.linear.search import nearest
 from symdyn.linear.steady import BALANCED, settled, steady_next_to
 from symdyn.rounding import in_digits
 from symdyn.scene import Quantity, Scene, SceneLike, SceneUnits, scene_of, with_values
-from symdyn.scene.values import Faults, FormulaError, Parameter, formula_text
+from symdyn.scene.values import FormulaError, Parameter, formula_text
 from symdyn.simulation import Forces, Problem, Trajectory, opened
-from symdyn.simulation.prescribed import Entries, read_number
+from symdyn.simulation.prescribed import Entries
 
 CIRCLE = ("sin", "cos")
 
@@ -342,14 +342,7 @@ def systems(
     """
     problem = problem if isinstance(problem, Problem) else Problem(scene_of(problem))
     found, letter = _systems(problem, name, independent, anywhere), SceneUnits(problem.scene).letter(name)
-
-    def system(value: float | str) -> Linearization:
-        x = read_number(value, {}, argument("over"), faults := Faults(""), letter)
-        faults.close(LinearizeError)
-        assert x is not None, "a fault closes"
-        return found(x)
-
-    return system
+    return lambda value: found(number(value, argument("over"), letter))
 
 
 def _systems(
@@ -358,24 +351,16 @@ def _systems(
     scene, forces = problem.scene, problem.forces
     parts = (*problem.by_name, forces if isinstance(forces, Mapping) else {"forces": forces})
     formulas = [formula_text(one) for part in parts for one in part.values()]
-    taken = {
-        *scene.coordinates,
-        *scene.first_order,
-        *filter(None, scene.drives),
-        *(one.name for one in scene.inputs),
-        "t",
-    }
-    if name in taken:
-        raise LinearizeError(
-            f"{argument('over')}: {name} moves; a range is of a parameter, or of a symbol that formulas name"
-        )
+    inputs, over = (one.name for one in scene.inputs), argument("over")
+    if name in {*scene.coordinates, *scene.first_order, *filter(None, scene.drives), *inputs, "t"}:
+        raise LinearizeError(f"{over}: {name} moves; a range is of a parameter, or of a symbol that formulas name")
     if name not in [one.name for one in scene.parameters]:
         if told := scene.derived_words(name):
-            raise LinearizeError(f"{argument('over')}: {told}")
+            raise LinearizeError(f"{over}: {told}")
         if not any(re.search(rf"\b{re.escape(name)}\b", text) for text in formulas):
             there = ", ".join(one.name for one in scene.parameters) or "none"
             raise LinearizeError(
-                f"{argument('over')}: {name} is no parameter (they are: {there}) and in no formula; say what it "
+                f"{over}: {name} is no parameter (they are: {there}) and in no formula; say what it "
                 f"does, as in {argument('start_rates', {scene.velocities[0]: name})}"
             )
         scene = replace(scene, parameters=(*scene.parameters, Parameter(name)))

@@ -67,8 +67,7 @@ class FrequencyResponse(Plotted):
 
     def __call__(self, s: complex) -> NoReturn:
         """Raise LinearizeError: it has numbers at its frequencies alone."""
-        told = f"{self.name}: a response has numbers at its .omega, .response"
-        raise LinearizeError(f"{told}; lin.transfer(output, input)({s}) is at any s, 1j*omega of a frequency")
+        raise LinearizeError(f"{self.name}: this has numbers at .omega; lin.transfer(output, input)({s}) is at any s")
 
     def __iter__(self) -> Iterator[Array]:
         """Yield |G|, phases in rad and omega, as python-control: shapes (N,), of several channels (y, w, N)."""

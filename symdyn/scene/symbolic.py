@@ -28,7 +28,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import fields, replace
 from fractions import Fraction
 
-from symdyn.arguments import check_arguments
+from symdyn.arguments import argument, check_arguments
 from symdyn.errors import SceneError, suggestion
 from symdyn.graph import Graph
 from symdyn.scene.declaration.draft import draft_of, slides
@@ -299,7 +299,7 @@ def bind(scene: Scene, values: Mapping[str, object]) -> Scene:
             value without a unit may mean, of a parameter that the scene has in another unit than that of SI.
     """
     check_arguments(bind, locals(), SceneError)
-    ask_for_units(scene.parameters, values.items(), "values")
+    ask_for_units(scene.parameters, values.items(), argument("values"))
     return with_values(scene, values)
 
 

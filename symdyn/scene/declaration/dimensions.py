@@ -307,23 +307,17 @@ class SceneUnits:
         return JOULE if energy and found == TORQUE.text else found
 
     def check(
-        self,
-        formula: Quantity,
-        where: str,
-        faults: Faults,
-        columns: Mapping[str, str] | None = None,
-        unit: str = "",
-        place: str = "",
-    ) -> None:
+        self, formula: Quantity, where: str, faults: Faults, columns: Mapping[str, str] | None = None,
+        unit: str = "", place: str = "",
+    ) -> None:  # fmt: skip
         """Report terms of letters alone that do not measure the same, in a formula that looks at a scene.
 
         One that is given for something in a `unit` has to be in it: each term in which a symbol stands that says its
         own, as in sin(t) and -x a factor of 1 is left out. At a `place` "bodies." factors count as they do there.
         """
         said = frozenset(one.name for one in self.scene.letters if one.unit)
-        parts = [one for one in (terms(formula) if unit else (formula,)) if one.symbols]
-        parts = [one for one in parts if not (unit and said.isdisjoint(one.symbols))]
-        if self.scene.dimensionless or not parts:
+        parts = [one for one in terms(formula) if said & {*one.symbols}] if unit else [formula]
+        if self.scene.dimensionless or not formula.symbols:
             return
         silent = {one.name: "" for one in self.scene.letters if not one.unit}
         known = self.letters | silent | dict(columns or {})

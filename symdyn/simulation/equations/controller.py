@@ -24,7 +24,7 @@ from symdyn.arguments import argument, check_arguments, suggesting
 from symdyn.errors import SimulateError, quoted
 from symdyn.frozen import dataclass, field, fields, replace
 from symdyn.scene import Quantity, Scene, SceneUnits
-from symdyn.scene.values import Faults, Letter, Parameter, ask_for_units, velocity_name
+from symdyn.scene.values import Faults, Letter, Parameter, velocity_name
 from symdyn.shown import Shown
 from symdyn.simulation.equations.linear_feedback import Gains, Schedule, gains_from, read_gains, state_names
 from symdyn.simulation.equations.linear_law import (
@@ -36,7 +36,7 @@ from symdyn.simulation.equations.linear_law import (
     numbers_by_signal,
 )
 from symdyn.simulation.prescribed.forces import ForceFunction, force_names, force_units, place_of, places_of
-from symdyn.simulation.prescribed.formulas_in_time import parameter_values, read_number, read_range
+from symdyn.simulation.prescribed.formulas_in_time import in_seconds, parameter_values, read_range
 from symdyn.simulation.prescribed.motion_laws import Law as MotionLaw, read_function, read_law, required_arguments
 
 Law: TypeAlias = Callable[[float, Array, Array], Any]
@@ -95,14 +95,14 @@ class Feedback(Shown):
         names = {name: getattr(self, name) for name in ("inputs", "measures")}
         check_arguments(Feedback, names, SimulateError)
         found: dict[str, Any] = {name: (one,) if isinstance(one, str) else tuple(one) for name, one in names.items()}
-        faults, times = Faults("feedback"), {name: getattr(self, name) for name in ("period", "delay")}
-        for name in (name for name, one in times.items() if isinstance(one, str)):
-            found[name] = read_number(times[name], {}, name, faults, Parameter(name, unit="s"))
-        faults.close(SimulateError)
+        found |= in_seconds({name: getattr(self, name) for name in ("period", "delay")})
         for name, one in found.items():
             object.__setattr__(self, name, one)
-        faults, limits = Faults(""), self.limits if isinstance(self.limits, Mapping) else {"the force": self.limits}
-        sizes = {name: one for name, one in limits.items() if isinstance(one, Real) or _is_pair(one)}
+        faults, limits = (
+            Faults(""),
+            self.limits if isinstance(self.limits, Mapping) else {(*found["inputs"], "the force")[0]: self.limits},
+        )
+        sizes = {name: one for name, one in limits.items() if _in_numbers(one)}
         _ranges(sizes, tuple(limits), faults, Parameter, {})
         read = isinstance(self.law, Gains | Schedule | LinearLaw)  # and looked at in their scene
         alone = isinstance(self.law, FunctionType | np.ndarray | Sequence) or getattr(self.law, "period", "") is None
@@ -362,8 +362,8 @@ def _sizes(scene: Scene, feedback: Feedback, name: str, measures: Sequence[str],
     return tuple(found.get(one, 0.0) for one in measures)
 
 
-def _is_pair(limit: object) -> bool:
-    return isinstance(limit, tuple | list) and len(limit) == 2 and all(isinstance(x, Real | None) for x in limit)
+def _in_numbers(limit: Any) -> bool:
+    return all(isinstance(x, Real | None) for x in (limit if isinstance(limit, tuple | list) else (limit,)))
 
 
 def _check_times(feedback: Feedback, until: float, faults: Faults) -> None:
@@ -421,7 +421,6 @@ def feedback_of(
         if len(names) > 1:
             several = ",".join(f"{name}={limit}" for name, limit in limits.items())
             raise SimulateError(f"{argument('limits')}: a number is of one force; give {several}")
-    ask_for_units(scene.inputs, limits.items(), argument("limits"))
     more: dict[str, Any] = {"period": period, "delay": delay, "limits": limits or None}
     found = replace(read_feedback(scene, file), **{name: x for name, x in more.items() if x is not None})
     placed(scene, found, until)

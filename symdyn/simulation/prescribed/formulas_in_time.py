@@ -7,13 +7,12 @@ rising times.
 from __future__ import annotations
 
 import csv
-import inspect
 import io
 import math
 import re
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from functools import wraps
+from functools import partial
 from numbers import Real
 from pathlib import Path
 from typing import Any
@@ -72,7 +71,8 @@ def read_formula(
     unknown = [name for name in formula.symbols if name not in known]
     for name in unknown:
         more = f", {told}" if advice and (told := advice(name)) else ""
-        faults.add(where, f'"{text}" uses {name}, which is not known here; {suggestion(name, known)}{more}')
+        near = suggestion(name, known) if known else "give a number"
+        faults.add(where, f'"{text}" uses {name}, which is not known here; {near}{more}')
     if scene is not None and unit and not unknown:
         SceneUnits(scene).check(formula, where, faults, unit=unit)
     return None if unknown else formula
@@ -191,18 +191,7 @@ def in_seconds(given: Mapping[str, Any], error: Callable[[Any], Exception] = Sim
 
 def timed(error: type[SymdynError]) -> Callable[[F], F]:
     """Let a function or method check its arguments, as of `checked`, and take times that are text."""
-
-    def around(function: F) -> F:
-        called, names = checked(error)(function), tuple(inspect.signature(function).parameters)
-
-        @wraps(function)
-        def call(*values: Any, **keywords: Any) -> Any:
-            named = in_seconds(dict(zip(names, values, strict=False)), error)
-            return called(*named.values(), *values[len(names) :], **in_seconds(keywords, error))
-
-        return call  # type: ignore[return-value]
-
-    return around
+    return checked(error, partial(in_seconds, error=error))
 
 
 def read_range(
