@@ -102,8 +102,7 @@ class Feedback(Shown):
             Faults(""),
             self.limits if isinstance(self.limits, Mapping) else {(*found["inputs"], "the force")[0]: self.limits},
         )
-        sizes = {name: one for name, one in limits.items() if _in_numbers(one)}
-        _ranges(sizes, tuple(limits), faults, Parameter, {})
+        _ranges({k: one for k, one in limits.items() if _in_numbers(one)}, tuple(limits), faults, Parameter, {})
         read = isinstance(self.law, Gains | Schedule | LinearLaw)  # and looked at in their scene
         alone = isinstance(self.law, FunctionType | np.ndarray | Sequence) or getattr(self.law, "period", "") is None
         if not read and (alone or self.period is not None):
