@@ -364,18 +364,19 @@ def _way_out(function: Callable[..., object], name: str, given: Mapping[str, Any
     return "".join([f", or {k}={quoted(given[name])}" for k in others[:1]]) + f"; names are {listed(names)}"
 
 
-def checked(error: type[SymdynError]) -> Callable[[F], F]:
-    """Let a function or method check its arguments, as of `check_arguments`, and tell of keywords that it lacks."""
+def checked(error: type[SymdynError], read: Callable[[dict[str, Any]], dict[str, Any]] = dict) -> Callable[[F], F]:
+    """Let a function or method read and check its arguments, as of `check_arguments`, and tell of keywords it lacks."""
 
     def around(function: F) -> F:
         @wraps(function)
         def call(*values: Any, **keywords: Any) -> Any:
             try:
-                given = inspect.signature(function).bind(*values, **keywords).arguments
+                given = inspect.signature(function).bind(*values, **keywords)
             except TypeError:
                 return suggesting(function)(*values, **keywords)
-            check_arguments(function, given, error)
-            return function(*values, **keywords)
+            given.arguments = read(given.arguments)
+            check_arguments(function, given.arguments, error)
+            return function(*given.args, **given.kwargs)
 
         return call  # type: ignore[return-value]
 

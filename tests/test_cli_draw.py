@@ -43,7 +43,7 @@ def test_a_view_frames_labels_and_a_free_body(capsys: Capture) -> None:
         (["--at", "q1"], "gives no coordinate a value; write --at q1=0.3"),
         (["--at", "q1=1,q1=2"], "q1 gets two values"),
         (["--at", "q1=1/0"], "divides by zero"),
-        (["--at", "q1=h1"], "is no number"),
+        (["--at", "q1=h1"], "give a number"),
         (["--view", "20"], "is not two numbers"),
         (["--view", "0,nan"], "azimuth and elevation are degrees"),
         (["--labels", "names"], "there are coordinates, bodies, joints, points"),

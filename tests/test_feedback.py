@@ -327,7 +327,7 @@ BAD = [
     ({"K": [], "inputs": []}, "inputs: names none"),
     ({"limits": {"F": [3, -3]}}, "limits: F: nothing lies between 3 and -3"),
     ({"k": 1}, "k: is not known"),
-    ({"period": "soon"}, 'period: "soon" uses soon'),
+    ({"period": "soon"}, "period: 'soon' is no number of seconds"),
     ({"period": -1}, "-1 s is no period"),
     ({"period": 1e-12}, "more than 1e+07 samples"),
     ({"delay": 0.1}, "0.1 s without a period would be a differential equation with delay"),
@@ -352,7 +352,7 @@ def test_bad_gains_are_told(more: dict[str, object], words: str) -> None:
 @pytest.mark.parametrize(
     ("more", "words"),
     [
-        ({"limits": [3]}, "limits: F: [3] is neither a size above 0"),
+        ({"limits": [3]}, "limits: the force: [3] is neither a size above 0"),
         ({"limits": {"F": "-3 N"}}, "limits: F: '-3 N' is neither a size above 0"),
         ({"period": "0.1 m"}, "period: 0.1 m is in m, and s is asked for"),
         ({"period": 0.1, "delay": None}, "delay: None is no number of seconds"),

@@ -262,10 +262,17 @@ def test_python_control_is_handed_what_moves_by_rates_too() -> None:
         for output in lin.outputs.names:
             exact = lin.bode(output, name, omega).response[:, 0, 0]
             assert_allclose([theirs[output, name](1j * w) for w in omega], exact, rtol=1e-9, atol=1e-12)
+    held = theirs.sample(0.02)
+    sampled = lin.discretize("20 ms")
+    assert sampled.inputs.names == ("M", "y", "zf")
+    for letter in "ABCD":
+        assert_allclose(getattr(sampled, letter), getattr(held, letter), rtol=1e-9, atol=1e-12)
     assert_allclose(theirs.A, lin.A)
     for improper in ("theta_dot", "theta_ddot"):
-        with pytest.raises(LinearizeError, match=f"{improper} follows a rate of (y|zf) at once"):
-            symdyn.linearize(read_text(driven), outputs=["theta", improper]).to_control()
+        found = symdyn.linearize(read_text(driven), outputs=["theta", improper])
+        for asked in (found.to_control, lambda found=found: found.discretize(0.02)):
+            with pytest.raises(LinearizeError, match=f"{improper} follows a rate of (y|zf) at once"):
+                asked()
 
 
 def test_a_full_car_answers_four_roads_as_by_hand() -> None:

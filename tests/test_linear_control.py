@@ -417,7 +417,7 @@ def test_weights_that_are_none_are_told(given, message):
         (["Q=x:10;theta"], 'Q: "theta" has no weight; write theta:1'),
         (["x:10"], '"x:10" is no Q=NAME:1'),
         (["Q=x:1/0"], "Q: x: .*divides by zero"),
-        (["Q=x:m"], "Q: x: m is no number"),
+        (["Q=x:m"], 'Q: x: "m" uses m, which is not known here; give a number'),
         (["Q=x:1;x:2"], "Q: x is named twice"),
         (["Q=x:1", "Q=x:2"], "Q is given twice"),
         (["none.npz"], "none.npz: cannot be read"),
@@ -448,7 +448,7 @@ def test_weights_are_read_by_name_and_from_a_file(tmp_path):
         ("v=linspace(0,10)", "wants a beginning, an end and how many"),
         ("v=linspace(0,10,2.5)", "wants a beginning, an end and how many"),
         ("v=geomspace(0,10,5)", "same side of zero"),
-        ("v=linspace(0,x,5)", "x is no number"),
+        ("v=linspace(0,x,5)", "x, which is not known here; give a number"),
         ("v=linspace(0,10,1e9)", "2 to 20000"),
     ],
 )

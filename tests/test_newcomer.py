@@ -614,14 +614,6 @@ def test_sympy_prints_rates_with_dots_and_they_stay_symbols_of_their_names() -> 
     assert pickle.loads(pickle.dumps(cart.M * cart.qdd)) == cart.M * cart.qdd
 
 
-def test_a_time_in_text_may_have_its_unit() -> None:
-    assert len(symdyn.simulate(CART, until="0.5 s", every="100 ms").t) == 6  # type: ignore[arg-type]
-    with pytest.raises(SimulateError, match="until: 5 m is in m, and s is asked for"):
-        symdyn.simulate(CART, until="5 m")  # type: ignore[arg-type]
-    with pytest.raises(SimulateError, match="until = '5 s': give a number or None, in SI"):
-        symdyn.inverse(CART, {"x": "t", "theta": 0}, until="5 s")  # type: ignore[arg-type]
-
-
 def test_all_transfer_functions_are_shown_line_by_line() -> None:
     found = symdyn.linearize(CART).transfer()
     assert [line.split(": ")[0] for line in repr(found).splitlines()[1:]] == ["    x / F", "    theta / F"]

@@ -20,7 +20,7 @@ HANGING = {"theta": "pi-0.4"}
 def test_slopes_of_a_tree_are_those_of_runs_next_to_it() -> None:
     scene = symdyn.example("cart_pole")
     names, columns = ("mp", "l", "x", "theta_dot"), ("x", "theta", "theta_dot", "theta_ddot", "F", "kinetic_energy")
-    forces = "F=0.3*cos(t)-0.2*x_dot-mc"
+    forces = "F=0.3*cos(t)-0.2*x_dot-2*mc"
     found = symdyn.uncertainty(
         scene,
         dict.fromkeys(names, 0.01),

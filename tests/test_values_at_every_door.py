@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,17 +12,19 @@ import pytest
 import symdyn
 from symdyn.draw.stage import values_of
 from symdyn.errors import SymdynError
-from symdyn.scene import Scene, read_text
+from symdyn.scene import Scene, read_noting, read_text, write_text
 
 
-def pendulum(m: str) -> Scene:
+def pendulum(m: str, letters: str = "", top: str = "") -> Scene:
     """Return a pendulum of 2 m, damped, with a mass as it is written."""
     return read_text(
         f"""
 name = "pendulum"
+{top}
 [parameters]
 m = "{m}"
 c = "0.1 N*m*s/rad"
+{letters}
 [bodies.bob]
 mass = "m"
 com = [0, 0, -2]
@@ -61,6 +64,11 @@ DOORS: dict[str, Callable[[Scene, Any], Any]] = {
     "ensemble": lambda s, x: symdyn.ensemble(s, values={"m": x if isinstance(x, str) else [x]}, until=0.1)["end(phi)"],
     "uncertainty": lambda s, x: symdyn.uncertainty(s, {"m": x}, until=0.1)["sd_phi"][-1],
     "bounds": lambda s, x: symdyn.collocation(s, 1, 2, free="m", bounds={"m": (None, x)}).upper[-1],
+    "bind": lambda s, x: float(symdyn.scene.bind(s, {"m": x}).parameters["m"].value.at({})),
+    "systems": lambda s, x: symdyn.linear.systems(symdyn.Problem(s, start={"phi": 0}), "m")(x).B[1, 0],
+    "with_parameters": lambda s, x: float(
+        symdyn.identification.with_parameters(s, {"m": x}).parameters["m"].value.at({})
+    ),
     "picture": lambda s, x: values_of(s, {"m": x})["m"],
 }
 """What comes of a value of m, by the argument that takes it."""
@@ -130,3 +138,98 @@ def test_ranges_of_collocation_say_their_units() -> None:
     for wrong in (("1 m", 1, 1), (1, "1 m", 1), (1, 1, ("-1 m", 1))):
         with pytest.raises(SymdynError, match=r"is in m, and (s|rad|1) is asked for"):
             found(*wrong)
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.parametrize(
+    ("door", "right", "wrong", "told"),
+    [
+        ("forces", "m*g*l*sin(phi) - phi_dot", "m*g*l + m*l", "forces: tau: m.l is in kg m, and N m is asked for"),
+        ("forces", "2*m*l*cos(t)", "m*l*cos(t)", "forces: tau: .* is in kg m, and N m is asked for"),
+        ("motion", "t + w*t", "m*t", "motion: phi: m.t is in kg s, and rad is asked for"),
+        ("start", "l/h", "l", "start: phi: l is in m, and rad is asked for"),
+        ("start_rates", "w", "c", "start rates: phi: c is in .*, and rad/s is asked for"),
+        ("subs", "3*l", "2*l", "given: m: 2.l is in m, and kg is asked for"),
+    ],
+)
+def test_a_formula_measures_what_is_asked_for(door: str, right: str, wrong: str, told: str) -> None:
+    """A term of symbols that say their units is looked at; a factor of 1 beside t and phi is left out."""
+    letters = 'l = "2 m"\nh = "4 m"\ng = "9.81 m/s^2"\nw = "3 rad/s"'
+
+    def given(s: Scene, formula: str) -> object:
+        if door == "subs":
+            return symdyn.equations(s).subs(m=formula)
+        if door == "motion":
+            return symdyn.inverse(s, motion={"phi": formula}, times=[0, 0.1])
+        return symdyn.simulate(s, until=0.1, **{door: {"tau" if door == "forces" else "phi": formula}})
+
+    given(pendulum("85 g", letters), right)
+    given(pendulum("85 g", letters, 'units = "none"'), wrong)
+    with pytest.raises(SymdynError, match=told):
+        given(pendulum("85 g", letters), wrong)
+
+
+def _linear(s: Scene) -> Any:
+    return symdyn.linearize(s, start={"phi": 0})
+
+
+TIMED: dict[str, Callable[[Scene, Any], Any]] = {
+    "simulate": lambda s, t: symdyn.simulate(s, until=t, every=t)["phi"],
+    "inverse": lambda s, t: symdyn.inverse(s, motion="phi=t", until=t)["tau"],
+    "uncertainty": lambda s, t: symdyn.uncertainty(s, {"phi": 0.1}, until=t)["sd_phi"],
+    "sensitivity": lambda s, t: symdyn.sensitivity(s, until=t).matrix,
+    "sweep": lambda s, t: symdyn.sweep(s, "phi=[1, 2]", "end(phi)", until=t)["end(phi)"],
+    "ensemble": lambda s, t: symdyn.ensemble(s, start={"phi": [1, 2]}, until=t)["end(phi)"],
+    "collocation": lambda s, t: symdyn.collocation(s, (t, 1), 2).lower,
+    "gait": lambda s, t: symdyn.gait(s, forces="tau=sin(4*pi*t)", period=t).multipliers,
+    "lqr": lambda s, t: _linear(s).lqr(1, 1, t).K,
+    "lqg": lambda s, t: _linear(s).lqg(period=t).A,
+    "discretize": lambda s, t: _linear(s).discretize(t).A,
+    "step": lambda s, t: _linear(s).step("phi", "tau", until=t).values,
+    "pid": lambda s, t: symdyn.pid("phi", "tau", 1, period=t).period,
+}
+"""Every argument that takes a span of time."""
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.parametrize("name", TIMED)
+def test_a_time_says_its_unit(name: str) -> None:
+    """Half a second is "500 ms" wherever a time is taken, and a length is none."""
+    found = [np.asarray(TIMED[name](pendulum("85 g"), t)).tolist() for t in ("500 ms", 0.5)]
+    assert found[0] == found[1]
+    with pytest.raises(SymdynError, match="5 m is in m, and s is asked for"):
+        TIMED[name](pendulum("85 g"), "5 m")
+
+
+@pytest.mark.parametrize(
+    ("made", "told"),
+    [
+        (lambda: symdyn.Feedback([[1, 2]], limits={"tau": -0.5}), "limits: tau: -0.5 is neither a size"),
+        (lambda: symdyn.Feedback(np.eye(2), limits=(3, -3)), "nothing lies between 3 and -3"),
+        (lambda: symdyn.pid("phi", "tau", 1, limits=-3), "-3 is neither a size above 0"),
+        (lambda: symdyn.Feedback([[1, 2]], period=0), "0 s is no period"),
+        (lambda: symdyn.Feedback(np.eye(2), delay=0.1), "without a period"),
+        (lambda: _linear(pendulum("85 g")).bode("phi", "tau")(1j), r"lin.transfer\(output, input\)\(1j\)"),
+        (lambda: symdyn.simulate(pendulum("85 g"), until=1, start=[0, 1]), "names are phi"),
+        (lambda: symdyn.film(pendulum("85 g"), speed=0.5), "2.run.t, run.q"),  # type: ignore[call-arg]
+    ],
+)
+def test_what_cannot_be_is_told_where_it_is_written(made: Callable[[], object], told: str) -> None:
+    """Limits and times of controllers, calls of what is no function: in words, and not first by a run."""
+    with pytest.raises(SymdynError, match=told):
+        made()
+
+
+@pytest.mark.runs("cc")
+def test_degrees_that_are_taken_for_radians_are_warned_of() -> None:
+    """As the shell says it."""
+    with pytest.warns(RuntimeWarning, match='start: phi = 90 is in rad; write "90 deg" for degrees'):
+        symdyn.simulate(pendulum("85 g"), until=0.1, start={"phi": 90})
+
+
+def test_a_start_beyond_a_limit_is_noted(tmp_path: Path) -> None:
+    """Of the scene as it is read; a start within is not."""
+    for limits, told in (('{ lower = "60 deg" }', "below limits.lower"), ('{ lower = 0, upper = "1 rad" }', "")):
+        (tmp_path / "one.toml").write_text(write_text(pendulum("85 g"), "toml").text + f"limits = {limits}\n")
+        notes = read_noting(tmp_path / "one.toml").notes
+        assert [told in one for one in notes] == [True] * bool(told)

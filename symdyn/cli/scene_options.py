@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 import re
 import shlex
 import sys
@@ -14,7 +13,7 @@ from typing import TYPE_CHECKING
 from symdyn.cli.talk import say
 from symdyn.errors import DerivationError, SceneError, listed, printable
 from symdyn.scene import Scene, SceneUnits, bind, parse, read_noting, with_symbols
-from symdyn.scene.values import Faults, FormulaError, Unit, ask_for_units, fits, split_commas
+from symdyn.scene.values import Faults, FormulaError, Parameter, split_commas
 
 if TYPE_CHECKING:
     from symdyn.dynamics import LoopChoices
@@ -126,7 +125,6 @@ def scene_and_notes(options: argparse.Namespace) -> tuple[Scene, list[str]]:
     if options.bind is None:
         return scene, notes
     given = read_bindings(options.bind)
-    ask_for_units(scene.parameters, given.items(), "--bind")
     if over := getattr(options, "over", None):
         from symdyn.study import check_unbound
 
@@ -164,19 +162,12 @@ def read_numbers(text: str, scene: Scene | None = None) -> dict[str, float]:
     Raises:
         SceneError: a part that is no name = number, or a name that comes twice.
     """
-    values, units = dict[str, float](), {} if scene is None else SceneUnits(scene).letters
+    from symdyn.simulation.prescribed import read_number  # of few verbs
+
+    letter, faults = Parameter if scene is None else SceneUnits(scene).letter, Faults("--at")
     given = read_bindings(text, "--at", "coordinate", "--at q1=0.3,q2=1")
-    if scene is not None:
-        ask_for_units(scene.parameters, given.items(), "--at")
-    for name, formula in given.items():
-        try:
-            fits(found := parse(formula), Unit.read(units[name]) if units.get(name) else None)
-            value = found.at({})
-        except FormulaError as fault:
-            raise SceneError(f"--at: the value of {name} {fault}") from fault
-        if value is None or not math.isfinite(value):
-            raise SceneError(f'--at: {name} = "{formula}" is no number; write --at {name}=0.3')
-        values[name] = float(value)
+    values = {name: read_number(x, {}, name, faults, letter(name)) or 0.0 for name, x in given.items()}
+    faults.close()
     return values
 
 

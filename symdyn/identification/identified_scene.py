@@ -30,10 +30,11 @@ from symdyn.graph import Expr, Op, evaluate, gradient, reachable
 from symdyn.identification.identification import Identification
 from symdyn.identification.linear_model import TEN, never_negative, places_of, unknowns, without_values
 from symdyn.identification.physical import SPREAD, Physical, nearest_physical
-from symdyn.scene import Quantity, Scene, bind, with_force_parameters
+from symdyn.scene import Quantity, Scene, SceneUnits, bind, with_force_parameters
 from symdyn.scene.formats import possible
-from symdyn.scene.values import Body, ask_for_units
+from symdyn.scene.values import Body, Faults
 from symdyn.shown import Shown
+from symdyn.simulation.prescribed import read_number
 
 WEAK = 1e-3
 """One over the standard deviation of the prior, in sizes of a parameter."""
@@ -265,7 +266,7 @@ def identifiable_combinations(identification: Identification, first: int | None 
     return C, C @ estimate, C @ covariance @ C.T
 
 
-def with_parameters(scene: Scene, values: Mapping[str, float]) -> Scene:
+def with_parameters(scene: Scene, values: Mapping[str, float | str]) -> Scene:
     """Return the scene with other values of what its forces are linear in, or of its own parameters.
 
     A body of which one of the ten is given becomes mass, centre of mass and inertia about it, in numbers; the others
@@ -273,30 +274,32 @@ def with_parameters(scene: Scene, values: Mapping[str, float]) -> Scene:
 
     Args:
         scene: the mechanism.
-        values: by name of a column of `regressor` (m2, mx2, ..., Iyz2, fv1, k1) or of a parameter; SI units.
+        values: by name of a column of `regressor` (m2, mx2, ..., Iyz2, fv1, k1) or of a parameter; in SI, or text.
 
     Raises:
         SceneError: a name that is none of these, or a scene that cannot be, such as an inertia that no body has.
     """
     check_arguments(with_parameters, locals(), SceneError)
-    ask_for_units(scene.parameters, values.items(), "values")
+    faults, letter = Faults(""), SceneUnits(scene).letter
+    read = {name: read_number(x, {}, f"values: {name}", faults, letter(name)) or 0.0 for name, x in values.items()}
+    faults.close()
     opened = with_force_parameters(scene)
     own = {parameter.name for parameter in scene.parameters}
     ten = [tuple(str(q.value) for q in (b.mass, *(b.first_moment or ()), *b.inertia)) for b in opened.bodies]
     made = {p.name: p.value for p in opened.parameters if p.name not in own and p.value is not None}
     known = {*own, *made, *(name for one in ten for name in one)}
-    for name in values:
+    for name in read:
         if name not in known:
             raise SceneError(f"{scene.name}: {name} is no parameter of it; {choice(name, tuple(known))}")
-    made |= {name: _like(_exact(values[name]), made[name]) for name in made if name in values}
+    made |= {name: _like(_exact(read[name]), made[name]) for name in made if name in read}
     settled = opened.substituted(made)
     bodies = list(scene.bodies)
-    if any(name in values for one in ten for name in one):
+    if any(name in read for one in ten for name in one):
         declared = unknowns(scene)
         for k, names in enumerate(ten):
-            if any(name in values for name in names):
+            if any(name in read for name in names):
                 before = declared.values[TEN * k : TEN * (k + 1)]
-                given = [float(values.get(name, x)) for name, x in zip(names, before, strict=True)]
+                given = [float(read.get(name, x)) for name, x in zip(names, before, strict=True)]
                 bodies[k] = body_of_ten(scene.bodies[k], given)
     changed = replace(
         scene,
@@ -304,9 +307,7 @@ def with_parameters(scene: Scene, values: Mapping[str, float]) -> Scene:
         joints=settled.joints,
         elements=settled.elements,
         parameters=tuple(
-            replace(p, value=_exact(values[p.name]), positive=p.positive and values[p.name] > 0)
-            if p.name in values
-            else p
+            replace(p, value=_exact(read[p.name]), positive=p.positive and read[p.name] > 0) if p.name in read else p
             for p in scene.parameters
         ),
     )

@@ -26,7 +26,7 @@ from symdyn.errors import IdentifyError, UnknownNameError, listed, suggestion
 from symdyn.frozen import dataclass, field
 from symdyn.identification.shooting import FEWEST, Measured, Search, first_state, read_measured, searched, shooting
 from symdyn.rounding import in_digits
-from symdyn.scene import Scene, SceneLike, SceneUnits, bind
+from symdyn.scene import Scene, SceneLike, SceneUnits, with_values
 from symdyn.scene.values import Faults
 from symdyn.shown import Shown
 from symdyn.simulation import Problem, opened
@@ -107,7 +107,7 @@ class OutputFit(Shown):
     @property
     def scene(self) -> Scene:
         """The scene with the parameters that were found."""
-        return bind(self.declared, self.values)
+        return with_values(self.declared, self.values)
 
     def table(self) -> Table[str]:
         """Return name, unit, before, after and standard error of every estimate."""

@@ -21,7 +21,7 @@ from symdyn.algebra import Array
 from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import IdentifyError, SimulateError, SymdynError, listed, suggestion
 from symdyn.frozen import dataclass, field, replace
-from symdyn.scene import Scene, bind
+from symdyn.scene import Scene, with_values
 from symdyn.scene.values import Faults, velocity_name
 from symdyn.simulation import Flow, Forces, Problem
 from symdyn.simulation.prescribed import Columns, Entries, drive_names, read_entries
@@ -85,7 +85,7 @@ class Shooting:
         Raises:
             SymdynError: values that the scene cannot have.
         """
-        scene = bind(self.scene, values) if values else self.scene
+        scene = with_values(self.scene, values) if values else self.scene
         return Flow.of(scene, self.forces, self.start[: len(scene.coordinates)], self.parameters)
 
     def grown(self, run: ShootingRun | None) -> float:

@@ -36,6 +36,7 @@ from symdyn.linear.state_space import StateSpace
 from symdyn.linear.weights import Weights, places
 from symdyn.scene import Scene
 from symdyn.scene.values import split_commas
+from symdyn.simulation.prescribed import timed
 from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
@@ -190,6 +191,11 @@ class Linearization(StateSpace):
         """Return it of inputs that are given alone, states beside one with rates being z; errors as of `step`."""
         return StateSpace.to_control(self._chosen(None, None))
 
+    @timed(LinearizeError)
+    def discretize(self, dt: float) -> StateSpace:
+        """Return it from sample to sample, inputs, those of `to_control`, held for `dt` s; errors as there."""
+        return StateSpace.discretize(self._chosen(None, None), dt)
+
     @property
     def velocities(self) -> list[int]:
         """Numbers of the independent velocities, and of states of one's own behind all velocities."""
@@ -281,7 +287,7 @@ class Linearization(StateSpace):
             "have a .closed_loop; gains K act by symdyn.simulate(scene, feedback=K)"
         )
 
-    @checked(LinearizeError)
+    @timed(LinearizeError)
     def lqr(
         self,
         Q: Weights | None = None,
@@ -316,7 +322,7 @@ class Linearization(StateSpace):
         some = split_commas(integral) if isinstance(integral, str) else integral
         return lqr(self, Q, R, native(float, period)[0], N, some)
 
-    @checked(LinearizeError)
+    @timed(LinearizeError)
     def place(self, poles: Sequence[complex] | Array, period: float | None = None) -> Regulator:
         """Return the feedback u = u0 - K (x - x0) that gives the closed loop its poles, 1/s, one a state.
 
@@ -329,7 +335,7 @@ class Linearization(StateSpace):
         """
         return place(self, poles, *native(float, period))
 
-    @checked(LinearizeError)
+    @timed(LinearizeError)
     def kalman(self, W: Weights | None = None, V: Weights | None = None, period: float | None = None) -> Observer:
         """Return the gain of the Kalman filter, a predictor where it is sampled.
 
@@ -344,7 +350,7 @@ class Linearization(StateSpace):
         """
         return kalman(self, W, V, *native(float, period))
 
-    @checked(LinearizeError)
+    @timed(LinearizeError)
     def lqg(
         self,
         Q: Weights | None = None,

@@ -41,13 +41,13 @@ from symdyn.linear.contact_mode import read_mode
 from symdyn.linear.equilibrium import Equilibria, Equilibrium, equilibria
 from symdyn.linear.evolution import STILL
 from symdyn.linear.linearization import Linearization
-from symdyn.linear.locus import RootLocus, read_values, root_locus
+from symdyn.linear.locus import RootLocus, number, read_values, root_locus
 from symdyn.linear.modes import untouched
 from symdyn.linear.prepared import Prepared, prepared
 from symdyn.linear.search import nearest
 from symdyn.linear.steady import BALANCED, settled, steady_next_to
 from symdyn.rounding import in_digits
-from symdyn.scene import Quantity, Scene, SceneLike, SceneUnits, bind, scene_of
+from symdyn.scene import Quantity, Scene, SceneLike, SceneUnits, scene_of, with_values
 from symdyn.scene.values import FormulaError, Parameter, formula_text
 from symdyn.simulation import Forces, Problem, Trajectory, opened
 from symdyn.simulation.prescribed import Entries
@@ -334,34 +334,33 @@ def _unmoved(places: Equilibria, place: Equilibrium, where: str) -> str:
 
 def systems(
     problem: Problem | SceneLike, name: str, independent: str | Sequence[str] = (), anywhere: bool = False
-) -> Callable[[float], Linearization]:
+) -> Callable[[float | str], Linearization]:
     """Return the system at a value of a name; forces are texts or formulas by name, else as of `linearize`.
 
     Raises:
-        LinearizeError: the name is no parameter, and no formula has it.
+        LinearizeError: the name is no parameter, and no formula has it; of the function, what a bare value may mean.
     """
     problem = problem if isinstance(problem, Problem) else Problem(scene_of(problem))
+    found, letter = _systems(problem, name, independent, anywhere), SceneUnits(problem.scene).letter(name)
+    return lambda value: found(number(value, argument("over"), letter))
+
+
+def _systems(
+    problem: Problem, name: str, independent: str | Sequence[str], anywhere: bool
+) -> Callable[[float], Linearization]:
     scene, forces = problem.scene, problem.forces
     parts = (*problem.by_name, forces if isinstance(forces, Mapping) else {"forces": forces})
     formulas = [formula_text(one) for part in parts for one in part.values()]
-    taken = {
-        *scene.coordinates,
-        *scene.first_order,
-        *filter(None, scene.drives),
-        *(one.name for one in scene.inputs),
-        "t",
-    }
-    if name in taken:
-        raise LinearizeError(
-            f"{argument('over')}: {name} moves; a range is of a parameter, or of a symbol that formulas name"
-        )
+    inputs, over = (one.name for one in scene.inputs), argument("over")
+    if name in {*scene.coordinates, *scene.first_order, *filter(None, scene.drives), *inputs, "t"}:
+        raise LinearizeError(f"{over}: {name} moves; a range is of a parameter, or of a symbol that formulas name")
     if name not in [one.name for one in scene.parameters]:
         if told := scene.derived_words(name):
-            raise LinearizeError(f"{argument('over')}: {told}")
+            raise LinearizeError(f"{over}: {told}")
         if not any(re.search(rf"\b{re.escape(name)}\b", text) for text in formulas):
             there = ", ".join(one.name for one in scene.parameters) or "none"
             raise LinearizeError(
-                f"{argument('over')}: {name} is no parameter (they are: {there}) and in no formula; say what it "
+                f"{over}: {name} is no parameter (they are: {there}) and in no formula; say what it "
                 f"does, as in {argument('start_rates', {scene.velocities[0]: name})}"
             )
         scene = replace(scene, parameters=(*scene.parameters, Parameter(name)))
@@ -370,7 +369,7 @@ def systems(
     last: list[Array] = []
 
     def system(value: float) -> Linearization:
-        bound = bind(scene, {name: value})
+        bound = with_values(scene, {name: value})
         form = opened(bound).scene
         here = replace(problem, scene=bound)
         if form not in derived:
@@ -414,4 +413,4 @@ def stays(system: Linearization) -> bool:
 def locus_over(problem: Problem, specified: str, independent: Sequence[str] = (), anywhere: bool = False) -> RootLocus:
     """Return the root locus over what `read_values` reads; other arguments and errors as of `systems`, `root_locus`."""
     name, values = read_values(specified, scene=problem.scene)
-    return root_locus(name, values, systems(problem, name, independent, anywhere), problem.scene.name)
+    return root_locus(name, values, _systems(problem, name, independent, anywhere), problem.scene.name)

@@ -27,8 +27,9 @@ from symdyn.frozen import dataclass
 from symdyn.linear.modes import SIDEWAYS, Complexes, pairs_of
 from symdyn.linear.plots import Plotted, pole_map
 from symdyn.rounding import in_digits
-from symdyn.scene import Scene, parse
-from symdyn.scene.values import FormulaError, Parameter, Unit, fits, question, split_commas
+from symdyn.scene import Scene
+from symdyn.scene.values import Faults, Letter, Parameter, split_commas
+from symdyn.simulation.prescribed import read_number
 from symdyn.table import Table
 from symdyn.unlocked import cached_property
 
@@ -68,40 +69,26 @@ def numbers(specified: str, where: str, letter: Parameter | None = None) -> Arra
     found = RANGE.match(specified)
     if found and found["kind"] in RANGES:
         texts = split_commas(found["inside"])
-        parts = [_number(part, where, letter if k < 2 else None) for k, part in enumerate(texts)]
+        parts = [number(part, where, letter if k < 2 else None) for k, part in enumerate(texts)]
         if len(parts) != 3 or parts[2] != int(parts[2]) or not 2 <= parts[2] <= MOST:
             raise LinearizeError(f"{where}: {specified} wants a beginning, an end and how many, 2 to {MOST}")
         if found["kind"] == "geomspace" and not parts[0] * parts[1] > 0:
             raise LinearizeError(f"{where}: {specified} begins and ends on the same side of zero")
         return np.asarray(RANGES[found["kind"]](parts[0], parts[1], int(parts[2])))
     if specified.startswith("[") and specified.endswith("]"):
-        return np.array([_number(part, where, letter) for part in split_commas(specified[1:-1])])
+        return np.array([number(part, where, letter) for part in split_commas(specified[1:-1])])
     raise LinearizeError(f'{where}: "{specified}" is no range; write {FORM}')
 
 
-def number_in(text: str, letter: Parameter | None = None) -> float:
-    """Return the number that a formula without names is, of a letter or of none.
+def number(given: object, where: str, letter: Letter | None = None) -> float:
+    """Return the number that a number, or a formula without names, is, of a letter or of none.
 
     Raises:
-        FormulaError: it is none, or in a unit that does not fit the letter's, or in none where it has one of its own.
+        LinearizeError: it is none, or in a unit that does not fit the letter's, or in none where it has one of its own.
     """
-    formula = parse(text)
-    if letter is not None:
-        fits(formula, Unit.read(letter.unit) if letter.unit else None)
-        if asked := question(letter, text):
-            raise FormulaError(asked)
-    if formula.symbols:
-        raise FormulaError(f"{text} is no number; it names {', '.join(formula.symbols)}")
-    value = formula.at({})
-    assert value is not None, "a formula without names has a value, or raises"
-    return float(value)
-
-
-def _number(text: str, where: str, letter: Parameter | None) -> float:
-    try:
-        return number_in(text, letter)
-    except FormulaError as error:
-        raise LinearizeError(f"{where}: {text}: {error}") from None
+    found = read_number(given, {}, f"{where}: {given}", faults := Faults(""), letter or Parameter(""))
+    faults.close(LinearizeError)
+    return found or 0.0
 
 
 def array_of(given: object, kind: type[float] | type[complex] = float) -> Any:

@@ -337,7 +337,7 @@ def steps(one: StateSpace, period: float | None, integral: Sequence[str] = ()) -
     names, units = (*one.outputs.names, *one.states.names), (*one.outputs.units, *one.states.units)
     if strange := [name for name in integral if name not in names]:
         raise LinearizeError(f"integral: {strange[0]} is no output or state; {suggestion(strange[0], names)}")
-    step, (n, inputs), many = one if period is None else one.discretize(period), one.B.shape, len(integral)
+    step, (n, inputs), many = one if period is None else StateSpace.discretize(one, period), one.B.shape, len(integral)
     some, (every, stays) = [names.index(name) for name in integral], (1.0, 0.0) if period is None else (period, 1.0)
     rows = every * np.block([[one.C, one.D], [np.eye(n, n + inputs)]])[some]
     A = np.block([[step.A, np.zeros((n, many))], [rows[:, :n], stays * np.eye(many)]])

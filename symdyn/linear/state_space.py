@@ -44,6 +44,7 @@ from symdyn.linear.transfer import (
     transfers,
 )
 from symdyn.linear.weights import Axis, places, read_axis, read_matrix
+from symdyn.simulation.prescribed import timed
 from symdyn.table import Table
 from symdyn.unlocked import cached_property
 
@@ -310,7 +311,7 @@ class StateSpace(Plotted):
             raise LinearizeError(f'{self.name}: .margins("{self.inputs.names[0]}") of the regulator cuts one open')
         return margins(self[output, input])
 
-    @checked(LinearizeError)
+    @timed(LinearizeError)
     def step(
         self, output: str | None = None, input: str | None = None, until: float | None = None, points: int | None = None
     ) -> TimeResponse:
@@ -327,7 +328,7 @@ class StateSpace(Plotted):
         """
         return time_response(self._chosen(output, input), "step", until, points)
 
-    @checked(LinearizeError)
+    @timed(LinearizeError)
     def impulse(
         self, output: str | None = None, input: str | None = None, until: float | None = None, points: int | None = None
     ) -> TimeResponse:
@@ -358,7 +359,7 @@ class StateSpace(Plotted):
         """Return the system of a channel, the whole without names; one `ahead` of its inputs only if that is said."""
         return self if output is None and input is None else self[output, input]
 
-    @checked(LinearizeError)
+    @timed(LinearizeError)
     def discretize(self, dt: float) -> StateSpace:
         """Return the system from sample to sample, its inputs held for `dt` s, by the matrix exponential.
 

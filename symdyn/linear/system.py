@@ -138,7 +138,9 @@ class System:
 
     def sampled(self, period: float) -> tuple[StateSpace, StateSpace]:
         """Return the system between samples, exactly and along a step; errors as of `discretize` and `along_a_step`."""
-        return self.linearization.discretize(period), along_a_step(self.prepared, self.linearization, period)
+        return StateSpace.discretize(self.linearization, period), along_a_step(
+            self.prepared, self.linearization, period
+        )
 
     def lqr(self, weights: Sequence[str], period: float | None = None) -> Regulator:
         """Return the regulator of weights that --lqr says; errors as of `read_weights` and `lqr`."""

@@ -16,8 +16,9 @@ from symdyn.algebra import Array
 from symdyn.bounds import BOUNDS
 from symdyn.errors import LinearizeError, quoted, suggestion
 from symdyn.frozen import dataclass
-from symdyn.linear.locus import array_of, number_in
-from symdyn.scene.values import Faults, FormulaError, split_commas
+from symdyn.linear.locus import array_of
+from symdyn.scene.values import Faults, Parameter, split_commas
+from symdyn.simulation.prescribed import read_number
 
 
 @dataclass(frozen=True)
@@ -114,10 +115,7 @@ def read_weights(option: str, specified: Sequence[str], names: Mapping[str, Sequ
                 continue
             if key in found[name]:
                 faults.add(option, f"{name}: {key} is named twice")
-            try:
-                found[name][key] = number_in(value)
-            except FormulaError as error:
-                faults.add(option, f"{name}: {key}: {error}")
+            found[name][key] = read_number(value, {}, f"{option}: {name}: {key}", faults, Parameter("")) or 0.0
     faults.close(LinearizeError)
     return found
 

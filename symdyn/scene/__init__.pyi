@@ -55,6 +55,7 @@ from .symbolic import (
     with_force_parameters as with_force_parameters,
     with_symbolic_inertia as with_symbolic_inertia,
     with_symbols as with_symbols,
+    with_values as with_values,
     without_hidden_zeros as without_hidden_zeros,
 )
 from .toml import read_text as read_text, tables_of as tables_of

@@ -28,7 +28,6 @@ from symdyn.scene.declaration.reading import (
     read_bounded,
 )
 from symdyn.scene.symbolic import bind
-from symdyn.scene.values.dimensional_analysis import ask_for_units
 from symdyn.scene.values.entry import Faults, show
 from symdyn.scene.values.grammar import check_scene_name
 from symdyn.scene.values.model import Scene
@@ -84,7 +83,6 @@ def scene_of(source: SceneLike, values: Mapping[str, object] | None = None) -> S
     check_arguments(scene_of, {"values": values}, SceneError)
     if values is None or not len(values):
         return scene
-    ask_for_units(scene.parameters, values.items(), "values")
     return bind(scene, values)
 
 

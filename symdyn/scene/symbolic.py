@@ -28,7 +28,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import fields, replace
 from fractions import Fraction
 
-from symdyn.arguments import check_arguments
+from symdyn.arguments import argument, check_arguments
 from symdyn.errors import SceneError, suggestion
 from symdyn.graph import Graph
 from symdyn.scene.declaration.draft import draft_of, slides
@@ -37,6 +37,7 @@ from symdyn.scene.declaration.whole_scene import check
 from symdyn.scene.forces.force_table import FORCES, sections
 from symdyn.scene.joints.joint_table import ARMATURE, DAMPING, JOINTS
 from symdyn.scene.values.body import Body, Particle, Pose
+from symdyn.scene.values.dimensional_analysis import ask_for_units
 from symdyn.scene.values.entry import Faults, compose, show
 from symdyn.scene.values.folding import add, map_quantities, mul, neg, substituted
 from symdyn.scene.values.joint import Element, Joint
@@ -294,9 +295,16 @@ def bind(scene: Scene, values: Mapping[str, object]) -> Scene:
             "400 mm", or a quantity.
 
     Raises:
-        SceneError: an unknown parameter, no number, or a value that the scene cannot have; with every fault.
+        SceneError: an unknown parameter, no number, or a value that the scene cannot have; with every fault. Or what a
+            value without a unit may mean, of a parameter that the scene has in another unit than that of SI.
     """
     check_arguments(bind, locals(), SceneError)
+    ask_for_units(scene.parameters, values.items(), argument("values"))
+    return with_values(scene, values)
+
+
+def with_values(scene: Scene, values: Mapping[str, object]) -> Scene:
+    """Return the scene of `bind`, which asks, at values that were asked for or computed."""
     faults = Faults(scene.source or scene.name)
     names = {parameter.name: parameter for parameter in scene.parameters}
     known: dict[str, Parameter] = {}

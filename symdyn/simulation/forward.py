@@ -209,7 +209,7 @@ def simulate(
         DerivationError: there is no forward dynamics, or loops cannot be closed.
     """
     problem, run = Problem.requested(simulate, locals())
-    tell = say or (lambda line: None)
+    tell = say or _note
     reports = (reports,) if isinstance(reports, str) else tuple(reports)
     scene, formulas, faults = problem.scene, (*map(str, run.stops), *reports), Faults("")
     given, initial, zeros, times = problem.posed(run, faults, reports)
@@ -308,6 +308,12 @@ def ready(
         return system, x
     system = replace(system, contacts=replace(system.contacts, told=[], pushed={}, declared=scene))
     return system, begun(system, x)
+
+
+def _note(line: str) -> None:
+    """Warn, where nobody listens, of degrees that are taken for radians."""
+    if line.endswith("for degrees"):
+        warnings.warn(line, RuntimeWarning, stacklevel=4)
 
 
 def _warn(line: str) -> None:

@@ -22,6 +22,7 @@ from symdyn.shown import Shown
 from symdyn.simulation.equations.variational import WIDTH
 from symdyn.simulation.forward import simulate
 from symdyn.simulation.initial import Start
+from symdyn.simulation.prescribed import in_seconds
 from symdyn.simulation.problem import Problem
 from symdyn.simulation.return_map import CLOSE, ROUNDING, ReturnMap
 from symdyn.simulation.trajectory import Trajectory
@@ -180,6 +181,7 @@ def gait(
         DerivationError: there is no forward dynamics, or loops cannot be closed.
     """
     problem, run = Problem.requested(gait, locals(), "until", "rtol")
+    period, until = in_seconds({"period": period, "until": until}).values()
     pairs = _pairs(swap) if isinstance(swap, str) else dict(swap)
     if odd := [one for one in (*pairs, *pairs.values()) if not isinstance(one, str)]:
         raise SimulateError(f"swap: {odd[0]!r:.40} is no name; write swap={{'a': 'b'}}")

@@ -236,7 +236,7 @@ def read_start(
         k = _index(named, velocities, "start rates", faults, scene)
         if k in given_u:
             faults.add("start rates", f"{named} is given twice")
-        formula, value = _value(text, values, f"start rates: {name}", faults, units.get(named, ""))
+        formula, value = _value(scene, text, values, f"start rates: {name}", faults, units.get(named, ""))
         if k is not None and formula is not None and value is not None:
             u[k], formulas[len(q) + k] = value, formula
             given_u.append(k)
@@ -302,7 +302,7 @@ def _position(
     units = SceneUnits(scene).letters
     for name, text in start.items():
         k = _index(name, names, "start", faults, scene)
-        formula, value = _value(text, values, f"start: {name}", faults, units.get(name, ""))
+        formula, value = _value(scene, text, values, f"start: {name}", faults, units.get(name, ""))
         if k is None or formula is None or value is None:
             continue
         if k < len(q):
@@ -350,9 +350,9 @@ def _index(name: str, names: Sequence[str], where: str, faults: Faults, scene: S
 
 
 def _value(
-    text: str, values: Mapping[str, Quantity], where: str, faults: Faults, unit: str
+    scene: Scene, text: str, values: Mapping[str, Quantity], where: str, faults: Faults, unit: str
 ) -> tuple[Quantity | None, float | None]:
-    formula = read_formula(text, values, where, faults, unit=unit)
+    formula = read_formula(text, values, where, faults, unit=unit, scene=scene)
     return formula, None if formula is None else number_of(formula, values, where, faults)
 
 

@@ -104,10 +104,10 @@ def inverse(
         SceneError: a value that the scene cannot have, or of no parameter.
         DerivationError: the drives do not fit the loops.
     """
-    problem, _ = Problem.requested(inverse, locals())
+    problem, asked = Problem.requested(inverse, locals())
     scene = problem.refused("it belongs to a run, and a motion is given", "start_rates").scene
     scene.refuse_contacts("inverse dynamics over time", SimulateError)
-    motion, path, forces, t = _read(problem, motion, path, times, until, every)
+    motion, path, forces, t = _read(problem, motion, path, times, until if until is None else asked.until, asked.every)
     axes = _check(scene, motion, path, t, reactions)
     told = {places_of(scene)[name]: table for name, table in motion.inputs.items()}
     forces = replace(forces, tables={k: told[k] for k in told if k not in forces.formulas} | {**forces.tables})

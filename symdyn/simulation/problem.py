@@ -16,20 +16,15 @@ from symdyn.algebra import Array
 from symdyn.arguments import SympyExpression, check_arguments, native, suggesting
 from symdyn.errors import SimulateError
 from symdyn.frozen import InitVar, dataclass, replace
-from symdyn.scene import Quantity, Scene, bind, scene_of
-from symdyn.scene.values import Faults, Parameter, formula_text
+from symdyn.scene import Quantity, Scene, scene_of, with_values
+from symdyn.scene.values import Faults, formula_text
 from symdyn.shown import Suggesting
 from symdyn.simulation.equations.contact_modes import column_names
 from symdyn.simulation.initial import Start, Values, by_name, read_start
 from symdyn.simulation.integrate import FINEST, named
 from symdyn.simulation.prescribed.entries import Entries
 from symdyn.simulation.prescribed.forces import Forces, at_start, read_forces, read_inputs
-from symdyn.simulation.prescribed.formulas_in_time import (
-    parameter_values,
-    read_number,
-    read_seen,
-    sample_times,
-)
+from symdyn.simulation.prescribed.formulas_in_time import in_seconds, parameter_values, read_seen, sample_times
 from symdyn.unlocked import cached_property
 
 SMALLEST = 1e-300
@@ -98,7 +93,7 @@ class Problem(Suggesting):
             SimulateError: with every argument of another kind; or a field of a Problem beside one.
             SceneError: with every fault of a scene's file, or a value that the scene cannot have.
         """
-        arguments = {**arguments, "fields": _in_seconds(arguments.get("fields") or {})}
+        arguments = in_seconds({**arguments, "fields": in_seconds(arguments.get("fields") or {})})
         given, usual = check_arguments(function, arguments, SimulateError), inspect.signature(function).parameters
         own, of_run = (
             {
@@ -148,7 +143,7 @@ class Problem(Suggesting):
         self, values: Mapping[str, object], start: Mapping[str, object], start_rates: Mapping[str, object]
     ) -> Problem:
         """Return it at other values, and from another start, of what is named; SimulateError of a whole state."""
-        there = replace(self, scene=bind(self.scene, values))
+        there = replace(self, scene=with_values(self.scene, values))
         if not (start or start_rates):
             return there
         own, own_rates = self.by_name
@@ -251,16 +246,6 @@ class Run:
         times = sample_times(self.until, self.every, faults)
         faults.close(SimulateError)
         return tuple(event for event in events if event is not None), times
-
-
-def _in_seconds(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return arguments, times that are text, "5 s" or "10 ms", in s; SimulateError with every fault."""
-    faults, found = Faults(""), dict(given)
-    for name, value in given.items():
-        if name in ("until", "every") and isinstance(value, str) and value[:1].isdigit() and value[-1:].isalpha():
-            found[name] = read_number(value, {}, name, faults, Parameter(name, unit="s"))
-    faults.close(SimulateError)
-    return found
 
 
 def _check_one(specified: Mapping[str, object]) -> None:

@@ -26,7 +26,7 @@ from symdyn.graph import Expr, evaluate, reachable
 from symdyn.interrupts import interrupts_wait
 from symdyn.program import Program
 from symdyn.runtime import load_program
-from symdyn.scene import Quantity, Scene, SceneUnits, bind, parse
+from symdyn.scene import Quantity, Scene, SceneUnits, parse, with_values
 from symdyn.scene.values import Faults, velocity_name
 from symdyn.simulation import lockstep
 from symdyn.simulation.ensemble_task import (
@@ -330,7 +330,7 @@ def read_lanes(problem: Problem, start: object, rates: object, values: object, f
                     read[what][name] = np.broadcast_to(one, (count,)) if len(one) in (1, count) else one
                 else:
                     unit = units.get(velocity_name(name) if what == "start rates" and name in places else name, "")
-                    read[what][name] = read_formula(one, allowed, f"{what}: {name}", faults, unit=unit)
+                    read[what][name] = read_formula(one, allowed, f"{what}: {name}", faults, unit=unit, scene=bound)
     return Lanes(bound, count, read["start"], read["start rates"], arrays)
 
 
@@ -371,7 +371,7 @@ def _bound(scene: Scene, plain: Mapping[str, Any], arrays: Mapping[str, Array], 
         own = Faults("")
         with own.noted():
             off_these = {name: x * off or (0.0 if off == 1.0 else 1.0) for name, x in near.items()}
-            return bind(scene, {**plain, **off_these}) if plain or near else scene
+            return with_values(scene, {**plain, **off_these}) if plain or near else scene
     faults.lines += own.lines
     return scene
 

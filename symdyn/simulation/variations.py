@@ -24,7 +24,7 @@ from symdyn.algebra import Array
 from symdyn.arguments import check_arguments, with_fields
 from symdyn.errors import SimulateError, UnknownNameError, listed, suggestion
 from symdyn.frozen import dataclass, field
-from symdyn.scene import Scene, SceneLike, bind
+from symdyn.scene import Scene, SceneLike, with_values
 from symdyn.scene.values import Faults
 from symdyn.shown import Shown
 from symdyn.simulation.equations.linear_feedback import state_names
@@ -179,7 +179,7 @@ class Variations:
             if change
         }
         if moved:
-            scene = bind(system.scene, moved)
+            scene = with_values(system.scene, moved)
             system = system.at(scene, system.forces)
         return trajectory_of(system, Integration(run.t, x, (), END, 0, 0, 0.0, 0.0), (), (), False)
 

@@ -24,7 +24,7 @@ from symdyn.errors import SimulateError, listed
 from symdyn.frozen import dataclass, field
 from symdyn.graph import gradient, tangents
 from symdyn.rounding import in_digits
-from symdyn.scene import Scene, bind
+from symdyn.scene import Scene, with_values
 from symdyn.shown import Shown
 from symdyn.simulation import Forces, Impact, Start, Trajectory, compiled_entries, simulate
 from symdyn.transcription.grid import ROWWISE, Places
@@ -168,7 +168,7 @@ class Solution(Shown):
     @property
     def scene(self) -> Scene:
         """The mechanism with these values."""
-        return bind(self.problem.scene, self.parameters) if self.problem.free else self.problem.scene
+        return with_values(self.problem.scene, self.parameters) if self.problem.free else self.problem.scene
 
     @property
     def run(self) -> Trajectory:

@@ -26,9 +26,11 @@ from symdyn.frozen import asdict, dataclass
 from symdyn.graph import Expr, evaluate
 from symdyn.program import Sampling, lower
 from symdyn.rounding import finite
-from symdyn.scene import Quantity, Scene, SceneLike, scene_of
+from symdyn.scene import Quantity, Scene, SceneLike, SceneUnits, scene_of
 from symdyn.scene.joints import start_of
+from symdyn.scene.values import Faults
 from symdyn.shown import Shown
+from symdyn.simulation.prescribed import read_number
 from symdyn.verdict import Claims, Judged, Unclaimed, Verdict
 from symdyn.verify.accuracy import Array
 from symdyn.verify.building import modules_of, requested_targets
@@ -114,7 +116,7 @@ _WHY = {
 def rigorous(
     scene: SceneLike,
     outputs: Sequence[str] | None = None,
-    at: Mapping[str, float] | None = None,
+    at: Mapping[str, float | str] | None = None,
     states: int = 4,
     seed: int = 1,
     real: str = "double",
@@ -184,8 +186,8 @@ def rigorous(
     return Rigorous(scene.name, real, tried, tuple(bounds), bits, tuple(notes), tuple(absent), made.missing)
 
 
-def _given(scene: Scene, workspace: Workspace, at: Mapping[str, float], real: str) -> dict[str, float]:
-    """Return the value of every symbol that may be an argument; VerifyError of a name that is none of them."""
+def _given(scene: Scene, workspace: Workspace, at: Mapping[str, float | str], real: str) -> dict[str, float]:
+    """Return the value of every symbol that may be an argument; VerifyError of a name that is none, or no value."""
     state = workspace.state
     known: dict[str, str] = {str(node.value): str(node.value) for node in (*state.q, *state.qd, *state.qdd)}
     known |= {drive: str(node.value) for drive, node in zip(scene.drives, state.tau, strict=True) if drive}
@@ -200,7 +202,9 @@ def _given(scene: Scene, workspace: Workspace, at: Mapping[str, float], real: st
     values |= {p.name: _number(p.value, workspace) for p in scene.given}
     for nodes, quantities in ((state.q, start_of(scene).position), (state.qd, start_of(scene).velocity)):
         values |= {str(n.value): _number(x, workspace) for n, x in zip(nodes, quantities, strict=True)}
-    values |= {known[name]: float(value) for name, value in at.items()}
+    faults, letter = Faults(""), SceneUnits(scene).letter
+    values |= {known[name]: read_number(x, {}, f"at: {name}", faults, letter(name)) or 0.0 for name, x in at.items()}
+    faults.close(lambda lines: VerifyError("\n".join(lines)))
     return {name: float(np.float32(value)) for name, value in values.items()} if real == "float" else values
 
 

@@ -22,7 +22,7 @@ from symdyn.errors import ArgumentError, EmitError, UnknownNameError, choice, li
 from symdyn.frozen import dataclass, field, fields, replace
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene, SceneUnits, parse
-from symdyn.scene.values import FormulaError, Unit, acceleration_name, fits, question, velocity_name
+from symdyn.scene.values import Faults, FormulaError, Unit, acceleration_name, fits, question, velocity_name
 from symdyn.shown import BySympy, Shown
 from symdyn.unlocked import cached_property
 
@@ -190,11 +190,13 @@ class SympyEquations(Shown, BySympy):
                     raise EmitError(
                         f"given: {quoted(value)} is no value; give a number, a formula or an expression"
                     ) from None
-            formula = parse(value)
+            formula, faults = parse(value), Faults("")
             try:
                 fits(formula, Unit.read(letter.unit) if letter.unit else None)
             except FormulaError as error:
                 raise EmitError(f"given: {letter.name}: {value} {error}") from None
+            units.check(formula, f"given: {letter.name}", faults, unit=letter.unit, place="bodies.")
+            faults.close(lambda lines: EmitError("\n".join(lines)))
             (found,) = graph_to_sympy([formula.express(Graph())])
             return found.xreplace({one: self[str(one)] for one in found.free_symbols})
 

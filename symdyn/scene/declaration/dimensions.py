@@ -170,13 +170,16 @@ def words(pair: Pair, analysis: Analysis) -> str:
 
 def _because(pair: Pair, analysis: Analysis) -> str:
     """Return where the letters of a pair that say no unit were told theirs."""
-    both = pair.one.symbols + (pair.other.symbols if pair.other is not None else ())
     told = []
-    for name in dict.fromkeys(both):
+    for name in dict.fromkeys(_symbols(pair)):
         origin = analysis.origins.get(name)
         if origin is not None and origin.place != pair.place and (own := analysis.letter(name)) is not None:
             told.append(f"{name} is {_unit(Measure(own))} by {origin.place.words}")
     return f" ({', '.join(told)})" if told else ""
+
+
+def _symbols(pair: Pair) -> tuple[str, ...]:
+    return pair.one.symbols + (pair.other.symbols if pair.other is not None else ())
 
 
 def _unit(measure: Measure, term: Quantity | None = None, analysis: Analysis | None = None) -> str:
@@ -303,14 +306,25 @@ class SceneUnits:
         found = units[names[0]] if names[0] in units else _looked_at(self.scene, formula, units)
         return JOULE if energy and found == TORQUE.text else found
 
-    def check(self, formula: Quantity, where: str, faults: Faults, columns: Mapping[str, str] | None = None) -> None:
-        """Report terms of letters alone that do not measure the same, in a formula that looks at a scene."""
+    def check(
+        self, formula: Quantity, where: str, faults: Faults, columns: Mapping[str, str] | None = None,
+        unit: str = "", place: str = "",
+    ) -> None:  # fmt: skip
+        """Report terms of letters alone that do not measure the same, in a formula that looks at a scene.
+
+        One that is given for something in a `unit` has to be in it: each term in which a symbol stands that says its
+        own, as in sin(t) and -x a factor of 1 is left out. At a `place` "bodies." factors count as they do there.
+        """
+        said = frozenset(one.name for one in self.scene.letters if one.unit)
+        parts = [one for one in terms(formula) if said & {*one.symbols}] if unit else [formula]
         if self.scene.dimensionless or not formula.symbols:
             return
         silent = {one.name: "" for one in self.scene.letters if not one.unit}
         known = self.letters | silent | dict(columns or {})
-        found = analysed(self.scene, [Use("", "", formula)], known)
+        found = analysed(self.scene, [Use(place, "", one, unit=unit) for one in parts], known)
         for pair in found.wrong:
+            if unit and said.isdisjoint(_symbols(pair)):
+                continue
             told = words(pair, found).removeprefix(" = ")
             unchecked = Faults(self.scene.source).unchecked
             asking = argument("no_units", True, 'units="none"')

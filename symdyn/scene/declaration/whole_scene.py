@@ -149,6 +149,12 @@ def _signs(joint: Joint, stand: Stand) -> None:
         low, high = stand.value(lower), stand.value(upper)
         if low is not None and high is not None and low > high:
             stand.fault(f"limits.lower = {shown(lower)} is above limits.upper = {shown(upper)}; swap them")
+    begin = (*joint.start, Quantity.ZERO)[0]
+    asked = len(joint.coordinates) == 1 and (joint.start or stand.faults.own)
+    for limit, word, side in ((lower, "below limits.lower", 1), (upper, "above limits.upper", -1)) if asked else ():
+        at, size = stand.value(begin), None if limit is None else stand.value(limit)
+        if limit is not None and size is not None and at is not None and side * size > side * at:
+            stand.faults.note(stand.where, f"start = {shown(begin)} is {word} = {shown(limit)}")
     if joint.limits.one_way and len(joint.rates) != 1:
         stand.fault(f"limits.one_way is of a joint with one velocity of its own, and this has {len(joint.rates)}")
     e = joint.limits.restitution

@@ -69,16 +69,23 @@ class Faults:
         return printable(line, keep="")  # no name breaks a line, to begin one that looks like ours
 
     @property
+    def own(self) -> bool:
+        """Whether they are of a scene in TOML or Python."""
+        return Path(self.source).suffix in ("", ".toml")
+
+    @property
     def excuse(self) -> str:
         """How to keep an inertia that no body has; a robot file has no key for it."""
-        own = Path(self.source).suffix in ("", ".toml")
-        return "write allow_invalid_inertia = true" if own else f"read with {argument('allow_invalid_inertia', True)}"
+        return (
+            "write allow_invalid_inertia = true" if self.own else f"read with {argument('allow_invalid_inertia', True)}"
+        )
 
     @property
     def unchecked(self) -> str:
         """How to have no dimensions checked, of a scene that is dimensionless on purpose."""
-        own = Path(self.source).suffix in ("", ".toml")
-        return 'write units = "none" at the top' if own else "read with " + argument("no_units", True, 'units="none"')
+        return (
+            'write units = "none" at the top' if self.own else "read with " + argument("no_units", True, 'units="none"')
+        )
 
     @contextmanager
     def noted(self) -> Iterator[None]:

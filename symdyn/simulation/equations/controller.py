@@ -24,7 +24,7 @@ from symdyn.arguments import argument, check_arguments, suggesting
 from symdyn.errors import SimulateError, quoted
 from symdyn.frozen import dataclass, field, fields, replace
 from symdyn.scene import Quantity, Scene, SceneUnits
-from symdyn.scene.values import Faults, Letter, Parameter, ask_for_units, velocity_name
+from symdyn.scene.values import Faults, Letter, Parameter, velocity_name
 from symdyn.shown import Shown
 from symdyn.simulation.equations.linear_feedback import Gains, Schedule, gains_from, read_gains, state_names
 from symdyn.simulation.equations.linear_law import (
@@ -36,7 +36,7 @@ from symdyn.simulation.equations.linear_law import (
     numbers_by_signal,
 )
 from symdyn.simulation.prescribed.forces import ForceFunction, force_names, force_units, place_of, places_of
-from symdyn.simulation.prescribed.formulas_in_time import parameter_values, read_number, read_range
+from symdyn.simulation.prescribed.formulas_in_time import in_seconds, parameter_values, read_range
 from symdyn.simulation.prescribed.motion_laws import Law as MotionLaw, read_function, read_law, required_arguments
 
 Law: TypeAlias = Callable[[float, Array, Array], Any]
@@ -95,19 +95,18 @@ class Feedback(Shown):
         names = {name: getattr(self, name) for name in ("inputs", "measures")}
         check_arguments(Feedback, names, SimulateError)
         found: dict[str, Any] = {name: (one,) if isinstance(one, str) else tuple(one) for name, one in names.items()}
-        faults, times = Faults("feedback"), {name: getattr(self, name) for name in ("period", "delay")}
-        for name in (name for name, one in times.items() if isinstance(one, str)):
-            found[name] = read_number(times[name], {}, name, faults, Parameter(name, unit="s"))
-        faults.close(SimulateError)
+        found |= in_seconds({name: getattr(self, name) for name in ("period", "delay")})
         for name, one in found.items():
             object.__setattr__(self, name, one)
-        if isinstance(self.law, Gains | Schedule | LinearLaw):  # which are read, and looked at in their scene
-            return
-        faults, limits = Faults(""), self.limits if isinstance(self.limits, Mapping) else {"the force": self.limits}
-        if self.period is not None or isinstance(self.law, FunctionType) or getattr(self.law, "period", "") is None:
+        faults, limits = (
+            Faults(""),
+            self.limits if isinstance(self.limits, Mapping) else {(*found["inputs"], "the force")[0]: self.limits},
+        )
+        _ranges({k: one for k, one in limits.items() if _in_numbers(one)}, tuple(limits), faults, Parameter, {})
+        read = isinstance(self.law, Gains | Schedule | LinearLaw)  # and looked at in their scene
+        alone = isinstance(self.law, FunctionType | np.ndarray | Sequence) or getattr(self.law, "period", "") is None
+        if not read and (alone or self.period is not None):
             _check_times(self, 0.0, faults)
-        sizes = {name: one for name, one in limits.items() if isinstance(one, Real)}
-        _ranges(sizes, tuple(limits), faults, Parameter, {})
         faults.close(SimulateError)
 
     def __repr__(self) -> str:
@@ -176,7 +175,7 @@ def _led(scene: Scene, law: Gains | Schedule, reference: object) -> Gains | Sche
         k = places.index(name)
         if callable(one) or isinstance(one, str):
             led = read_function(one, name, faults) if callable(one) else read_law(
-                one, values, name, faults, units.get(name, "")
+                one, values, name, faults, units.get(name, ""), scene
             )  # fmt: skip
             laws |= {} if led is None else {k: led}
         else:
@@ -362,6 +361,10 @@ def _sizes(scene: Scene, feedback: Feedback, name: str, measures: Sequence[str],
     return tuple(found.get(one, 0.0) for one in measures)
 
 
+def _in_numbers(limit: Any) -> bool:
+    return all(isinstance(x, Real | None) for x in (limit if isinstance(limit, tuple | list) else (limit,)))
+
+
 def _check_times(feedback: Feedback, until: float, faults: Faults) -> None:
     period, delay = feedback.period, feedback.delay
     for name, value in (("period", period), ("delay", delay)):
@@ -417,7 +420,6 @@ def feedback_of(
         if len(names) > 1:
             several = ",".join(f"{name}={limit}" for name, limit in limits.items())
             raise SimulateError(f"{argument('limits')}: a number is of one force; give {several}")
-    ask_for_units(scene.inputs, limits.items(), argument("limits"))
     more: dict[str, Any] = {"period": period, "delay": delay, "limits": limits or None}
     found = replace(read_feedback(scene, file), **{name: x for name, x in more.items() if x is not None})
     placed(scene, found, until)

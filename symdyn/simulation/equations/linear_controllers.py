@@ -8,14 +8,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from symdyn.arguments import checked, native
+from symdyn.arguments import native
 from symdyn.errors import SimulateError
 from symdyn.scene.values import Faults
 from symdyn.simulation.equations.controller import Feedback
 from symdyn.simulation.equations.linear_law import LinearLaw, numbers_by_signal
+from symdyn.simulation.prescribed import timed
 
 
-@checked(SimulateError)
+@timed(SimulateError)
 def linear_law(
     A: object,
     B: object,
@@ -77,7 +78,7 @@ def linear_law(
     return Feedback(law, driven, period, measures=signals, reference=reference)
 
 
-@checked(SimulateError)
+@timed(SimulateError)
 def pid(
     measures: str,
     inputs: str,

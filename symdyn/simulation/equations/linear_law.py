@@ -190,8 +190,8 @@ class Signals:
         given = by_signal(reference, measures, "feedback: reference", faults)
         texts = {name: one for name, one in given.items() if isinstance(one, str)}
         for name in (one for one in measures if one in texts):
-            unit = SceneUnits(scene).letter(name).unit
-            formula = read_formula(texts[name], _letters(scene), f"feedback: reference: {name}", faults, unit=unit)
+            place, unit = f"feedback: reference: {name}", SceneUnits(scene).letter(name).unit
+            formula = read_formula(texts[name], _letters(scene), place, faults, unit=unit, scene=scene)
             formulas.append(formula or Quantity.ZERO)
         others = {name: one for name, one in given.items() if name not in texts}
         known = dict(zip(measures, y0, strict=False))

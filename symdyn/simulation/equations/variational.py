@@ -28,7 +28,7 @@ from symdyn.dynamics.outputs import with_modes
 from symdyn.errors import SimulateError
 from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph, gradient, reachable, substitute, tangents
-from symdyn.scene import Scene, bind
+from symdyn.scene import Scene, with_values
 from symdyn.simulation.equations.compiled_routines import Calls, Compiled, argument, compiled, plain
 from symdyn.simulation.equations.contact_modes import STRIKES
 from symdyn.simulation.equations.events import saltation
@@ -204,7 +204,7 @@ class Flow:
         def by(name: str) -> Callable[[float], Array]:
             assert declared is not None, "the run has begun"
             return lambda step: behind(
-                system.at(with_modes(bind(declared, {name: values[name] + step})), system.forces), x
+                system.at(with_modes(with_values(declared, {name: values[name] + step})), system.forces), x
             )
 
         none, every = np.zeros(system.nu), np.eye(nv, system.nu)

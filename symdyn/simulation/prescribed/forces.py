@@ -11,6 +11,7 @@ Reference: Fritsch and Butland, A method for constructing local monotone piecewi
 
 from __future__ import annotations
 
+from collections import ChainMap
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from functools import partial
@@ -22,10 +23,10 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.arguments import argument
 from symdyn.dynamics.mechanism import TIME, quaternions
-from symdyn.errors import SceneError, SimulateError, suggestion
+from symdyn.errors import SimulateError, suggestion
 from symdyn.frozen import dataclass, field, replace
 from symdyn.scene import Quantity, Scene, SceneUnits
-from symdyn.scene.values import Faults, acceleration_name, ask_for_units, force_unit, substituted, velocity_name
+from symdyn.scene.values import Faults, acceleration_name, force_unit, question, substituted, velocity_name
 from symdyn.simulation.prescribed.courses import ForceTable, formulas_of, rate_of, tables_of, with_its_rates
 from symdyn.simulation.prescribed.entries import Entries, read_entries
 from symdyn.simulation.prescribed.formulas_in_time import (
@@ -182,7 +183,6 @@ def read_forces(scene: Scene, entries: Entries) -> Forces:
     allowed = (TIME, *scene.coordinates, *scene.velocities, *states, *values, *scene.definitions)
     letters = tuple(one.name for one in scene.inputs if not one.of)
     units = force_units(scene)
-    _ask(scene, entries)
     outputs = {one.name for one in scene.outputs}
 
     def advice(name: str) -> str:
@@ -199,7 +199,9 @@ def read_forces(scene: Scene, entries: Entries) -> Forces:
         k = place(name, where)
         known = (*allowed, *(() if name in letters else (one.name for one in scene.inputs)))
         unit = "" if k is None else units[k]
-        formula = read_formula(text, known, f"{where}: {name}", faults, advice, unit)
+        if where == "forces" and (asked := _asked(scene, entries, name, text)):
+            faults.add(where, asked)
+        formula = read_formula(text, known, f"{where}: {name}", faults, advice, unit, scene)
         if k is not None and formula is not None:
             told = formulas_of(scene, name, substituted(formula, scene.definitions), where, faults)
             formulas |= {places[one]: course for one, course in told.items()}
@@ -232,18 +234,11 @@ def read_forces(scene: Scene, entries: Entries) -> Forces:
     return Forces(formulas, tables, tuple(functions), tuple(dict.fromkeys(functions.values())))
 
 
-def _ask(scene: Scene, entries: Entries) -> None:
-    """Look whether a shell gives bare numbers for inputs that are in another unit than that of SI.
-
-    Raises:
-        SimulateError: it does.
-    """
-    texts = [entries] if isinstance(entries, str) else entries if isinstance(entries, (list, tuple)) else ()
-    said = read_entries([one for one in texts if isinstance(one, str) and "=" in one], "forces", Faults("")).texts
-    try:
-        ask_for_units(scene.inputs, [(name, text) for _, name, text in said], "forces")
-    except SceneError as error:
-        raise SimulateError(error.faults) from None
+def _asked(scene: Scene, entries: Entries, name: str, text: str) -> str:
+    """Return what text without a unit, or a number of Python, may mean for an input; "" where it is clear."""
+    several = entries if isinstance(entries, (list, tuple)) else [entries]
+    raw = ChainMap(*(one for one in several if isinstance(one, dict))).get(name, text)
+    return next((question(one, raw) for one in scene.inputs if one.name == name), "")
 
 
 def at_start(scene: Scene, forces: Forces) -> dict[str, Quantity]:
@@ -362,8 +357,9 @@ def read_motion(scene: Scene, entries: Entries) -> SceneMotion:
     laws: dict[str, Law] = {}
     quasi: dict[str, Law] = {}
     said, known = read_entries(entries, "motion", faults), scene.coordinates
+    reads = partial(read_law, scene=scene)
     for where, name, read in [
-        *((where, name, partial(read_law, text, values, unit=units.get(name, ""))) for where, name, text in said.texts),
+        *((where, name, partial(reads, text, values, unit=units.get(name, ""))) for where, name, text in said.texts),
         *(("motion", name, partial(read_function, law)) for name, law in said.functions),
     ]:
         if name not in known:

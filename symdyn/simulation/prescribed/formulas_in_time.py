@@ -12,6 +12,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from functools import partial
 from numbers import Real
 from pathlib import Path
 from typing import Any
@@ -19,14 +20,28 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array, Batches
-from symdyn.arguments import argument
+from symdyn.arguments import F, argument, checked
 from symdyn.bounds import BOUNDS
 from symdyn.dynamics.mechanism import TIME
-from symdyn.errors import SceneError, SimulateError, suggestion
+from symdyn.errors import SceneError, SimulateError, SymdynError, suggestion
 from symdyn.frozen import dataclass, field
 from symdyn.graph import Expr, Graph, evaluate, reachable
 from symdyn.scene import Quantity, Scene, SceneUnits, parse, read_bounded
-from symdyn.scene.values import Faults, FormulaError, Letter, Unit, fits, formula_text, question, spell, substituted
+from symdyn.scene.values import (
+    Faults,
+    FormulaError,
+    Letter,
+    Parameter,
+    Unit,
+    fits,
+    formula_text,
+    question,
+    spell,
+    substituted,
+)
+
+TIMES = ("until", "every", "period", "delay", "dt")
+"""Arguments in seconds."""
 
 LARGEST_FILE = BOUNDS["bytes of a file of numbers or formulas"]
 """A million rows of three numbers have room in it."""
@@ -43,7 +58,7 @@ def read_formula(
 ) -> Quantity | None:
     """Return a formula whose symbols are among `allowed`; None after a fault, with advice about a name behind it.
 
-    `unit` is that of what it is for; a value that is written with one of another kind is a fault.
+    `unit` is that of what it is for; a value, or terms in symbols of a `scene`, of another kind are faults.
     """
     known = tuple(dict.fromkeys(allowed))
     try:
@@ -56,7 +71,10 @@ def read_formula(
     unknown = [name for name in formula.symbols if name not in known]
     for name in unknown:
         more = f", {told}" if advice and (told := advice(name)) else ""
-        faults.add(where, f'"{text}" uses {name}, which is not known here; {suggestion(name, known, scene)}{more}')
+        near = suggestion(name, known, scene) if known else "give a number"
+        faults.add(where, f'"{text}" uses {name}, which is not known here; {near}{more}')
+    if scene is not None and unit and not unknown:
+        SceneUnits(scene).check(formula, where, faults, unit=unit)
     return None if unknown else formula
 
 
@@ -160,6 +178,21 @@ def read_number(
         return float(given)
     formula = read_formula(given, values, where, faults, unit=letter.unit)
     return None if formula is None else number_of(formula, values, where, faults)
+
+
+def in_seconds(given: Mapping[str, Any], error: Callable[[Any], Exception] = SimulateError) -> dict[str, Any]:
+    """Return arguments, times that are text, "5 s" or "10 ms", in s; an error with every fault."""
+    faults, found = Faults(""), dict(given)
+    for name, value in given.items():
+        if name in TIMES and isinstance(value, str) and value[:1].isdigit() and value[-1:].isalpha():
+            found[name] = read_number(value, {}, name, faults, Parameter(name, unit="s"))
+    faults.close(error)
+    return found
+
+
+def timed(error: type[SymdynError]) -> Callable[[F], F]:
+    """Let a function or method check its arguments, as of `checked`, and take times that are text."""
+    return checked(error, partial(in_seconds, error=error))
 
 
 def read_range(

@@ -35,7 +35,7 @@ from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import SimulateError, suggestion
 from symdyn.frozen import dataclass, field
 from symdyn.graph import Graph, evaluate, tangents
-from symdyn.scene import Quantity
+from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import Faults, FormulaError, Parameter, acceleration_name, split_commas
 from symdyn.simulation.prescribed.formulas_in_time import Columns, bound, jump_of, read_formula, read_number
 
@@ -72,7 +72,9 @@ class Law:
         return jump_of(formula, first, last) if make is formula_law and {*formula.symbols} <= {TIME} else None
 
 
-def read_law(text: str, values: Mapping[str, Quantity], where: str, faults: Faults, unit: str = "") -> Law | None:
+def read_law(
+    text: str, values: Mapping[str, Quantity], where: str, faults: Faults, unit: str = "", scene: Scene | None = None
+) -> Law | None:
     """Return the law that a text of the module's legend says, at values of the parameters; None after a fault.
 
     `unit` is that of what moves; values that are written with one of another kind are faults.
@@ -80,7 +82,7 @@ def read_law(text: str, values: Mapping[str, Quantity], where: str, faults: Faul
     name, bracket, rest = text.strip().partition("(")
     if bracket and name.strip() in LAWS and _closes_last(rest):
         return _named(name.strip(), rest.strip()[:-1], text, values, where, faults, unit)
-    formula = read_formula(text, (TIME, *values), where, faults, unit=unit)
+    formula = read_formula(text, (TIME, *values), where, faults, unit=unit, scene=scene)
     if formula is None:
         return None
     try:
