@@ -268,12 +268,8 @@ CALLS = ("double",)
 """Types whose sines of large angles are calls, around which nvcc puts on the stack what is held: those that read
 arguments alone come first, while little is. Sines of floats are no calls, and wait in no register where they stand."""
 
-SIZES = {"double": 8, "float": 4}
-"""Bytes of a number."""
-
-WORD = 4
-"""Bytes of a register."""
-
+SIZES, WORD = {"double": 8, "float": 4}, 4
+"""Bytes of a number, and of a register."""
 
 TWICE = 2
 """Operations that may be computed twice to save a byte that would be spilled: cards that are made for doubles compute
