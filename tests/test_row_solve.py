@@ -256,6 +256,7 @@ def test_other_languages_hold_the_bytes_that_they_held() -> None:
 def test_models_of_fmi_hold_the_c_that_solves_in_rows() -> None:
     program = program_of("arm7", "forward_dynamics", FDD)
     archive = emit(program, "fmu", command="ours")["arm7_fmi3.fmu"]
+    assert isinstance(archive, bytes)
     with ZipFile(BytesIO(archive)) as found:
         held = found.read("sources/arm7.c").decode()
 
