@@ -65,8 +65,8 @@ def run(options: argparse.Namespace) -> int:
         progress("printing")
         command = again(options, always="target")
         sources = emit(program, options.target, options.real, command, option_of(options), options.accuracy)
-        for asked, made in zip(program.routines, sources.program.routines, strict=True):
-            one, large = asked.function, asked.counts.multiplications > LARGE
+        for given, made in zip(program.routines, sources.program.routines, strict=True):
+            one, large = given.function, given.counts.multiplications > LARGE
             if large and not made.function.solve and RowLoop.of(one):
                 say(f"symdyn: {scene.name}: {one.name} is in lines; C ends it with a loop, and has less text")
         progress("compiling")

@@ -375,6 +375,6 @@ def in_lines(program: Program, rows: bool = False) -> Program:
         program = lower(formulate(program.scene, [function.request for function in functions]))
     elif not any(function.loop or function.solve for function in functions):
         return program
-    dropped = {"loop": None} if rows else {"loop": None, "solve": None}
-    plain = (replace(one, function=replace(one.function, **dropped)) for one in program.routines)
+    bare = (replace(one.function, loop=None, solve=one.function.solve if rows else None) for one in program.routines)
+    plain = (replace(one, function=function) for one, function in zip(program.routines, bare, strict=True))
     return replace(program, routines=tuple(plain))
