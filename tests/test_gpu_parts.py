@@ -213,21 +213,12 @@ def test_the_quadruped_in_parts_has_the_bits_of_the_whole(
 @pytest.mark.targets
 @pytest.mark.runs
 @pytest.mark.skipif(shutil.which("nvcc") is None, reason="no nvcc")
-def test_nvcc_spills_nothing_of_the_quadruped_in_parts(tmp_path: Path) -> None:
-    sources = emit(lower(formulate(symdyn.example("quadruped"), (SLOPES,))), "gpu")
-    write(sources, tmp_path)
-    command = [
-        "nvcc",
-        "-arch=sm_90",
-        "-Werror",
-        "all-warnings",
-        "-cubin",
-        "-Xptxas",
-        "-v",
-        "quadruped.cu",
-        "-o",
-        "made",
-    ]
+@pytest.mark.parametrize(("real", "arch"), [("double", "sm_90"), ("float", "sm_80")])
+def test_nvcc_spills_nothing_of_the_quadruped(real: str, arch: str, tmp_path: Path) -> None:
+    requests = "inverse_dynamics", "forward_dynamics", "inverse_dynamics_derivatives", SLOPES
+    write(emit(lower(formulate(symdyn.example("quadruped"), requests)), "gpu", real), tmp_path)
+    flags = ["-Werror", "all-warnings", "-Xptxas", "-v"]
+    command = ["nvcc", f"-arch={arch}", *flags, "-cubin", "quadruped.cu", "-o", "made"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     told = [line for line in done.stderr.splitlines() if "bytes spill" in line]

@@ -9,7 +9,9 @@ from collections.abc import Hashable
 import pytest
 
 from symdyn.emit.code.schedule import schedule, schedule_in_turn
-from symdyn.emit.targets.gpu_budget import Line, Plan, plan
+from symdyn.emit.code.spelling import REALS
+from symdyn.emit.targets import gpu_budget
+from symdyn.emit.targets.gpu_budget import Line, Plan, Task, budget, plan
 
 
 def some_lines(seed: int) -> list[Line]:
@@ -103,3 +105,13 @@ def test_results_in_turn_make_what_they_need_first() -> None:
     last = [max(order.index(place) for place in group) for group in groups]
     assert last == sorted(last)
     assert last != sorted(max(schedule(lines).index(place) for place in group) for group in groups)
+
+
+@pytest.mark.parametrize(("real", "first"), [("double", 2), ("float", 0)])
+def test_sines_of_arguments_come_first_where_they_are_calls(
+    real: str, first: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(gpu_budget, "REGISTERS", {real: 1})
+    lines = [Line(("a",), ("x",)), Line((), ("a",)), Line(("sine",), ("q",), 40), Line((), ("a", "sine"))]
+    (found,) = budget(Task(lines, [1] * 4, [[1], [3]], 2, REALS[real])).plans
+    assert next(move.line for move in found.moves if move.line >= 0) == first

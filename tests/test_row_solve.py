@@ -6,9 +6,11 @@ import subprocess
 import sys
 from dataclasses import replace
 from functools import cache
+from io import BytesIO
 from itertools import product
 from pathlib import Path
 from typing import Any
+from zipfile import ZipFile
 
 import numpy as np
 import pytest
@@ -16,6 +18,7 @@ from mechanisms import jointed, random_tree
 
 import symdyn
 from symdyn.bench.reference import reference
+from symdyn.cli import generate, main
 from symdyn.dynamics.loops import partition as dense, reduction as reduced_rows
 from symdyn.dynamics.mechanism import RowSolve
 from symdyn.emit import TARGETS, emit
@@ -248,6 +251,29 @@ def test_other_languages_hold_the_bytes_that_they_held() -> None:
     assert emit(program, "c", "dd").texts == emit(plain, "c", "dd").texts
     assert emit(program, "c").texts != emit(plain, "c").texts
     assert emit(in_lines(program), "c").texts == emit(plain, "c").texts
+
+
+def test_models_of_fmi_hold_the_c_that_solves_in_rows() -> None:
+    program = program_of("arm7", "forward_dynamics", FDD)
+    archive = emit(program, "fmu", command="ours")["arm7_fmi3.fmu"]
+    assert isinstance(archive, bytes)
+    with ZipFile(BytesIO(archive)) as found:
+        held = found.read("sources/arm7.c").decode()
+
+    assert held == emit(program, "c", command="ours")["arm7.c"]
+    assert "forward_dynamics_derivatives_solved(r);" in held
+
+
+@pytest.mark.long
+def test_large_functions_in_lines_are_told_where_c_has_a_loop(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(generate, "LARGE", 500)
+    given = str(EXAMPLES / "arm7.toml"), "--functions", f"{FDD},forward_dynamics", "-o", str(tmp_path), "--target"
+    for target in ("cpp", "c"):
+        assert main(["generate", *given, target]) == 0
+        told = f"arm7: {FDD} is in lines; C ends it with a loop" in capsys.readouterr().err
+        assert told == (target == "cpp")
 
 
 @pytest.mark.long

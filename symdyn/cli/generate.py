@@ -11,12 +11,15 @@ from symdyn.cli.talk import Waiting, asking, print_paths, say
 from symdyn.dynamics import Equations, LoopChoices, Requested, Workspace, kept_in_lines
 from symdyn.emit import TARGETS, emit, write
 from symdyn.errors import EmitError
-from symdyn.program import formulate, lower, prepare, tunable
+from symdyn.program import RowLoop, formulate, lower, prepare, tunable
 from symdyn.runtime import complete
 from symdyn.scene import Scene
 
 MADE, BEGINNING = b"Written by symdyn generate", 1000
 """What a file beside sources says of itself in its first bytes, so many."""
+
+LARGE = 5_000
+"""Products from which on it is told that a function in lines might have a loop."""
 
 
 def target_name(name: str) -> str:
@@ -62,6 +65,10 @@ def run(options: argparse.Namespace) -> int:
         progress("printing")
         command = again(options, always="target")
         sources = emit(program, options.target, options.real, command, option_of(options), options.accuracy)
+        for given, made in zip(program.routines, sources.program.routines, strict=True):
+            one, large = given.function, given.counts.multiplications > LARGE
+            if large and not made.function.solve and RowLoop.of(one):
+                say(f"symdyn: {scene.name}: {one.name} is in lines; C ends it with a loop, and has less text")
         progress("compiling")
         sources, told = complete(sources)
         if told:
@@ -90,7 +97,7 @@ def _ours(files: Mapping[str, str], folder: Path) -> dict[str, str]:
     for name, text in files.items():
         path = folder / name
         try:
-            theirs = path.is_file() and MADE not in _beginning(path)
+            theirs = path.is_file() and MADE not in path.read_bytes()[:BEGINNING]
         except OSError:  # what is wrong `write` tells
             theirs = False
         if not theirs:
@@ -98,8 +105,3 @@ def _ours(files: Mapping[str, str], folder: Path) -> dict[str, str]:
         else:
             say(f"{name}: is not of symdyn and left as it is; generate into another folder to have ours")
     return kept
-
-
-def _beginning(path: Path) -> bytes:
-    with path.open("rb") as file:
-        return file.read(BEGINNING)

@@ -368,12 +368,13 @@ def choose_one(workspace: Workspace, request: str, formulation: str | None = Non
     return replace(found, loop=alone.loop) if alone else found
 
 
-def in_lines(program: Program) -> Program:
-    """Return the program without loops over tables or rows; functions whose entries were left out are derived now."""
+def in_lines(program: Program, rows: bool = False) -> Program:
+    """Return the program without loops, but for those over `rows`; functions without entries are derived now."""
     functions = [routine.function for routine in program.routines]
     if any(function.is_loop_alone for function in functions):
         program = lower(formulate(program.scene, [function.request for function in functions]))
     elif not any(function.loop or function.solve for function in functions):
         return program
-    plain = (replace(one, function=replace(one.function, loop=None, solve=None)) for one in program.routines)
+    bare = (replace(one.function, loop=None, solve=one.function.solve if rows else None) for one in program.routines)
+    plain = (replace(one, function=function) for one, function in zip(program.routines, bare, strict=True))
     return replace(program, routines=tuple(plain))

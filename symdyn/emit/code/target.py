@@ -314,7 +314,8 @@ class Target:
         write: contents by file name; the file to compile or to import first.
         beside: what a user wants beside the files and they do not need, by name: an example, what builds it.
         shortens: options at which rows of sines are taken by C of our own, of which there is shorter for less accuracy.
-        loops: whether functions with a table become loops over it; else all are lines.
+        loops: whether functions with a table become loops over it, and solves loops over rows; else all are lines.
+        rows: whether solves alone are loops over rows.
     """
 
     name: str
@@ -334,6 +335,7 @@ class Target:
     beside: Callable[[Sources], Mapping[str, str]] = alone
     shortens: tuple[str, ...] = ()
     loops: bool = False
+    rows: bool = False
 
     def draft(
         self, program: Program, real: Real, command: str, option: str = "", sines: ShortSines | None = None

@@ -110,7 +110,7 @@ def emit(
         raise EmitError(f"target {target} ({row.text}) has no option {option}; {known}")
     number = find_real(real)
     beside = option == EXTERNAL and not any(one.function.is_loop_alone for one in program.routines)
-    program = program if beside or row.loops_in(number) else in_lines(program)
+    program = program if beside or row.loops_in(number) else in_lines(program, row.rows)
     if real not in row.reals:
         raise EmitError(
             f"real type {real!r}: target {target} ({row.text}) takes {' or '.join(row.reals)} alone; "

@@ -245,4 +245,5 @@ FMU = Target(
     printer=_printer,
     comment=C.comment,
     write=_write,
+    rows=True,
 )

@@ -264,12 +264,12 @@ MANY = 100
 SPARE = {Op.DIV: 80, Op.SQRT: 80, Op.SIN: 40, Op.COS: 40, Op.EXP: 40, Op.LOG: 40, Op.TANH: 40, Op.ATAN2: 40, Op.POW: 80}
 """Registers that must be left to an operation that is a call for some numbers."""
 
-SIZES = {"double": 8, "float": 4}
-"""Bytes of a number."""
+CALLS = ("double",)
+"""Types whose sines of large angles are calls, around which nvcc puts on the stack what is held: those that read
+arguments alone come first, while little is. Sines of floats are no calls, and wait in no register where they stand."""
 
-WORD = 4
-"""Bytes of a register."""
-
+SIZES, WORD = {"double": 8, "float": 4}, 4
+"""Bytes of a number, and of a register."""
 
 TWICE = 2
 """Operations that may be computed twice to save a byte that would be spilled: cards that are made for doubles compute
@@ -399,16 +399,10 @@ def _plans(task: Task, numbers: Sequence[int], registers: int) -> Iterator[Plan]
         groups[number % task.joints] += [where[place] for place in column if place in where]
     turn = schedule_in_turn(some, [sorted(group) for group in reversed(groups)])
     orders += [turn, [turn[place] for place in schedule([some[place] for place in turn])]]
+
+    def late(number: int) -> bool:
+        line = lines[number]
+        return task.real.name not in CALLS or not line.spare or not merged.keys().isdisjoint(line.reads)
+
     for order in orders:
-        yield plan(lines, _sines_first(lines, [numbers[place] for place in order]), registers)
-
-
-def _sines_first(lines: Sequence[Line], order: Sequence[int]) -> list[int]:
-    """Return an order in which what is hard to compute and reads arguments alone comes first, while little is held.
-
-    Sines of large angles are calls, around which a compiler puts on the stack what is held.
-    """
-    made = {value for line in lines for value in line.makes}
-    first = [number for number in order if lines[number].spare and made.isdisjoint(lines[number].reads)]
-    early = set(first)
-    return [*first, *(number for number in order if number not in early)]
+        yield plan(lines, sorted((numbers[place] for place in order), key=late), registers)
