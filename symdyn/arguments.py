@@ -357,11 +357,10 @@ def _way_out(function: Callable[..., object], name: str, given: Mapping[str, Any
     (needed, told), noun = hint("arguments", name) or ("", ""), given.get("self", given.get("scene"))
     if needed in given:
         return f"; {with_own_names(told, noun).replace('$', quoted(given[name]))}"
-    if not (names := names_of(noun, HELD.get(name, f"{name}s"))):
-        return ""
-    first = KINDS["bool"].takes(given[name])  # of several, by number
+    names, first = names_of(noun, HELD.get(name, f"{name}s")), KINDS["bool"].takes(given[name])  # of several, by number
     others = [k for k, one in _read(function).items() if k not in given and one.takes(given[name]) and not first]
-    return "".join([f", or {k}={quoted(given[name])}" for k in others[:1]]) + f"; names are {listed(names)}"
+    told = "".join([f", or {k}={quoted(given[name])}" for k in others[:1]])
+    return f"{told}; names are {listed(names)}" * bool(names)
 
 
 def checked(error: type[SymdynError], read: Callable[[dict[str, Any]], dict[str, Any]] = dict) -> Callable[[F], F]:
