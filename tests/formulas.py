@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 
 import numpy as np
 
 from symdyn.dynamics.outputs.named_functions import Argument, Equations, Function
-from symdyn.graph import Expr, Graph, Op, Piecewise, reachable
+from symdyn.emit import TARGETS
+from symdyn.emit.code.spelling import REALS
+from symdyn.graph import Expr, Graph, Op, Piecewise, reachable, substitute
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import Parameter
 
@@ -62,14 +65,39 @@ def every_op(scene: str = "every op") -> Equations:
     return Equations(Scene(scene, (Parameter("mass", unit="kg", text="of the load"), QUARTER)), g, functions)
 
 
-def held(equations: Equations, lacks: Collection[Op]) -> Equations:
-    """Return the equations with zero for every entry that needs what a language lacks."""
+def one_in_another() -> Equations:
+    """Return every operator inside every other, on either side, and a sign; each stands once, so in place."""
+    g = Graph()
+    of_two = [Expr.__add__, Expr.__sub__, Expr.__mul__, Expr.__truediv__, partial(g.function, Op.POW)]
+    q = [g.symbol(f"q{k}") for k in range(1, 163)]
+    fresh = iter(q)
+    entries = [g.function(Op.POW, -next(fresh), -next(fresh))]
+    for inner in of_two:
+        entries.append(-inner(next(fresh), next(fresh)))
+        for outer in of_two:
+            entries.append(outer(inner(next(fresh), next(fresh)), next(fresh)))
+            entries.append(outer(next(fresh), inner(next(fresh), next(fresh))))
+    return one(entries, q)
 
-    def entry(e: Expr) -> Expr:
-        return e.graph.zero if any(node.op in lacks for node in reachable([e])) else e
 
-    functions = [replace(f, entries=tuple(map(entry, f.entries))) for f in equations.functions]
-    return replace(equations, functions=tuple(functions))
+def spoken(target: str, real: str = "double", equations: Equations | None = None) -> Equations:
+    """Return `every_op`, or other equations, as a target holds it in a type: with all operations but those it lacks."""
+    whole = equations or every_op()
+    lacks = {*TARGETS[target].lacks, *REALS[real].lacks}
+    lacks |= {Op.TABLE} if Op.SELECT in lacks else set()  # tables are written by choices
+    made = [replace(f, entries=_without(f.entries, lacks)) for f in whole.functions]
+    assert _operations(made) == _operations(whole.functions) - lacks
+    return replace(whole, functions=tuple(made))
+
+
+def _without(entries: Sequence[Expr], lacks: Collection[Op]) -> tuple[Expr, ...]:
+    """Return entries with the first operand in place of every operation that is lacking."""
+    first = {node: node.args[0] for node in reachable(entries) if node.op in lacks}
+    return _without(substitute(entries, first), lacks) if first else tuple(entries)
+
+
+def _operations(functions: Iterable[Function]) -> set[Op]:
+    return {node.op for function in functions for node in reachable(function.entries)}
 
 
 def one(entries: Sequence[Expr], symbols: Sequence[Expr], scene: Scene | None = None) -> Equations:

@@ -10,13 +10,13 @@ import mpmath
 import numpy as np
 import pytest
 from arms import EXAMPLES
-from formulas import every_op, held, one
+from formulas import one, spoken
 
 import symdyn
 from symdyn.algebra.big import BigFloats
 from symdyn.cli import main
 from symdyn.emit import beside, emit, write
-from symdyn.emit.code.spelling import REALS, halves
+from symdyn.emit.code.spelling import halves
 from symdyn.errors import EmitError
 from symdyn.graph import Graph, Op, evaluate
 from symdyn.program import lower, prepare
@@ -44,10 +44,6 @@ CASES = [
     ("free_body", "forward_dynamics"),
     ("four_bar", "forward_dynamics"),
 ]
-
-
-def spoken():
-    return lower(held(every_op(), REALS["dd"].lacks))
 
 
 def drawn(function, count: int, seed: int = 1) -> list[np.ndarray]:
@@ -91,7 +87,7 @@ def test_results_have_29_digits_and_more(name, output):
 @pytest.mark.long
 @pytest.mark.runs("cc")
 def test_every_operation_is_as_right_state_by_state_and_in_batches_of_any_length():
-    program = spoken()
+    program = lower(spoken("c", "dd"))
     module = build(program, real="dd")
     for name in ("matrix", "scalar", "rotated"):
         function = program[name].function
@@ -111,7 +107,7 @@ def test_every_operation_is_as_right_state_by_state_and_in_batches_of_any_length
 @pytest.mark.runs("cc")
 def test_a_wrong_shape_is_told():
     with pytest.raises(ValueError, match=r"matrix: q has shape \(3, 2\); its last dimensions must be \(2, 2\)"):
-        build(spoken(), real="dd").matrix(np.zeros((3, 2)), np.zeros((2, 2)), np.zeros((1, 2)))
+        build(lower(spoken("c", "dd")), real="dd").matrix(np.zeros((3, 2)), np.zeros((2, 2)), np.zeros((1, 2)))
 
 
 def test_numbers_of_a_scene_are_those_that_were_written_and_not_their_doubles():
@@ -171,7 +167,7 @@ def test_it_is_as_right_however_it_is_compiled(compiler, tmp_path):
 @pytest.mark.parametrize("compiler", COMPILERS)
 @pytest.mark.parametrize("option", ["", "batch", "header-only"])
 def test_the_example_beside_it_comes_out_and_the_c_is_clean(compiler, option, tmp_path):
-    sources = emit(spoken(), "c", "dd", option=option)
+    sources = emit(lower(spoken("c", "dd")), "c", "dd", option=option)
     write({**sources, **beside(sources)}, tmp_path)
     files = [name for name in ("every_op.c", "main.c") if (tmp_path / name).is_file()]
     lint = LINT if "-x" not in compiler else ["-Wall", "-Wextra"]
@@ -215,7 +211,7 @@ def test_what_depends_on_parameters_alone_is_prepared():
 
 @pytest.mark.runs("cc")
 def test_fast_math_is_refused(tmp_path):
-    write(emit(spoken(), "c", "dd"), tmp_path)
+    write(emit(lower(spoken("c", "dd")), "c", "dd"), tmp_path)
     said = subprocess.run([GCC, "-ffast-math", "-c", "every_op.c"], cwd=tmp_path, capture_output=True, check=False)
     assert said.returncode != 0
     assert b"compile without -ffast-math" in said.stderr

@@ -123,7 +123,7 @@ class TestMex:
         np.testing.assert_allclose(module.coriolis_matrix(q, qd, prepared), wanted, rtol=1e-13, atol=1e-15)
 
     def test_time_is_one_number_a_state(self, tmp_path: Path) -> None:
-        driven = PENDULUM.read_text("utf-8").replace('"-b*q1_dot"', '"t**2-b*q1_dot"')
+        driven = 'units = "none"\n' + PENDULUM.read_text("utf-8").replace('"-b*q1_dot"', '"t**2-b*q1_dot"')
         (tmp_path / "driven.toml").write_text(driven, "utf-8")
         program = lower(formulate(read(tmp_path / "driven.toml"), ("forward_dynamics",)))
         assert "t" in [argument.name for argument in program.routines[0].function.arguments]

@@ -43,6 +43,16 @@ def test_unguarded_it_would_be() -> None:
     assert wrong.monitors["energy"] < 1e-6  # the balance does not tell: work is done along the same steps
 
 
+def test_every_function_that_heyoka_is_asked_for_is_there() -> None:
+    law = "F=sin(x) + cos(x) + exp(-x) + sqrt(2 + x) + log(3 + x) + tanh(x) + atan2(x, 2) + (2 + x)**0.7"
+    found, other = (
+        simulate(block(), forces=read_forces(block(), [law]), until=1.0, method=method, rtol=1e-11)
+        for method in ("taylor", "dop853")
+    )
+
+    np.testing.assert_allclose(found.q, other.q, rtol=0, atol=1e-9)
+
+
 def test_unasked_another_method_is_taken_there() -> None:
     lines: list[str] = []
     found = simulate(RUBBING, until=0.1, say=lines.append)

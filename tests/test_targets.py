@@ -9,7 +9,7 @@ from dataclasses import MISSING, fields, replace
 from pathlib import Path
 
 import pytest
-from formulas import CURVE, argument, every_op, function, held, one
+from formulas import CURVE, argument, function, one, spoken
 from options_table import made
 
 from symdyn.cli import main
@@ -19,7 +19,7 @@ from symdyn.emit.code.spelling import REALS
 from symdyn.errors import EmitError
 from symdyn.graph import Graph, Op
 from symdyn.graph.ops import ARITY
-from symdyn.program import Program, lower
+from symdyn.program import lower
 from symdyn.runtime import RUNNERS, Runner
 from symdyn.scene import Scene
 
@@ -28,11 +28,6 @@ KEYWORDS = sorted({word for target in TARGETS.values() for word in target.keywor
 OPTIONS = tuple(dict.fromkeys(option for target in TARGETS.values() for option in target.options))
 
 pytestmark = pytest.mark.parametrize("name", [name for name, row in TARGETS.items() if row.functions is None])
-
-
-def spoken(name: str, real: str = "double") -> Program:
-    """Return every operation that the language has in a type, as a program."""
-    return lower(held(every_op(), {*TARGETS[name].lacks, *REALS[real].lacks}))
 
 
 ASKED = [
@@ -71,7 +66,7 @@ def test_files_are_called_as_the_row_says_and_a_header_numbers_as_the_language_d
     target, written = TARGETS[name], set()
     for real in target.reals:
         for option in ("", *target.options) if real != "dd" else ("", "batch", "header-only"):  # it keeps its arrays
-            sources = emit(spoken(name, real), name, real, option=option)
+            sources = emit(lower(spoken(name, real)), name, real, option=option)
             patterns = {
                 pattern: kind
                 for pattern, kind in target.files.items()
@@ -85,7 +80,7 @@ def test_files_are_called_as_the_row_says_and_a_header_numbers_as_the_language_d
 
 @pytest.mark.long
 def test_what_a_target_lacks_is_refused_and_never_ignored(name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    target, program = TARGETS[name], spoken(name)
+    target, program = TARGETS[name], lower(spoken(name))
     for option in {*OPTIONS, "sails"} - set(target.options):
         with pytest.raises(EmitError, match=f"target {name} .* has no option {option}; "):
             emit(program, name, option=option)
@@ -115,7 +110,7 @@ def test_an_operation_is_written_or_refused_with_the_function_that_needs_it(name
 
 
 def test_an_operation_without_a_spelling_is_refused_in_words(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    row, program = TARGETS[name], spoken(name)
+    row, program = TARGETS[name], lower(spoken(name))
     printer = row.printer(REALS["double"])
     mute = replace(printer, spellings={op: one for op, one in printer.spellings.items() if op is not Op.SIN})
     monkeypatch.setitem(TARGETS, name, replace(row, printer=lambda real: mute))
@@ -128,7 +123,7 @@ def test_an_option_stands_in_the_command_that_makes_the_files_again(name: str, t
     for option in TARGETS[name].options:
         words = ["generate", str(PENDULUM), "--target", name, f"--{option}"]
         assert main([*words, "-o", str(tmp_path)]) == 0
-        text = next(iter(emit(spoken(name), name, option=option).texts.values()))
+        text = next(iter(emit(lower(spoken(name)), name, option=option).texts.values()))
         assert f"--target {name} --{option} --functions" in text
         assert any(f"--target {name} --{option}" in path.read_text(encoding="utf-8") for path in tmp_path.rglob("*.*"))
 
@@ -136,7 +131,7 @@ def test_an_option_stands_in_the_command_that_makes_the_files_again(name: str, t
 def test_files_may_be_bytes_and_are_what_the_row_says(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    row, program = TARGETS[name], spoken(name)
+    row, program = TARGETS[name], lower(spoken(name))
     with_bytes = replace(row, write=lambda draft: {**row.write(draft), "bits/x.bin": bytes(3)})
     monkeypatch.setitem(TARGETS, name, with_bytes)
     with pytest.raises(AssertionError, match=f"target {name} writes other files than it says"):

@@ -172,7 +172,7 @@ JULIA_SPELLINGS = {
     **OPERATORS,
     **{op: call(op.name.lower()) for op in (*ELEMENTARY, Op.ABS, Op.SIGN)},
     Op.ATAN2: call("atan", 2),
-    Op.POW: Spelling("{}^{}", ATOM, (ATOM, ATOM)),
+    Op.POW: Spelling("{}^{}", SIGN, (ATOM, ATOM)),
     Op.SELECT: call(SELECT_HELPER, 3),
 }
 

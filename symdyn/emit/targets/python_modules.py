@@ -106,8 +106,8 @@ NUMPY = Target(
 
 HEYOKA_SPELLINGS: Mapping[Op, Spelling] = {
     **OPERATORS,
-    **{op: call(f"heyoka.{op.name.lower()}") for op in (Op.SIN, Op.COS, Op.SQRT, Op.EXP, Op.LOG, Op.TANH)},
-    **{op: call(f"heyoka.{op.name.lower()}", 2) for op in (Op.ATAN2, Op.POW)},
+    **{op: call(f"heyoka.{op.name.lower()}", op.arity) for op in (*ELEMENTARY, Op.ATAN2)},
+    Op.POW: call("_pow_of", 2),
 }
 
 HEYOKA_LACKS: Mapping[Op, str] = {
@@ -116,7 +116,7 @@ HEYOKA_LACKS: Mapping[Op, str] = {
     Op.SELECT: "a Taylor series does not step over a corner; write a smooth formula, or take another target",
 }
 
-HEYOKA_HELPERS = ("array_of", "expressions_of", "pars_of")
+HEYOKA_HELPERS = ("array_of", "expressions_of", "pars_of", "pow_of")
 """What the module has for itself, with a stroke before it, as what writes out a function."""
 
 HEYOKA_WORDS = frozenset((*PYTHON, *HEYOKA_HELPERS, "dynamics", "heyoka", "numpy"))

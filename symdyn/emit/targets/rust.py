@@ -9,7 +9,7 @@ states of a block become vector code, as in C.
 
 Rust never fuses a product with a sum by itself: sums of products call `fma`, which is one operation where the target
 has it. What `core` lacks (square root, exponential, ...) stands in the file where it is called. Sines and cosines are
-those of the C target's batches, with the same bits where that computes them itself, below 2^20.
+those of the C target's batches, with the same bits where that computes them itself, below 2^20, and is optimised.
 
 Larger angles are reduced here, too, with 2/π in words of 64 bits. Of m 2^e 2/π only the remainder by 4 counts. Bits of
 2/π that make it larger than that by m 2^e alone are skipped, 192 of those that follow are multiplied by m, and 126 bits

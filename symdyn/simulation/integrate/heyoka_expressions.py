@@ -1,6 +1,6 @@
 """Equations as heyoka's expressions, whether its series can follow them, and its integrators, kept between processes.
 
-Every operation of the graph has its row in `WORDS`; those that branch (abs, sign, select) have none, nor have tables.
+Functions have the graph's names, a power is an operator; what branches (abs, sign, select) is not here, nor are tables.
 
 An integrator is compiled code, which belongs to one processor: in the cache its name is made of heyoka's version, the
 processor, the expressions as heyoka pickles them, and its options.
@@ -35,18 +35,6 @@ from symdyn.program import Program
 from symdyn.runtime import Kept
 from symdyn.simulation.equations.compiled_routines import Compiled
 from symdyn.simulation.equations.system import StateEquations
-
-WORDS: Mapping[Op, str] = {
-    Op.SIN: "sin",
-    Op.COS: "cos",
-    Op.SQRT: "sqrt",
-    Op.EXP: "exp",
-    Op.LOG: "log",
-    Op.TANH: "tanh",
-    Op.ATAN2: "atan2",
-    Op.POW: "pow",
-}
-"""heyoka's names of functions; sums, products and quotients are Python's operators."""
 
 UNSEEN = (Op.EXP, Op.TANH)
 """Functions that are flat to the last digit of a double where they do not turn."""
@@ -115,7 +103,7 @@ class Expressions(Arithmetic):
 
     def function(self, node: Expr, args: Sequence[Any]) -> Any:
         """Return node.op(args)."""
-        return getattr(self.heyoka, WORDS[node.op])(*args)
+        return pow(*args) if node.op is Op.POW else getattr(self.heyoka, node.op.name.lower())(*args)
 
 
 def refuses(system: StateEquations) -> str:

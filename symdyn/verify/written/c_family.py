@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 SYNTAX = Syntax(number="number_literal")
 
-MATH = {**FUNCTIONS, "fabs": Op.ABS, "atan2": Op.ATAN2}
+MATH = {**FUNCTIONS, "fabs": Op.ABS, "atan2": Op.ATAN2, "pow": Op.POW}
 """Of <math.h>."""
 
 OURS = {

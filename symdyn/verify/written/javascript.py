@@ -37,7 +37,9 @@ if TYPE_CHECKING:
 
 MATH = "Math"
 
-SYNTAX = Syntax(arguments="arguments", functions={**FUNCTIONS, "atan2": Op.ATAN2, "abs": Op.ABS, "sign": Op.SIGN})
+FOR_JS = {**FUNCTIONS, "abs": Op.ABS, "sign": Op.SIGN, "atan2": Op.ATAN2, "pow": Op.POW}
+
+SYNTAX = Syntax(arguments="arguments", functions=FOR_JS)
 """Functions are those of the object Math."""
 
 CHECKS = ("_check", "_number")

@@ -67,11 +67,11 @@ class Dialect:
 
 SMOOTH = {**FUNCTIONS, "atan2": Op.ATAN2}
 
-OF_NUMPY = Dialect("of", "", {**SMOOTH, "sign": Op.SIGN, "select": Op.SELECT}, {"abs": Op.ABS})
+OF_NUMPY = Dialect("of", "", {**SMOOTH, "pow": Op.POW, "sign": Op.SIGN, "select": Op.SELECT}, {"abs": Op.ABS})
 OF_CASADI = Dialect(
     "", "casadi", {**SMOOTH, "sign": Op.SIGN, "fabs": Op.ABS, "power": Op.POW}, {}, {"_select_of": Op.SELECT}
 )
-OF_HEYOKA = Dialect("", "heyoka", SMOOTH, {})
+OF_HEYOKA = Dialect("", "heyoka", SMOOTH, {}, {"_pow_of": Op.POW})
 
 
 def read(dialect: Dialect, text: Text) -> TextReading:

@@ -41,7 +41,6 @@ FUNCTIONS = {
     "exp": Op.EXP,
     "log": Op.LOG,
     "tanh": Op.TANH,
-    "pow": Op.POW,
 }
 """What all languages call alike."""
 
