@@ -130,7 +130,7 @@ def _whole(value: Any) -> bool:
 def _flag(value: Any) -> bool:
     try:
         return _single(value) and hasattr(type(value), "__bool__") and value in (0, 1)
-    except ArithmeticError:  # a decimal that signals
+    except (ArithmeticError, TypeError):  # a decimal that signals, a record
         return False
 
 

@@ -311,8 +311,8 @@ def test_rates_in_degrees_are_units(unit: str) -> None:
         ("3 kg.m^2", r"write kg m\^2$"),
         ("3 kgm^2", r"did you mean kg m\^2\?"),
         ("3 " + "m^2 " * 20, "has 79 characters"),
-        ("2*x^2", r"write \*\*"),
-        ("5 deg + x^2", r"write \*\*"),
+        ("2*x^2", r"write 2\*x\*\*2"),
+        ("5 deg + x^2", r"write 5 deg \+ x\*\*2"),
     ],
 )
 def test_a_value_is_told_what_is_wrong_with_its_unit(text: str, words: str) -> None:

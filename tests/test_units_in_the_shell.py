@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -54,7 +55,8 @@ def test_a_limit_in_bare_numbers_of_an_input_that_is_not_in_si_is_asked_about(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "p.toml").write_text(PENDULUM.format(m=1, l="1", more=MOTOR))
-    (tmp_path / "k.json").write_text("{}")
+    gains = {"K": [[1, 1]], "states": ["phi", "phi_dot"], "inputs": ["V"], "x0": {"phi": 0}, "u0": {"V": 0}}
+    (tmp_path / "k.json").write_text(json.dumps(gains))
     words = ["simulate", str(tmp_path / "p.toml"), "--until", "0.1", "--feedback", str(tmp_path / "k.json")]
 
     assert main([*words, "--limits", "V=20"]) == 1

@@ -192,9 +192,9 @@ def test_a_shell_asks_what_a_bare_number_is_where_a_letter_is_not_in_si(
 def test_python_takes_numbers_of_si_and_text_with_units() -> None:
     one = pendulum(l='{ value = 500, unit = "mm" }')
 
-    known = [bind(one, {"l": said}).parameters[1].value for said in (0.4, Fraction(2, 5), "0.4", "400 mm", "40cm")]
+    known = [bind(one, {"l": said}).parameters[1].value for said in (0.4, Fraction(2, 5), "400 mm", "40cm")]
 
-    assert known == [parse("2/5")] * 5
+    assert known == [parse("2/5")] * 4
     at = {"phi": "0"}
     assert symdyn.linearize(one, start=at, values={"l": "400 mm"}).modes[0].frequency == pytest.approx(
         symdyn.linearize(one, start=at, values={"l": 0.4}).modes[0].frequency

@@ -173,7 +173,7 @@ def read_number(
     A bare one may be asked for its unit, see `question`: every argument that takes values by name is read here.
     """
     if asked := question(letter, given, spread):
-        faults.add(where, asked)
+        faults.add(where.removesuffix(f": {letter.name}"), asked)  # which says the name
     if isinstance(given, Real):
         return float(given)
     formula = read_formula(given, values, where, faults, unit=letter.unit)
