@@ -79,7 +79,8 @@ def _between_points(scene: Scene, graph: Graph) -> Iterator[tuple[str, Expr]]:
         beside = [one for one in scene.struts if one is not strut and one.ends == strut.ends]
         if FORCES[strut.kind].pull.over is None:
             springs = (f"{x.kind} {x.name}" for x in beside if FORCES[x.kind].pull.over is not None)
-            ways = f"put it on a joint, or give {next(springs, 'a spring beside it')} a free length (free = 0.5) and start where it has it"
+            spring = next(springs, "a spring beside it")
+            ways = f"put it on a joint, or give {spring} a free length (free = 0.5) and start where it has it"
             yield f"{words}, and so no direction: {ways}", graph.one / square
         else:
             ways = "start where it has its length" if beside else "with free = 0 it would not; else set its ends apart"
