@@ -251,6 +251,8 @@ class _Drawing:
         self.balance = [node for node in total if node is not None]
         self.M = [gradient(node, course.state.qdd) for node in self.balance]
         self.rows = constraints_of(scene)
+        kept = Workspace(scene).loops.decisions.independent_rows if self.rows.letters else ()
+        self.letters = {name: (kept[k], i) for name, (k, i) in self.rows.letters.items()}
         self.G = [[entry.express(graph) for entry in row.G] for row in self.rows.rows]
 
     def group(self, declared: bool) -> Group:
@@ -384,10 +386,10 @@ class _Drawing:
 
     def _letters(self, found: Numbers | None, q: Array) -> dict[str, float]:
         """Return the entries of rows that are not written out, by the letters that stand for them."""
-        if found is None or not self.rows.letters:
+        if found is None or not self.letters:
             return {}
-        G = found.jacobian(q)[list(Workspace(self.scene).loops.decisions.independent_rows)]
-        return {name: float(G[at]) for name, at in self.rows.letters.items()}
+        G = found.jacobian(q)
+        return {name: float(G[at]) for name, at in self.letters.items()}
 
     def _multipliers(self, point: Point, needed: Array) -> dict[str, float]:
         if not self.G:
