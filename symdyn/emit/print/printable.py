@@ -207,6 +207,17 @@ class PrintedConstraints:
     velocities: tuple[str, ...]
     missing: str = ""
 
+    @property
+    def letters(self) -> dict[str, tuple[int, int]]:
+        """Row and velocity of entries without a closed form, by the names that stand for them."""
+        entries = ((x, (k, i)) for k, row in enumerate(self.rows) for i, x in enumerate(row.G))
+        return {x.name: at for x, at in entries if self.missing and isinstance(x, Symbol)}
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Units of multipliers, and "" of these names."""
+        return {row.multiplier: row.unit for row in self.rows} | dict.fromkeys(self.letters, "")
+
     def carried(self, i: int) -> Form:
         """Return Σ_k G_ki λ_k, the generalized force of the constraints on velocity i."""
         return Form.sum(row.G[i].signed_product(Symbol(row.multiplier)) for row in self.rows)
@@ -366,9 +377,7 @@ class Printable:
 
         It knows the names of the scene, of multipliers, of rows without a closed form and of lengths.
         """
-        rows = self.constraints.rows
-        named = {entry.name: None for row in rows for entry in row.G if isinstance(entry, Symbol)}
-        others, lengths = [*named, *(row.multiplier for row in rows)], [one.name for one in self.lengths.named]
+        others, lengths = list(self.constraints.units), [one.name for one in self.lengths.named]
         return Latex(latex_symbols(self.scene, others, lengths) | {TIME: TIME}, digits_or(DIGITS))
 
 

@@ -110,11 +110,11 @@ def check_derivation(
         raise TeachError(f"{name}: has {lines} lines; {most} are the most that is read: give the formulas alone")
     scene = in_order(apart(scene.as_parameters()))
     page = Printable.of(scene, lengths=None)
-    multipliers = {row.multiplier: row.unit for row in page.constraints.rows}
-    others = (*multipliers, *page.lengths.explicit)
+    beside = page.constraints.units
+    others = (*beside, *page.lengths.explicit)
     names = Names(scene, others)
     read = [_in_coordinates(one, page, scene) for one in read_statements(text, scene, name, target, others)]
-    diagnosis = Diagnosis(scene, multipliers)
+    diagnosis = Diagnosis(scene, beside)
     asked = {str(goal) for x in read for goal in x.targets} | {s for x in read for f in x.forms for s in f.symbols}
     goals = {str(goal): goal for goal in names.targets.values() if str(goal) in asked}
     places = names.places

@@ -24,9 +24,11 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array, Batches, Floats, Form
+from symdyn.dynamics import Workspace
 from symdyn.dynamics.loops import Numbers, free_motions
 from symdyn.dynamics.mechanism import TIME, prescribed, quaternions
 from symdyn.emit.print import Printable
+from symdyn.emit.print.printable import PrintedConstraints, PrintedRow
 from symdyn.errors import DerivationError, NoValueError
 from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Graph, Op, evaluate, gradient, reachable, repeated
@@ -77,7 +79,7 @@ class Motions:
         ways: for each of these and each joint the motion of all that moves it, others as little as rows allow.
         masses: for each of these the mass matrix.
         inverses: for each of these the inverse of that, on the motions that rows allow.
-        rows: unit and entries of the rows of the scene by their multipliers.
+        rows: of the scene, see `constraints_of`.
         accelerations: their names.
     """
 
@@ -86,7 +88,7 @@ class Motions:
     ways: tuple[Floating, ...]
     masses: tuple[Array, ...]
     inverses: tuple[Floating, ...]
-    rows: Mapping[str, tuple[str, tuple[Form, ...]]]
+    rows: tuple[PrintedRow, ...]
     accelerations: tuple[str, ...]
 
     def values(self, form: Form, equation: int | None = None) -> list[dict[str, list[float]]]:
@@ -161,11 +163,11 @@ def _explained(off: Values, t: Array, few: float) -> bool:
 
 
 @lru_cache(maxsize=2)
-def rows_of(scene: Scene) -> dict[str, tuple[str, tuple[Form, ...]]]:
-    """Return unit and entries of the rows of a scene that have multipliers, by these; none where quaternions turn."""
+def constraints_of(scene: Scene) -> PrintedConstraints:
+    """Return the rows of a scene that have multipliers; none where quaternions turn."""
     if not scene.is_constrained or quaternions(scene):
-        return {}
-    return {row.multiplier: (row.unit, row.G) for row in Printable.of(scene, lengths=None).constraints.rows}
+        return PrintedConstraints((), scene.velocities)
+    return Printable.of(scene, lengths=None).constraints
 
 
 def numbers(nodes: Sequence[Expr], point: Point) -> list[float]:
@@ -236,7 +238,7 @@ def motions_of(scene: Scene, course: Course | None) -> Motions | None:
     every = [along, *(one for group in groups for one in (group.on, *group.off))]
     finite = all(isfinite(x) for one in every for p in one for x in p.values())
     names = tuple(map(acceleration_name, scene.velocities))
-    found = Motions(tuple(groups), tuple(along), tuple(ways), tuple(masses), tuple(inverses), rows_of(scene), names)
+    found = Motions(tuple(groups), tuple(along), tuple(ways), tuple(masses), tuple(inverses), drawing.rows.rows, names)
     return found if finite else None
 
 
@@ -248,7 +250,10 @@ class _Drawing:
         total = [course.value(f"tau:{i + 1}", course.right) for i in range(course.state.n)]
         self.balance = [node for node in total if node is not None]
         self.M = [gradient(node, course.state.qdd) for node in self.balance]
-        self.rows = {name: [entry.express(graph) for entry in G] for name, (_, G) in rows_of(scene).items()}
+        self.rows = constraints_of(scene)
+        kept = Workspace(scene).loops.decisions.independent_rows if self.rows.letters else ()
+        self.letters = {name: (kept[k], i) for name, (k, i) in self.rows.letters.items()}
+        self.G = [[entry.express(graph) for entry in row.G] for row in self.rows.rows]
 
     def group(self, declared: bool) -> Group:
         """Return points with the scene's parameters, or with drawn ones."""
@@ -352,7 +357,7 @@ class _Drawing:
         free = free_motions(A) if len(A) else np.eye(n)
         u = u + np.array([rng.uniform(0.5, 1.5) for _ in free]) @ free
         drives = {name: rng.uniform(0.5, 2.0) for name in scene.drives if name}
-        point = place | dict(zip(scene.velocities, u.tolist(), strict=True)) | drives
+        point = place | dict(zip(scene.velocities, u.tolist(), strict=True)) | drives | self._letters(found, q)
         accelerations = [acceleration_name(name) for name in scene.velocities]
         still = point | dict.fromkeys(accelerations, 0.0)
         bias: list[float] = []
@@ -379,11 +384,16 @@ class _Drawing:
             points.append(solved | self._multipliers(solved, needed))
         return points
 
-    def _multipliers(self, point: Point, needed: Array) -> dict[str, float]:
-        if not self.rows:
+    def _letters(self, found: Numbers | None, q: Array) -> dict[str, float]:
+        """Return the entries of rows that are not written out, by the letters that stand for them."""
+        if found is None or not self.letters:
             return {}
-        G = np.array([numbers(row, point) for row in self.rows.values()])
-        if not np.isfinite(G).all():
-            raise DerivationError(f"{self.scene.name}: rows that are not written out have no numbers here")
+        G = found.jacobian(q)
+        return {name: float(G[at]) for name, at in self.letters.items()}
+
+    def _multipliers(self, point: Point, needed: Array) -> dict[str, float]:
+        if not self.G:
+            return {}
+        G = np.array([numbers(row, point) for row in self.G])
         found = np.linalg.lstsq(G.T, needed, rcond=None)[0]
-        return dict(zip(self.rows, found.tolist(), strict=True))
+        return dict(zip((row.multiplier for row in self.rows.rows), found.tolist(), strict=True))
