@@ -90,9 +90,11 @@ def acting_on(
 ) -> tuple[Wrench, ...]:
     """Return what acts on a body, with directions and names; sizes are 1 where they follow from the motion.
 
-    Weight, loads, struts between points, at every joint the wrenches that it transmits, along the axes of
-    the joint frame, and its drive, and the forces of contacts. What the parent exerts on the child, or what carries a
-    plane on what touches it, is positive; so the child gets it with its own sign and the parent with the opposite one.
+    Weight, loads, struts between points, ropes, the forces of contacts (of those that open, as if closed), and at every
+    joint the wrenches that it transmits, along the axes of the joint frame, its drives, and Q along each velocity that
+    feels more: springs, friction, rotors, stops, gears. What the parent exerts on the child, or what carries a plane on
+    what touches it, is positive; so the child gets it with its own sign and the parent with the opposite one. A gap or
+    a row that is a formula says not where it acts, and is left out.
 
     Raises:
         DrawError: as of `free_body`.
@@ -211,13 +213,13 @@ def _transmitted(scene: Scene, hinge: JointAxis, body: str) -> list[Wrench]:
 
 
 def _feels(scene: Scene, joint: Joint, k: int) -> bool:
-    """Return whether more than a drive acts along a velocity of a joint: elements, rotor, stops, what ties it to others."""
+    """Return whether more than a drive acts along a velocity of a joint: elements, rotor, stops, ties to others."""
     own = (joint.damping, joint.friction, joint.armature, *joint.forces[k : k + 1])
-    seated = {getattr(one, "joint", "") for one in (*scene.struts, *scene.unilaterals)}
+    stops = joint.limits.restitution is not None or joint.limits.one_way
     tied = {velocity_name(x) for x in scene.followed}
     tied |= {x for row in scene.constraints if isinstance(row, Formula) and row.acts_in for x in row.formula.symbols}
-    more = joint.coupling or joint.dry or joint.name in seated or tied.intersection(joint.rates[k : k + 1])
-    return bool(more) or any(x != Quantity.ZERO for x in own)
+    more = stops or joint.coupling or joint.dry or tied.intersection(joint.rates[k : k + 1])
+    return bool(more) or joint.name in [one.joint for one in scene.struts] or any(x != Quantity.ZERO for x in own)
 
 
 def _unit_wrenches(hinge: JointAxis) -> list[tuple[Array, Array]]:

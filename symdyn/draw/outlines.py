@@ -266,10 +266,12 @@ def drawn(scene: Scene, graph: Graph, values: Mapping[str, float] = {}) -> dict[
 
 def touching(scene: Scene) -> tuple[Contact, ...]:
     """Return what touches planes: rows, and what opens and closes as the rows that hold it, sticking unless smooth."""
-    opens = [one for one in scene.unilaterals if isinstance(one, PlaneContact)]
-    rough = [any(x not in (None, Quantity.ZERO) for x in (one.friction, one.static)) for one in opens]
-    held = zip(opens, rough, strict=True)
-    return (*scene.contacts, *(replace(one.closed, components=one.closed.components[: 3 if r else 1]) for one, r in held))
+    found = [*scene.contacts]
+    for one in scene.unilaterals:
+        if isinstance(one, PlaneContact):
+            rough = any(x not in (None, Quantity.ZERO) for x in (one.friction, one.static))
+            found.append(one.closed if rough else replace(one.closed, components=("normal",)))
+    return tuple(found)
 
 
 def strings(scene: Scene, values: Mapping[str, float] = {}) -> tuple[Element, ...]:
