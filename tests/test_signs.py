@@ -68,6 +68,72 @@ def test_the_drive_of_a_bead_acts_along_its_wire() -> None:
     assert drive.force == pytest.approx((0.8, 0.6, 0))
 
 
+ON_A_FLOOR = """
+gravity = [0, 0, -10]
+[bodies.block]
+mass = 2
+[bodies.follower]
+mass = 1
+[joints.slide]
+type = "prismatic"
+parent = "ground"
+child = "block"
+axis = [1, 0, 0]
+drive = false
+coordinate = "x"
+[joints.gear]
+type = "revolute"
+parent = "block"
+child = "follower"
+axis = [0, -1, 0]
+KIND
+[contacts.foot]
+body = "block"
+at = [0, 0, -1]
+plane = { body = "ground", normal = [0, 0, 1], at = [0, 0, -1] }
+FRICTION
+[ropes.leash]
+type = "slack"
+through = [{ body = "ground", at = [0, 3, 4] }, { body = "block", at = [0, 0, 0] }]
+length = 9
+"""
+
+
+@pytest.mark.parametrize(
+    ("kind", "felt", "rough"),
+    [
+        ('mimic = { joint = "slide", ratio = 2 }', ("gear", "slide"), False),
+        ('drive = "M"\n[springs.s]\njoint = "gear"\nstiffness = 3', ("gear",), True),
+        ('drive = "M"\ndamping = 0.1', ("gear",), False),
+        ('drive = "M"\nlimits = { upper = 1, restitution = 0 }', ("gear",), True),
+        ('drive = "M"\n[constraints.c]\nformula = "x_dot - 2*q2_dot"\nacts_in = "joints"', ("gear", "slide"), False),
+        ('drive = "M"', (), True),
+    ],
+)
+def test_a_body_alone_has_what_contacts_slack_ropes_and_joints_do(
+    kind: str, felt: tuple[str, ...], rough: bool
+) -> None:
+    """Contacts that open, slack ropes, and what springs, friction, stops and gears do in a joint were left out."""
+    one = read_text(ON_A_FLOOR.replace("KIND", kind).replace("FRICTION", "static = 0.3" if rough else ""))
+    q = [0.0] * len(one.coordinates)
+    block, follower = ({w.name: w for w in acting_on(one, body, q)} for body in ("block", "follower"))
+    ways = {rf"F_{{\mathrm{{foot}}{k}}}": way for k, way in zip(FEET[rough], np.eye(3)[[2, 0, 1]], strict=False)}
+
+    feet = {name: w for name, w in block.items() if "foot" in name}
+    assert {name: tuple(w.force) for name, w in feet.items()} == {name: tuple(way) for name, way in ways.items()}
+    assert {tuple(w.at) for w in feet.values()} == {(0, 0, -1)}
+    assert block[r"F_{\mathrm{leash}}"].force == pytest.approx((0, 0.6, 0.8))
+    own = {f"{sign}Q_{{\\mathrm{{{joint}}}}}" for joint in felt for sign in ("", "-")[: 1 + (joint == "gear")]}
+    assert {name for name in (*block, *follower) if "Q" in name} == own
+    if felt:
+        Q = r"Q_{\mathrm{gear}}"
+        assert tuple(follower[Q].couple) == (0, -1, 0) == tuple(-x for x in block[f"-{Q}"].couple)
+
+
+FEET = {False: ("",), True: (",1", ",2", ",3")}
+"""Indices of the forces of a contact, by whether it is rough."""
+
+
 SLIDES = """
 gravity = [0, 0, -9.81]
 [bodies.a]

@@ -11,6 +11,7 @@ import numpy as np
 from symdyn.algebra import Floats
 from symdyn.draw.force_arrows import Wrench, with_corner, wrench
 from symdyn.draw.ground import pushes
+from symdyn.draw.outlines import strings, touching
 from symdyn.draw.paint import File, check_picture
 from symdyn.draw.pictures import body_names, delivered, known_body, lines, load_wrench, staged, with_descriptions
 from symdyn.draw.places import Array, Frame, JointAxis, Label, Places, put, unit
@@ -22,8 +23,9 @@ from symdyn.emit import in_latex
 from symdyn.emit.print import PrintName
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import Quantity, Scene
+from symdyn.scene.forces.constraints import Formula
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values import Contact, Element
+from symdyn.scene.values import Contact, Element, Joint, velocity_name
 from symdyn.spatial import Mat, Transform
 
 SMALL = 1e-9  # of a unit vector: what lies along or across the line of sight
@@ -88,9 +90,11 @@ def acting_on(
 ) -> tuple[Wrench, ...]:
     """Return what acts on a body, with directions and names; sizes are 1 where they follow from the motion.
 
-    Weight, loads, struts between points, at every joint the wrenches that it transmits, along the axes of
-    the joint frame, and its drive, and the forces of contacts. What the parent exerts on the child, or what carries a
-    plane on what touches it, is positive; so the child gets it with its own sign and the parent with the opposite one.
+    Weight, loads, struts between points, ropes, the forces of contacts (of those that open, as if closed), and at every
+    joint the wrenches that it transmits, along the axes of the joint frame, its drives, and Q along each velocity that
+    feels more: springs, friction, rotors, stops, gears. What the parent exerts on the child, or what carries a plane on
+    what touches it, is positive; so the child gets it with its own sign and the parent with the opposite one. A gap or
+    a row that is a formula says not where it acts, and is left out.
 
     Raises:
         DrawError: as of `free_body`.
@@ -109,12 +113,12 @@ def acting_on(
     for load in scene.loads:
         if load.place.body == body:
             acting.append(load_wrench(load, found))
-    for one in (*scene.struts, *scene.lasting_ropes):
-        acting += _pulls(one, body, found)
+    for one in strings(scene):
+        acting += _pulls(one, body, found) if one in scene.elements else []  # a belt passes on a couple
     for hinge in found.hinges:
         if body in (hinge.joint.parent, hinge.joint.child):
-            acting += _transmitted(hinge, body)
-    for row in scene.contacts:
+            acting += _transmitted(scene, hinge, body)
+    for row in touching(scene):
         acting += _pushed(row, body, found)
     return tuple(acting)
 
@@ -128,7 +132,7 @@ def _cut(hinge: JointAxis, body: str) -> Array:
 def _cuts(scene: Scene, alone: Places, body: str) -> list[tuple[Title, Array]]:
     """Return what a body is cut loose from: its joints and contacts, and where they are."""
     cuts = [(Title("cut at joint {name}", name=hinge.joint.name), _cut(hinge, body)) for hinge in alone.hinges]
-    rows = [row for row in scene.contacts if body in (row.plane.body, row.place.body)]
+    rows = [row for row in touching(scene) if body in (row.plane.body, row.place.body)]
     return cuts + [(Title("contact {name}", name=row.name), pushes(row, alone)[0][None]) for row in rows]
 
 
@@ -137,7 +141,7 @@ def _closer(view: View, alone: Places, scene: Scene, body: str) -> View:
     placed = alone.body(body)
     ends = [at[0] for _, at in _cuts(scene, alone, body)] + ([] if placed.com is None else [placed.com[0]])
     ends += [at[0] for at in spots(scene, alone, body)]
-    for row in scene.contacts:
+    for row in touching(scene):
         if row.name in alone.wheels and row.place.body == body:
             centre, _, radius = alone.wheels[row.name]
             ends += [centre[0] + sign * radius * way for way in (view.right, view.up) for sign in (-1, 1)]
@@ -182,8 +186,8 @@ def _pushed(row: Contact, body: str, places: Places) -> list[Wrench]:
     return acting
 
 
-def _transmitted(hinge: JointAxis, body: str) -> list[Wrench]:
-    """Return the wrenches that a joint transmits to a body, and its drives."""
+def _transmitted(scene: Scene, hinge: JointAxis, body: str) -> list[Wrench]:
+    """Return the wrenches that a joint transmits to a body, its drives, and Q along velocities that feel more."""
     joint, found = hinge.joint, []
     sense = 1.0 if joint.child == body else -1.0
     at, minus = _triple(_cut(hinge, body)[0]), "" if sense > 0 else "-"
@@ -198,13 +202,24 @@ def _transmitted(hinge: JointAxis, body: str) -> list[Wrench]:
                 names[k] = rf"{minus}{'FM'[k]}_{{\mathrm{{{in_latex(joint.name)}}}{index}}}"
                 vectors[k] = unit(hinge.fixed.R[0] @ part) * sense
         found.append(Wrench(names[0], at, _triple(vectors[0]), _triple(vectors[1]), names[1]))
-    for drive, twist in zip(joint.drives, hinge.twists, strict=False):
-        if drive is not None:
-            turns = bool(np.any(np.abs(twist[0, 3:]) > SMALL))
-            way, name = twist[0, 3:] if turns else twist[0, :3], minus + str(PrintName.of_code(drive))
-            vector = _triple(unit(way) * sense)
-            found.append(Wrench(name, at, couple=vector) if turns else Wrench(name, at, vector))
+    for k, twist in enumerate(hinge.twists):
+        named = [str(PrintName.of_code(drive)) for drive in joint.drives[k : k + 1] if drive is not None]
+        index = f",{k + 1}" if len(hinge.twists) > 1 else ""
+        named += [rf"Q_{{\mathrm{{{in_latex(joint.name)}}}{index}}}"] if _feels(scene, joint, k) else []
+        turns = bool(np.any(np.abs(twist[0, 3:]) > SMALL))
+        vector = _triple(unit(twist[0, 3:] if turns else twist[0, :3]) * sense)
+        found += [Wrench(minus + x, at, *(((0, 0, 0), vector) if turns else (vector,))) for x in named]
     return found
+
+
+def _feels(scene: Scene, joint: Joint, k: int) -> bool:
+    """Return whether more than a drive acts along a velocity of a joint: elements, rotor, stops, ties to others."""
+    own = (joint.damping, joint.friction, joint.armature, *joint.forces[k : k + 1])
+    stops = joint.limits.restitution is not None or joint.limits.one_way
+    tied = {velocity_name(x) for x in scene.followed}
+    tied |= {x for row in scene.constraints if isinstance(row, Formula) and row.acts_in for x in row.formula.symbols}
+    more = stops or joint.coupling or joint.dry or tied.intersection(joint.rates[k : k + 1])
+    return bool(more) or joint.name in [one.joint for one in scene.struts] or any(x != Quantity.ZERO for x in own)
 
 
 def _unit_wrenches(hinge: JointAxis) -> list[tuple[Array, Array]]:

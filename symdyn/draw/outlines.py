@@ -19,7 +19,7 @@ import numpy as np
 from symdyn.algebra import Array, Floats
 from symdyn.dynamics.mechanism import Taut, body_placements, vector
 from symdyn.errors import DerivationError, SymdynError
-from symdyn.frozen import dataclass
+from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Graph, Op, evaluate, substitute
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.forces import FORCES, in_plane
@@ -265,8 +265,13 @@ def drawn(scene: Scene, graph: Graph, values: Mapping[str, float] = {}) -> dict[
 
 
 def touching(scene: Scene) -> tuple[Contact, ...]:
-    """Return what touches planes: rows, and what opens and closes as the rows that hold it closed."""
-    return (*scene.contacts, *(one.closed for one in scene.unilaterals if isinstance(one, PlaneContact)))
+    """Return what touches planes: rows, and what opens and closes as the rows that hold it, sticking unless smooth."""
+    found = [*scene.contacts]
+    for one in scene.unilaterals:
+        if isinstance(one, PlaneContact):
+            rough = any(x not in (None, Quantity.ZERO) for x in (one.friction, one.static))
+            found.append(one.closed if rough else replace(one.closed, components=("normal",)))
+    return tuple(found)
 
 
 def strings(scene: Scene, values: Mapping[str, float] = {}) -> tuple[Element, ...]:
