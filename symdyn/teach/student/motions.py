@@ -293,7 +293,7 @@ class _Drawing:
         return list((free.T @ free).tolist())
 
     def _positions(
-        self, k: int, declared: bool, rng: random.Random
+        self, k: int, declared: bool, rng: random.Random, draws: int = 20
     ) -> tuple[tuple[dict[str, float], Numbers | None], ...]:
         """Return parameters, time and positions of a point and of one elsewhere, with the rows' numbers."""
         scene = self.scene
@@ -312,9 +312,14 @@ class _Drawing:
         found = self.loops.bound_to(values)
         here = self._prescribed(values, rng)
         q, way = np.array([here[name] for name in scene.coordinates]), self._way_of(rng)
-        for _ in range(40):  # along what the rows allow, by the midpoint rule
-            half = q + 0.01 * self._allowed(found, q, way)
-            q = q + 0.02 * self._allowed(found, half, way)
+        try:
+            for _ in range(40):  # along what the rows allow, by the midpoint rule
+                half = q + 0.01 * self._allowed(found, q, way)
+                q = q + 0.02 * self._allowed(found, half, way)
+        except DerivationError:  # a root has no value there
+            if not draws:
+                raise
+            return self._positions(k, declared, rng, draws - 1)
         return (here, found), (here | dict(zip(scene.coordinates, q.tolist(), strict=True)), found)
 
     def _declared(self) -> dict[str, float]:
@@ -357,7 +362,8 @@ class _Drawing:
         free = free_motions(A) if len(A) else np.eye(n)
         u = u + np.array([rng.uniform(0.5, 1.5) for _ in free]) @ free
         drives = {name: rng.uniform(0.5, 2.0) for name in scene.drives if name}
-        point = place | dict(zip(scene.velocities, u.tolist(), strict=True)) | drives | self._letters(found, q)
+        point = place | dict(zip(scene.velocities, u.tolist(), strict=True)) | drives
+        point |= {name: float(A[at]) for name, at in self.letters.items()}
         accelerations = [acceleration_name(name) for name in scene.velocities]
         still = point | dict.fromkeys(accelerations, 0.0)
         bias: list[float] = []
@@ -383,13 +389,6 @@ class _Drawing:
             needed = M @ x[:n] + h - extra - np.array([solved[d] if d else 0.0 for d in scene.drives])
             points.append(solved | self._multipliers(solved, needed))
         return points
-
-    def _letters(self, found: Numbers | None, q: Array) -> dict[str, float]:
-        """Return the entries of rows that are not written out, by the letters that stand for them."""
-        if found is None or not self.letters:
-            return {}
-        G = found.jacobian(q)
-        return {name: float(G[at]) for name, at in self.letters.items()}
 
     def _multipliers(self, point: Point, needed: Array) -> dict[str, float]:
         if not self.G:
