@@ -208,15 +208,10 @@ class PrintedConstraints:
     missing: str = ""
 
     @property
-    def letters(self) -> dict[str, tuple[int, int]]:
-        """Row and velocity of entries without a closed form, by the names that stand for them."""
-        entries = ((x, (k, i)) for k, row in enumerate(self.rows) for i, x in enumerate(row.G))
-        return {x.name: at for x, at in entries if self.missing and isinstance(x, Symbol)}
-
-    @property
     def units(self) -> dict[str, str]:
-        """Units of multipliers, and "" of these names."""
-        return {row.multiplier: row.unit for row in self.rows} | dict.fromkeys(self.letters, "")
+        """Units of multipliers, and "" of names for entries without a closed form."""
+        letters = [name for row in self.rows for x in row.G for name in x.symbols if self.missing]
+        return {row.multiplier: row.unit for row in self.rows} | dict.fromkeys(letters, "")
 
     def carried(self, i: int) -> Form:
         """Return Σ_k G_ki λ_k, the generalized force of the constraints on velocity i."""

@@ -27,7 +27,7 @@ from symdyn.teach.student.differences import KINDS
 from symdyn.teach.student.evidence import ALL_OF_IT, OF_ANGLES, PAIRED, PLAIN, STATES, SUITS, Column
 from symdyn.teach.student.grammar import CALLED, PAGE, Names
 from symdyn.teach.student.mistakes import FREE, MOST as MOST_WRONG, VAGUE
-from symdyn.teach.student.motions import Point, constraints_of
+from symdyn.teach.student.motions import Point, beside, rows_of
 from symdyn.teach.student.parts import BOTH, SCALED as SCALED_PRICE, UNTIED, WHOLE
 from symdyn.teach.student.statements import SPEEDS
 
@@ -67,7 +67,7 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         there, or the number of its equation and what stands in front of its answer there; grammar, words.
     """
     scene = scene.as_parameters()
-    multipliers = constraints_of(scene).units
+    multipliers = beside(scene)
     names, points = Names(scene, tuple(multipliers)), points_of(scene, multipliers)
     diagnosis = Diagnosis(scene, multipliers)
     few = MOST_WRONG if len(scene.velocities) <= SMALL else max(20, BUDGET // max(1, len(requested)))
@@ -164,7 +164,7 @@ def _motions(diagnosis: Diagnosis, requested: Mapping[str, tuple[str, Form]]) ->
         "groups": groups,
         "asked": asked,
         "free": FREE,
-        "multipliers": [row.multiplier for row in motions.rows],
+        "multipliers": list(motions.rows),
         "keeps": bool(scene.constraints),
     }
 
@@ -240,7 +240,7 @@ def front(diagnosis: Diagnosis, left: str) -> Form:
     if left.startswith("solved"):
         return Symbol(acceleration_name(diagnosis.scene.velocities[i]))
     assert diagnosis.course is not None, "an equation of a lesson has a course"
-    held = (Form.product((Symbol(row.multiplier), row.G[i])) for row in constraints_of(diagnosis.scene).rows)
+    held = (Form.product((Symbol(name), G[i])) for name, (_, G) in rows_of(diagnosis.scene).items())
     return Form.sum((Form.of(diagnosis.drive(i) + diagnosis.course.right.Q[i]), *held))
 
 

@@ -24,7 +24,7 @@ from symdyn.teach.student.derivation_check import check_derivation
 from symdyn.teach.student.diagnosis import Diagnosis
 from symdyn.teach.student.grammar import Names, Target
 from symdyn.teach.student.mistakes import FREE, Mistake
-from symdyn.teach.student.motions import PLACES, SAME, Point, constraints_of
+from symdyn.teach.student.motions import PLACES, SAME, Point, beside
 from symdyn.teach.student.statements import read_formula
 from symdyn.unlocked import cached_property
 
@@ -107,7 +107,7 @@ class Variant:
     def diagnosis(self) -> Diagnosis:
         """What is known of mistakes and motions of the mechanism."""
         scene = self.scene.as_parameters()
-        return Diagnosis(scene, constraints_of(scene).units)
+        return Diagnosis(scene, beside(scene))
 
     @cached_property
     def groups(self) -> list[tuple[Sequence[Point], Sequence[Sequence[Point]]]]:
@@ -197,7 +197,7 @@ def marked(document: Document, key: str, text: str) -> Told:
     words = language_of(document.language).lesson
     if not text.strip():
         return Told(False, False, words["fault.empty"])
-    others = constraints_of(scene).units
+    others = beside(scene)
     targets = {goal.course_key: goal for goal in Names(scene, tuple(others)).targets.values()}
     requested = block.left if isinstance(block, Blank) else ""
     left = requested.replace("solved:", "tau:")

@@ -193,9 +193,9 @@ def _evidence(
     except DerivationError:
         return None
     if how == "rows" and i is not None:
-        rows = [row.G[i].express(course.graph) * course.graph.symbol(row.multiplier) for row in motions.rows]
-        pieces += [("row", Form.of(node), [(-node, i)]) for node in rows if not node.is_zero]
-        pieces.append(("row", None, [(-node, i) for node in rows]))
+        rows = [(name, G[i].express(course.graph) * course.graph.symbol(name)) for name, (_, G) in motions.rows.items()]
+        pieces += [("row", Form.of(node), [(-node, i)]) for _, node in rows if not node.is_zero]
+        pieces.append(("row", None, [(-node, i) for _, node in rows]))
     fine = [k for k, (_, form, _) in enumerate(pieces) if form is not None]
     if not 0 < len(fine) <= (PAIRED if how == "solved" else MOST):
         return None

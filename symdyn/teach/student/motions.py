@@ -28,7 +28,6 @@ from symdyn.dynamics import Workspace
 from symdyn.dynamics.loops import Numbers, free_motions
 from symdyn.dynamics.mechanism import TIME, prescribed, quaternions
 from symdyn.emit.print import Printable
-from symdyn.emit.print.printable import PrintedConstraints, PrintedRow
 from symdyn.errors import DerivationError, NoValueError
 from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Graph, Op, evaluate, gradient, reachable, repeated
@@ -79,7 +78,7 @@ class Motions:
         ways: for each of these and each joint the motion of all that moves it, others as little as rows allow.
         masses: for each of these the mass matrix.
         inverses: for each of these the inverse of that, on the motions that rows allow.
-        rows: of the scene, see `constraints_of`.
+        rows: unit and entries of the rows of the scene by their multipliers.
         accelerations: their names.
     """
 
@@ -88,7 +87,7 @@ class Motions:
     ways: tuple[Floating, ...]
     masses: tuple[Array, ...]
     inverses: tuple[Floating, ...]
-    rows: tuple[PrintedRow, ...]
+    rows: Mapping[str, tuple[str, tuple[Form, ...]]]
     accelerations: tuple[str, ...]
 
     def values(self, form: Form, equation: int | None = None) -> list[dict[str, list[float]]]:
@@ -163,11 +162,18 @@ def _explained(off: Values, t: Array, few: float) -> bool:
 
 
 @lru_cache(maxsize=2)
-def constraints_of(scene: Scene) -> PrintedConstraints:
-    """Return the rows of a scene that have multipliers; none where quaternions turn."""
-    if not scene.is_constrained or quaternions(scene):
-        return PrintedConstraints((), scene.velocities)
-    return Printable.of(scene, lengths=None).constraints
+def _tied(scene: Scene) -> list[Printable]:
+    return [Printable.of(scene, lengths=None)] if scene.is_constrained and not quaternions(scene) else []
+
+
+def rows_of(scene: Scene) -> dict[str, tuple[str, tuple[Form, ...]]]:
+    """Return unit and entries of the rows of a scene that have multipliers, by these; none where quaternions turn."""
+    return {row.multiplier: (row.unit, row.G) for page in _tied(scene) for row in page.constraints.rows}
+
+
+def beside(scene: Scene) -> dict[str, str]:
+    """Return the names in these rows that are none of the scene, with their units, see `PrintedConstraints.units`."""
+    return {name: unit for page in _tied(scene) for name, unit in page.constraints.units.items()}
 
 
 def numbers(nodes: Sequence[Expr], point: Point) -> list[float]:
@@ -238,7 +244,7 @@ def motions_of(scene: Scene, course: Course | None) -> Motions | None:
     every = [along, *(one for group in groups for one in (group.on, *group.off))]
     finite = all(isfinite(x) for one in every for p in one for x in p.values())
     names = tuple(map(acceleration_name, scene.velocities))
-    found = Motions(tuple(groups), tuple(along), tuple(ways), tuple(masses), tuple(inverses), drawing.rows.rows, names)
+    found = Motions(tuple(groups), tuple(along), tuple(ways), tuple(masses), tuple(inverses), rows_of(scene), names)
     return found if finite else None
 
 
@@ -250,10 +256,10 @@ class _Drawing:
         total = [course.value(f"tau:{i + 1}", course.right) for i in range(course.state.n)]
         self.balance = [node for node in total if node is not None]
         self.M = [gradient(node, course.state.qdd) for node in self.balance]
-        self.rows = constraints_of(scene)
-        kept = Workspace(scene).loops.decisions.independent_rows if self.rows.letters else ()
-        self.letters = {name: (kept[k], i) for name, (k, i) in self.rows.letters.items()}
-        self.G = [[entry.express(graph) for entry in row.G] for row in self.rows.rows]
+        self.rows = {name: [entry.express(graph) for entry in G] for name, (_, G) in rows_of(scene).items()}
+        kept = Workspace(scene).loops.decisions.independent_rows if {*beside(scene)} - {*self.rows} else ()
+        lettered = zip(kept, rows_of(scene).values(), strict=False)
+        self.letters = {name: (k, i) for k, (_, G) in lettered for i, x in enumerate(G) for name in x.symbols}
 
     def group(self, declared: bool) -> Group:
         """Return points with the scene's parameters, or with drawn ones."""
@@ -293,7 +299,7 @@ class _Drawing:
         return list((free.T @ free).tolist())
 
     def _positions(
-        self, k: int, declared: bool, rng: random.Random
+        self, k: int, declared: bool, rng: random.Random, draws: int = 20
     ) -> tuple[tuple[dict[str, float], Numbers | None], ...]:
         """Return parameters, time and positions of a point and of one elsewhere, with the rows' numbers."""
         scene = self.scene
@@ -312,9 +318,14 @@ class _Drawing:
         found = self.loops.bound_to(values)
         here = self._prescribed(values, rng)
         q, way = np.array([here[name] for name in scene.coordinates]), self._way_of(rng)
-        for _ in range(40):  # along what the rows allow, by the midpoint rule
-            half = q + 0.01 * self._allowed(found, q, way)
-            q = q + 0.02 * self._allowed(found, half, way)
+        try:
+            for _ in range(40):  # along what the rows allow, by the midpoint rule
+                half = q + 0.01 * self._allowed(found, q, way)
+                q = q + 0.02 * self._allowed(found, half, way)
+        except DerivationError:  # a root has no value there
+            if not draws:
+                raise
+            return self._positions(k, declared, rng, draws - 1)
         return (here, found), (here | dict(zip(scene.coordinates, q.tolist(), strict=True)), found)
 
     def _declared(self) -> dict[str, float]:
@@ -357,7 +368,8 @@ class _Drawing:
         free = free_motions(A) if len(A) else np.eye(n)
         u = u + np.array([rng.uniform(0.5, 1.5) for _ in free]) @ free
         drives = {name: rng.uniform(0.5, 2.0) for name in scene.drives if name}
-        point = place | dict(zip(scene.velocities, u.tolist(), strict=True)) | drives | self._letters(found, q)
+        point = place | dict(zip(scene.velocities, u.tolist(), strict=True)) | drives
+        point |= {name: float(A[at]) for name, at in self.letters.items()}
         accelerations = [acceleration_name(name) for name in scene.velocities]
         still = point | dict.fromkeys(accelerations, 0.0)
         bias: list[float] = []
@@ -384,16 +396,7 @@ class _Drawing:
             points.append(solved | self._multipliers(solved, needed))
         return points
 
-    def _letters(self, found: Numbers | None, q: Array) -> dict[str, float]:
-        """Return the entries of rows that are not written out, by the letters that stand for them."""
-        if found is None or not self.letters:
-            return {}
-        G = found.jacobian(q)
-        return {name: float(G[at]) for name, at in self.letters.items()}
-
     def _multipliers(self, point: Point, needed: Array) -> dict[str, float]:
-        if not self.G:
-            return {}
-        G = np.array([numbers(row, point) for row in self.G])
+        G = np.array([numbers(row, point) for row in self.rows.values()]).reshape(len(self.rows), len(needed))
         found = np.linalg.lstsq(G.T, needed, rcond=None)[0]
-        return dict(zip((row.multiplier for row in self.rows.rows), found.tolist(), strict=True))
+        return dict(zip(self.rows, found.tolist(), strict=True))
