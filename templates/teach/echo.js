@@ -70,8 +70,7 @@ const Echo = (() => {
     function accented(dots) {
       const braced = sees("open", "{") && take();
       let {spelled} = take();
-      if (braced) take();
-      if (braced && sees("sub")) spelled += "_" + take().text;
+      if (braced && take() && sees("sub")) spelled += "_" + take().text;
       return word(spelled, dots);
     }
     function call(name) {

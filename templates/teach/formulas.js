@@ -206,9 +206,7 @@ const Formulas = (() => {
   };
   const inverse = part => lift(x => 1 / x, part), minus = part => spread(lift(x => -x, part), terms(part).map(one => lift(x => -x, one)));
 
-  // What stands for a name: its formula, or the symbol
   const known = {}, worth = name => has(formulas, name) ? known[name] ||= formula(tokens(formulas[name])) : p => p[name];
-
   // The derivative with respect to time, by differences of fourth order along the motion
   function rate(of) {
     const STEP = 1e-3, chains = Object.entries(dotted);

@@ -55,13 +55,12 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         language: of the answers.
 
     Returns:
-        symbols: the scene's name of every way to write one, dotted: what they are with dots, formulas: of names that
-        are none, short: shorthands such as c12, quantities: names of results, points: see
-        `symdyn.teach.student.diagnosis`, values: of each question at every point, free: questions that a constant may
-        be added to, rounded: those that a number answers which is right to a part of itself, enough, balances: of
-        equations what vanishes at every point, their drive, the acceleration that they are solved for, and whether
-        forces stand beside the drive in front of the answer; alone: the drive where more than it stands there, which
-        an answer may be for as well;
+        symbols: the scene's name of every way to write one, dotted: what they are with dots, formulas: of names, short:
+        shorthands such as c12, quantities: names of results, points: see `symdyn.teach.student.diagnosis`, values: of
+        each question at every point, free: questions that a constant may be added to, rounded: those that a number
+        answers which is right to a part of itself, enough, balances: of equations what vanishes at every point, their
+        drive, the acceleration that they are solved for, and whether forces stand beside the drive in front of the
+        answer; alone: the drive where more than it stands there, which an answer may be for as well;
         mistakes: of each question rules in turn, each with all that it gives at a few points (marks, pairs),
         terms: see `Evidence`, with the numbers of their columns,
         motions: groups of points on the motions, see `symdyn.teach.student.motions`, and by question what it is worth
