@@ -125,11 +125,12 @@ def test_page_and_shell_judge_some_sealed_answers_alike(monkeypatch: pytest.Monk
     some += [
         {**of_cart, "answer": f"d/dt ({momentum.format('-')}) + b x' = F", "verdict": "right"},
         {**of_cart, "answer": f"d/dt ({momentum.format('+')}) + b x' = F", "verdict": "wrong"},
+        {**of_cart, "answer": "J11 x'' + J12 θ'' = F", "verdict": "unreadable"},
     ]
 
     rows = list(benchmark.sealed({**data, "answers": some, "scenes": {"cart_pole": data["scenes"]["cart_pole"]}}))
 
-    assert len(rows) == 8
+    assert len(rows) == 9
     assert all(shell.verdict == page.verdict == answer["verdict"] for answer, shell, page, _ in rows)
 
 

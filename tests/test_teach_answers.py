@@ -15,7 +15,7 @@ from symdyn.algebra import Floats
 from symdyn.errors import TeachError
 from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.resources import folder
-from symdyn.scene import read
+from symdyn.scene import Scene, read
 from symdyn.scene.toml import read_text
 from symdyn.teach.practice.questions import questions_of
 from symdyn.teach.student.answer import in_words
@@ -158,6 +158,37 @@ ALIKE = [
 ]
 """Spellings that one of both read in another way, or not at all, and rows of their tables."""
 
+CAR = read_text(
+    "[parameters]\nm = {}\na = {}\nb = {}\nDelta_x = {}\nv0 = {}\nNf = { value = 'm*a/(a + b)' }\n"
+    "[inputs.front]\nrates = 1\n[states.i]\nrate = '(front - a*i - b*zf_dot)/m'\n"
+    "[joints.ride]\ntype = 'prismatic'\nparent = 'ground'\nchild = 'body'\naxis = [0, 0, 1]\ncoordinate = 'z'\n"
+    "[joints.swing]\ntype = 'revolute'\nparent = 'body'\nchild = 'arm'\naxis = [0, 1, 0]\ncoordinate = 'theta'\n"
+    "[joints.axle]\ntype = 'prismatic'\nparent = 'ground'\nchild = 'wheel'\naxis = [0, 0, 1]\ncoordinate = 'zf'\n"
+    "force = 'i + Delta_x*front_dot + Nf'\n[bodies.body]\nmass = 'm'\n[bodies.arm]\nmass = 'v0'\n"
+    "inertia = [0, 'a', 'b']\n[bodies.wheel]\nmass = 'm'\n",
+    "car",
+)
+OF_CAR = [
+    ("Nf a + N_f + N_{f}", "m*a/(a + b)*(a + 2)"),
+    ("m i' + i_dot + di/dt", "(m + 2)*(front - a*i - b*zf_dot)/m"),
+    (r"\dot i + \frac{d i}{d t}", "2*(front - a*i - b*zf_dot)/m"),
+    ("d/dt (a i² z + Nf)", "a*(2*i*z*(front - a*i - b*zf_dot)/m + i**2*z_dot)"),
+    ("front' + dfront/dt", "2*front_dot"),
+    ("z̈f + żf² + m żf a", "zf_ddot + zf_dot**2 + m*zf_dot*a"),
+    ("żsinθ + żθ̇ + mża + żf(t)", "z_dot*sin(theta) + z_dot*theta_dot + m*z_dot*a + zf_dot"),
+    (r"\dot{z}f + \dot{z}_f + \dot z_{f} + \ddot{z_f} + z_f'' + zf'", "4*zf_dot + 2*zf_ddot"),
+    ("dzf/dt + d zf/dt + (dz_f/dt)²", "2*zf_dot + zf_dot**2"),
+    (r"d²θ/dt² + d²zf/dt² + d²/dt² z_f + \frac{d^2 z_f}{dt^2} + dθ/dt", "theta_ddot + 3*zf_ddot + theta_dot"),
+    ("m {a + b} + √[a² + b²] + √{a} + a {b [a + 2]}", "m*(a + b) + sqrt(a**2 + b**2) + sqrt(a) + a*b*(a + 2)"),
+    ("Δx + Δ_x + \\Delta x m + \\Delta_{x}", "(3 + m)*Delta_x"),
+    ("v_0 + v₀ + m(t) + front(t)", "2*v0 + m + front"),
+    ("sin²θ + sin^2(θ)/2 + 1/2mv0^2", "3/2*sin(theta)**2 + m*v0**2/2"),
+    ("e^{-z} + m e^(-a z)", "exp(-z) + m*exp(-a*z)"),
+    ("|z - zf| m + |a|", "abs(z - zf)*m + abs(a)"),
+    ("a∗b", "a*b"),
+]
+"""Names of several letters, and names that the scene gives a formula."""
+
 
 def _by_page(asked: object, way: str, texts: Sequence[str]) -> list[Any]:
     """Return what the program of a page with these questions makes of texts, in a way written as its program is."""
@@ -172,15 +203,16 @@ def _by_page(asked: object, way: str, texts: Sequence[str]) -> list[Any]:
 
 @pytest.mark.runs("node")
 @pytest.mark.skipif(shutil.which("node") is None, reason="the page's program runs in node")
-def test_a_page_reads_every_spelling_as_the_shell_does() -> None:
-    asked = questions_of(ARM, {"K:": ("K:", read_formula("m1", ARM))}, "en")
+@pytest.mark.parametrize(("scene", "rows"), [(ARM, ALIKE), (CAR.as_parameters(), OF_CAR)], ids=["arm", "car"])
+def test_a_page_reads_every_spelling_as_the_shell_does(scene: Scene, rows: Sequence[tuple[str, str]]) -> None:
+    asked = questions_of(scene, {"K:": ("K:", read_formula("1", scene))}, "en")
     read_there = "text => { const read = Formulas.formula(text); return QUESTIONS.points.map(read); }"
 
-    values_there = _by_page(asked, read_there, [text for text, _ in ALIKE])
+    values_there = _by_page(asked, read_there, [text for text, _ in rows])
 
-    for (text, plain), there in zip(ALIKE, values_there, strict=True):
-        same = read_formula(plain, ARM).express(Graph())
-        node = read_formula(text, ARM).express(Graph())
+    for (text, plain), there in zip(rows, values_there, strict=True):
+        same = read_formula(plain, scene).express(Graph())
+        node = read_formula(text, scene).express(Graph())
         for point, value in zip(asked["points"], there, strict=True):
             values = [
                 evaluate([one], Floats(), {x: point[str(x.value)] for x in reachable([one]) if x.op is Op.SYMBOL})[0]

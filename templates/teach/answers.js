@@ -27,7 +27,7 @@ const Answers = (() => {
         try {
           formulas.push({decimals: decimals(part), of: formula(part)});
         } catch (fault) {
-          const onTheWay = fault instanceof Fault && fault.key === "fault.name" && k < last && ((k === 0 && part.length === 1) || new RegExp(`^(?:${speeds})$`).test(fault.text.replaceAll("_", "")));
+          const onTheWay = fault instanceof Fault && fault.key === "fault.name" && ((k === 0 && last && part.length === 1) || (parts.slice(k + 1).some(one => one.length > 1) && new RegExp(`^(?:${speeds})$`).test(fault.text.replaceAll("_", ""))));
           if (!onTheWay) throw fault;
         }
       });

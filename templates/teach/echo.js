@@ -52,6 +52,7 @@ const Echo = (() => {
     function primary(token) {
       if (token.kind === "number") return `<mn>${token.text.replace("{,}", ".").replace(",", ".").replace(/[^0-9.eE+-]/g, "")}</mn>`;
       if (token.kind === "constant") return "<mi>π</mi>";
+      if (token.text === "e" && !Object.hasOwn(QUESTIONS.symbols, "e") && sees("op", "^")) return raised("<mi>e</mi>");
       if (token.kind === "word") return word(token.spelled, token.dots, true);
       if (token.kind === "open") return bracket(token);
       if (token.kind === "function") return call(token.text);
@@ -68,9 +69,8 @@ const Echo = (() => {
     }
     function accented(dots) {
       const braced = sees("open", "{") && take();
-      let {text, spelled} = take();
-      if (braced) take();
-      if (braced && (sees("sub") || (sees("number") && !Object.hasOwn(QUESTIONS.symbols, text)))) spelled += (sees("sub") ? "_" : "") + take().text;
+      let {spelled} = take();
+      if (braced && take() && sees("sub")) spelled += "_" + take().text;
       return word(spelled, dots);
     }
     function call(name) {

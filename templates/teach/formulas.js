@@ -1,7 +1,7 @@
 "use strict";
 // Typed formulas: read by the tables that the shell reads too, values in doubles, no evaluation of text as code.
 const Formulas = (() => {
-  const {symbols, dotted, short, quantities, grammar} = QUESTIONS;
+  const {symbols, dotted, formulas, short, quantities, grammar} = QUESTIONS;
   const {letters, functions, commands, timeLetters, operators, closing, begins} = grammar;
   const has = (table, key) => Object.prototype.hasOwnProperty.call(table, key);
   const sticks = (pattern, text, at) => { pattern.lastIndex = at; return pattern.exec(text); };
@@ -92,10 +92,17 @@ const Formulas = (() => {
     if (kind !== "word") return known(kind === "command" ? "\\" + text : text);
     const without = text[0] === "d" && moves(text.slice(1));
     if (moves(text) || without) return text === "d" ? "e" : !moves(text) ? "E" : without ? "D" : "q";
-    if (has(symbols, text) && text !== "d" && text !== "t") return text === "dt" ? "S" : "w";
+    if (has(symbols, text) && text !== "d" && text !== "t") return text === "dt" ? "S" : "n";
     return known(text);
   }
-  function timeless(list) {
+  const greek = new Set(Object.values(letters));
+  function timeless(given) {
+    const list = [];
+    for (const token of given) {
+      const first = list[list.length - 1], text = first && token.kind === "word" && greek.has(first.text) && !has(symbols, first.text) && !first.dots && first.text + token.text;
+      if (text && has(symbols, text)) list.splice(-1, 1, {...token, text, spelled: first.spelled + token.spelled, at: first.at});  // Δx
+      else list.push(token);
+    }
     let row = list.map(letter).join(""), found;
     while ((found = OF_TIME.exec(row))) {
       const [begin, end] = [found.index + found[1].length, found.index + found[0].length];
@@ -199,11 +206,12 @@ const Formulas = (() => {
   };
   const inverse = part => lift(x => 1 / x, part), minus = part => spread(lift(x => -x, part), terms(part).map(one => lift(x => -x, one)));
 
+  const known = {}, worth = name => has(formulas, name) ? known[name] ||= formula(tokens(formulas[name])) : p => p[name];
   // The derivative with respect to time, by differences of fourth order along the motion
   function rate(of) {
     const STEP = 1e-3, chains = Object.entries(dotted);
     const unset = Object.fromEntries(chains.flatMap(([, [, a]]) => a ? [[a, NaN]] : []));  // what accelerations become is not known
-    const later = (p, h) => ({...p, t: p.t + h, ...Object.fromEntries(chains.map(([name, [u, a]]) => [name, p[name] + h * p[u] + (a ? h * h / 2 * p[a] : 0)])), ...unset});
+    const later = (p, h) => ({...p, t: p.t + h, ...Object.fromEntries(chains.map(([name, [u, a]]) => [name, p[name] + h * worth(u)(p) + (a ? h * h / 2 * p[a] : 0)])), ...unset});
     return p => [-2, -1, 1, 2].reduce((sum, n) => sum + [0, 8, -1][Math.abs(n)] * Math.sign(n) * at(of, later(p, n * STEP)), 0) / (12 * STEP);
   }
 
@@ -247,6 +255,7 @@ const Formulas = (() => {
       const token = take();
       if (token.kind === "number") return raised(number(token));
       if (token.kind === "constant") return raised(has(symbols, "pi") ? p => p[symbols.pi] : () => Math.PI);
+      if (token.text === "e" && !has(symbols, "e") && sees("op", "^")) return take() && lift(Math.exp, sees("open") ? bracket(take()) : argument());
       if (token.kind === "word") return word(token, token.dots);
       if (token.kind === "open") return raised(bracket(token));
       if (token.kind === "function") return call(token.text);
@@ -286,9 +295,8 @@ const Formulas = (() => {
       if (name.kind !== "word") throw new Fault("fault.here", name.text);
       if (braced) {
         if (!sees("close", "}")) throw new Fault("fault.bracket");
-        const closed = take();
-        const digit = sees("number") && peek().at === closed.at + 1 && !has(symbols, name.text) && has(symbols, name.text + peek().text);
-        if (sees("sub") || digit) name = {...name, spelled: name.spelled + (digit ? "" : "_") + peek().text, text: name.text + take().text};
+        take();
+        if (sees("sub")) name = {...name, spelled: `${name.spelled}_${peek().text}`, text: name.text + take().text};
       }
       return [name, token.text === "dot" ? 1 : 2];
     }
@@ -322,7 +330,7 @@ const Formulas = (() => {
         if (part.function) throw new Fault("fault.argument");
         const chain = part.name ? [part.name, ...(has(dotted, part.name) ? dotted[part.name] : [])] : [null];
         if (dots && i === carrier && dots >= chain.length) throw new Fault("fault.dots", token.text);
-        if (part.name) return p => p[chain[i === carrier ? dots : 0]];
+        if (part.name) return worth(chain[i === carrier ? dots : 0]);
         const [name, angles] = part.short;
         return p => Math[name](angles.reduce((total, q) => total + p[q], 0));
       }));

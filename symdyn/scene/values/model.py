@@ -275,7 +275,7 @@ class Scene(Shown):
     def as_parameters(self) -> Scene:
         """Return the scene without outputs, its inputs and states being parameters: for its equations at one moment.
 
-        One whose value is zero has none then, so that it is seen where it acts.
+        One whose value is zero has none then, so that it is seen where it acts. Rates of states become derived.
         """
         if not self.given:
             return replace(self, outputs=()) if self.outputs else self
@@ -283,7 +283,9 @@ class Scene(Shown):
         values = {x: substituted(x.value, known) for x in self.given}
         shown = {x: None if value == Quantity.ZERO or value.symbols else value for x, value in values.items()}
         more = tuple(Parameter(x.name, shown[x], False, x.unit, x.latex, x.text, x.texts, of=x.of) for x in self.given)
-        return replace(self, parameters=(*self.parameters, *more), inputs=(), outputs=(), states=(), signals=())
+        told = {acceleration_name(x.name): x.rate for x in self.states} | {x.name: x.formula for x in self.signals}
+        scene = replace(self, derived=(*self.derived, *(Parameter(x, formula) for x, formula in told.items())))
+        return replace(scene, parameters=(*self.parameters, *more), inputs=(), outputs=(), states=(), signals=())
 
     def without_mechanism(self) -> Scene:
         """Return the scene's states alone: coordinates and velocities are further inputs, and nothing moves."""

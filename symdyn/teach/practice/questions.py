@@ -25,11 +25,11 @@ from symdyn.teach.practice.exercises import ENOUGH, ROUNDED, is_given, quantitie
 from symdyn.teach.student.diagnosis import BOUND, DRAWN, SCALED, SCALES, TWINS, Diagnosis, Points, points_of
 from symdyn.teach.student.differences import KINDS
 from symdyn.teach.student.evidence import ALL_OF_IT, OF_ANGLES, PAIRED, PLAIN, STATES, SUITS, Column
-from symdyn.teach.student.grammar import CALLED, PAGE, Names
+from symdyn.teach.student.grammar import PAGE, Names
 from symdyn.teach.student.mistakes import FREE, MOST as MOST_WRONG, VAGUE
 from symdyn.teach.student.motions import Point, beside, rows_of
 from symdyn.teach.student.parts import BOTH, SCALED as SCALED_PRICE, UNTIED, WHOLE
-from symdyn.teach.student.statements import SPEEDS
+from symdyn.teach.student.statements import CALLED, SPEEDS
 
 SMALL, BUDGET = 4, 1000
 """Velocities of a scene of which a page knows all mistakes; of a larger one so many in all its blanks."""
@@ -55,12 +55,12 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         language: of the answers.
 
     Returns:
-        symbols: the scene's name of every way to write one, dotted: what they are with dots, short: shorthands such as
-        c12, quantities: names of results, points: see `symdyn.teach.student.diagnosis`, values: of each question at
-        every point, free: questions that a constant may be added to, rounded: those that a number answers which is
-        right to a part of itself, enough, balances: of equations what vanishes at every point, their drive, the
-        acceleration that they are solved for, and whether forces stand beside the drive in front of the answer; alone:
-        the drive where more than it stands there, which an answer may be for as well;
+        symbols: the scene's name of every way to write one, dotted: what they are with dots, formulas: of names, short:
+        shorthands such as c12, quantities: names of results, points: see `symdyn.teach.student.diagnosis`, values: of
+        each question at every point, free: questions that a constant may be added to, rounded: those that a number
+        answers which is right to a part of itself, enough, balances: of equations what vanishes at every point, their
+        drive, the acceleration that they are solved for, and whether forces stand beside the drive in front of the
+        answer; alone: the drive where more than it stands there, which an answer may be for as well;
         mistakes: of each question rules in turn, each with all that it gives at a few points (marks, pairs),
         terms: see `Evidence`, with the numbers of their columns,
         motions: groups of points on the motions, see `symdyn.teach.student.motions`, and by question what it is worth
@@ -81,10 +81,11 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
     return {
         "symbols": dict(names.symbols),
         "dotted": names.derivatives,
+        "formulas": {name: text_of(form) for name, form in names.formulas.items()},
         "short": {key: [form.op.name.lower(), form.symbols] for key, form in names.shorthands.items()},  # type: ignore[attr-defined]
         "quantities": {word: str(target) for word, target in quantities(names).items()},
         "shown": {
-            name: f"<mrow>{inner(latex)}</mrow>" for name, latex in latex_symbols(scene, tuple(multipliers)).items()
+            x: f"<mrow>{inner(y)}</mrow>" for x, y in latex_symbols(scene, (*multipliers, *names.formulas)).items()
         },
         "drawn": DRAWN,
         "twins": TWINS,

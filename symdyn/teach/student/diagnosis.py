@@ -90,7 +90,7 @@ def _is_product(ratio: float) -> bool:
 def points_of(scene: Scene, others: Mapping[str, str] = NONE) -> Points:
     """Return the points of a scene; `others` are symbols beside it, such as multipliers, with their units."""
     names = Names(scene, tuple(others))
-    every = list(dict.fromkeys(names.symbols.values()))
+    every = [name for name in dict.fromkeys(names.symbols.values()) if name not in names.formulas]
     parameters = {p.name for p in scene.parameters}
     resting = {*parameters, *scene.coordinates}
     drawn = [in_reach(scene, {name: _drawn(name, k) for name in every}) for k in range(DRAWN)]

@@ -58,13 +58,16 @@ SPELLINGS: tuple[tuple[str, str], ...] = (
     (r"[\t\r\v\f\u00a0\u1680\u2000-\u200a\u2028\u2029\u202f\u205f\u3000\ufeff]", " "),
     (r" {2,}", " "),
     (r"[\u00c0-\u1eff]", "decomposed"),
-    (r"([A-Za-z\u0370-\u03ff][₀₁₂₃₄₅₆₇₈₉]*)(?:[\u0308\u00a8]|[\u0307\u02d9]{2})", r"\ddot{$1}"),
-    (r"([A-Za-z\u0370-\u03ff][₀₁₂₃₄₅₆₇₈₉]*)[\u0307\u02d9]", r"\dot{$1}"),
+    (r"([A-Za-z\u0370-\u03ff][₀₁₂₃₄₅₆₇₈₉]*)(?:[\u0308\u00a8]|[\u0307\u02d9]{2})", r"\ddot $1"),
+    (r"([A-Za-z\u0370-\u03ff][₀₁₂₃₄₅₆₇₈₉]*)[\u0307\u02d9]", r"\dot $1"),
+    (r"(?<=dot)\{([A-Za-z])\}(?=[A-Za-z0-9])", " $1"),
+    (r"(?<=dot)\{(\\[A-Za-z]+) ?\}(?=[0-9])", " $1_"),
     ("√", r"\sqrt "),
     (r"[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+", "^{$k}"),
     (r"[₀₁₂₃₄₅₆₇₈₉]+", "_{$k}"),
     (r"[½⅓⅔¼¾⅕⅖⅗⅘⅙⅚⅛⅜⅝⅞]", "($k)"),
-    (r"[·×∙⋅]", "*"),
+    (r"[·×∙⋅∗]", "*"),
+    (r"\|([^|]*)\|", r"\lvert $1\rvert "),
     (r"[−–]", "-"),
     (r"⁄", "/"),
     (r"[′’]", "'"),
@@ -84,7 +87,7 @@ SPELLINGS: tuple[tuple[str, str], ...] = (
 )
 r"""Pattern, and what stands for it: text with $1 for the first bracket and $k for plain letters (NFKD), or a word.
 
-    θ̇₁² · ½        \dot{\theta }_{1}^{2} * (1/2)                q1'(t)    q1'
+    θ̇₁² · ½        \dot \theta_{1}^{2} * (1/2)                  q1'(t)    q1'
     m2.*h2.^2      m2*h2^2                                     Sin[q1]   sin[q1]
     \frac{\partial L}{\partial \dot q_1}, dL/dqd1              slopeq1dot, slopeqd1
     d/dt (dL/dqd1)                                             rateqd1
@@ -154,15 +157,15 @@ TIME_LETTERS: Mapping[str, str] = {
     **{"dt": "T", "\\frac": "f", "\\dot": ".", "\\ddot": ":"},
     **dict.fromkeys(("Derivative", "diff", "Diff", "D"), "C"),
 }
-"""Commands have a backslash. A word that moves is q, e if it is d, D if it does without a d in front too, else E; S is
-a symbol called dt, _ an index or a number, w all else."""
+"""Commands have a backslash. A word that moves is q, e if it is d, D if it does without a d in front too, else E; n is
+a symbol that does not move, S one called dt, _ an index or a number, w all else."""
 
 MOVING = r"[.:]*[qeD]"
 for _ in range(5):  # brackets in brackets
     MOVING = rf"[.:]*(?:[qeD]|[({{]{MOVING}[)}}\]])"
 ONCE, SQUARED = r"(?:[de]t|[ST])", r"\^(?:2|\{2\})"
-OF_TIME = r"([qeD]|[.:]\{.\}[2_]{0,2})(?:\(t\)|\{\(t\)\}|\[t\])+"
-r"""What moves, with its index, and the (t) behind it: q_2(t), \dot{q}_{2}{\left(t \right)}."""
+OF_TIME = r"([qeDn]|[.:]\{.\}[2_]{0,2})(?:\(t\)|\{\(t\)\}|\[t\])+"
+r"""A name, with its index, and the (t) behind it: F(t), q_2(t), \dot{q}_{2}{\left(t \right)}."""
 
 TIMES: tuple[tuple[str, int, int], ...] = (
     (rf"f\{{[de]({MOVING})\}}\{{{ONCE}\}}", 1, 0),
@@ -171,6 +174,9 @@ TIMES: tuple[tuple[str, int, int], ...] = (
     (rf"f\{{[de]{SQUARED}\}}\{{{ONCE}{SQUARED}\}}({MOVING})?", 2, 0),
     (rf"f\{{([DE])\}}\{{{ONCE}\}}", 1, 1),
     (rf"[de]/T({MOVING})?", 1, 0),
+    (rf"[de]({MOVING})/T", 1, 0),
+    (rf"[de]{SQUARED}/T{SQUARED}({MOVING})?", 2, 0),
+    (rf"[de]{SQUARED}({MOVING})/T{SQUARED}", 2, 0),
     (r"([DE])/T", 1, 1),
     (rf"C\(({MOVING}),t\)", 1, 0),
     (rf"C\(({MOVING}),(?:t,t|\(t,2\)|t,2)\)", 2, 0),
@@ -194,21 +200,6 @@ BEGINS = ("number", "word", "open", "command", "function", "constant")
 SHORT: Mapping[str, str] = {"s": "sin", "c": "cos", "sin": "sin", "cos": "cos", "S": "sin", "C": "cos"}
 """Letters of shorthands such as c12."""
 
-CALLED: Mapping[str, tuple[str, ...]] = {
-    "K:": ("K", "T", "Ek", "EK", "Wk"),
-    "P:": ("P", "V", "U", "Ep", "EP", "Wp"),
-    "L:": ("L",),
-    "dL:/d": ("p",),
-}
-"""What quantities are called in front of an "=", by what their keys begin with, whatever the scene's symbols are."""
-
-
-def called(key: str, word: str) -> bool:
-    """Whether a word calls a quantity by a letter of its own; a momentum's may have an index, p_1."""
-    own = next((letters for begin, letters in CALLED.items() if key.startswith(begin)), ())
-    return word in own or ("p" in own and word.startswith("p"))
-
-
 DEEPEST, LARGEST_POWER, MOST_LETTERS = 60, 32, 200
 """Brackets in brackets; an exponent; letters of a word."""
 
@@ -221,9 +212,7 @@ PAGE: Mapping[str, Any] = {
 """What the program of a page reads."""
 
 
-ENERGIES = tuple(
-    (letter, "K" if letter in ("K", "T", "Ek") else "P") for letter in ("K", "T", "Ek", "P", "V", "U", "Ep")
-)
+ENERGIES = tuple(zip(("K", "T", "Ek", "P", "V", "U", "Ep"), "KKKPPPP", strict=True))
 FEW = 9  # joints, while digits side by side are read as joint numbers
 FEW_PLACES = 3  # degrees of freedom, while places are formulas that somebody writes
 CIRCULAR = {letter: Op[name.upper()] for letter, name in SHORT.items()}
@@ -274,9 +263,8 @@ class Names:
         found: dict[str, str] = {}
         printed = latex_symbols(self.scene, self.others)
         own: list[str] = [*(p.name for p in self.scene.parameters), *self.scene.coordinates]
-        own += [*filter(None, self.scene.drives), *self.rates, *self.others]
-        ways: list[Mapping[str, str]] = [{}, printed]
-        for shown in ways:
+        own += [*filter(None, self.scene.drives), *self.rates, *self.others, *self.formulas]
+        for shown in ({}, printed):
             for name in own:
                 found.setdefault(plain_index(shown.get(name, name)), name)
         for coordinate, (velocity, acceleration) in self.dotted.items():
@@ -295,6 +283,13 @@ class Names:
         return found
 
     @cached_property
+    def formulas(self) -> Mapping[str, Form]:
+        """Return what stands for names that the scene gives a formula, derived parameters and rates of states."""
+        taken = {*(p.name for p in self.scene.parameters), *self.scene.coordinates, *self.rates, *self.others}
+        defined = {name: x for name, x in self.scene.definitions.items() if name not in taken}
+        return {name: Form.of(formula.express(Graph())) for name, formula in defined.items()}
+
+    @cached_property
     def rates(self) -> list[str]:
         """Return the names of velocities and accelerations."""
         return [*self.scene.velocities, *(acceleration_name(u) for u in self.scene.velocities)]
@@ -309,8 +304,9 @@ class Names:
     @cached_property
     def derivatives(self) -> Mapping[str, tuple[str, ...]]:
         """Return what a symbol is with one dot, and with two, as far as these have names."""
-        beside = {name: (velocity_name(name),) for name in self.symbols.values() if velocity_name(name) in self.others}
-        return {u: (acceleration_name(u),) for u in self.scene.velocities} | beside | dict(self.dotted)
+        rate, known = acceleration_name, {*self.rates, *self.others, *self.formulas, *self.scene.rates.values()}
+        chains = {name: (rate(name), rate(rate(name))) for name in self.symbols.values()}
+        return {name: tuple(x for x in pair if x in known) for name, pair in chains.items() if pair[0] in known}
 
     def differentiated(self, name: str, dots: int) -> str | None:
         """Return the name of a symbol with dots; None if it has none."""
@@ -318,9 +314,9 @@ class Names:
         return chain[dots] if dots < len(chain) else None
 
     def moves(self, word: str) -> bool:
-        """Whether a word is a coordinate, a velocity or an acceleration."""
-        name = self.symbols.get(word)
-        return name in self.dotted or name in self.rates
+        """Whether a word is what has a derivative, or is one."""
+        name = self.symbols.get(word, word)
+        return name in self.derivatives or any(name in rates for rates in self.derivatives.values())
 
     def read(self, spelled: str) -> list[list[str | Form]]:
         """Return the ways to read a word, each a product of symbols, shorthands and, last, "s" or "c" of what follows.
@@ -435,9 +431,10 @@ class Names:
         for i, drive in enumerate(self.scene.drives, 1):
             if drive:
                 found[plain_index(drive)] = Target("tau", (i,))
-        for name in [name for name in self.symbols if name in found and found[name].kind in ("k_z", "k_D", "k_C")]:
-            if self.symbols[name] in {p.name for p in self.scene.parameters}:
-                del found[name]
+        own = {*(p.name for p in self.scene.parameters), *self.formulas}
+        found = {
+            x: y for x, y in found.items() if y.kind not in ("k_z", "k_D", "k_C") or self.symbols.get(x) not in own
+        }
         found |= {name: Target(name) for name in self.places if name not in self.symbols}
         for word, target in self.stages:
             if word not in self.symbols:

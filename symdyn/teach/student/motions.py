@@ -219,11 +219,12 @@ def at_points(nodes: Sequence[Expr], points: Sequence[Point]) -> list[list[float
 
 
 def in_reach(scene: Scene, point: dict[str, float]) -> dict[str, float]:
-    """Return a point whose coordinates are near the start where springs on one line have to keep the order of ends."""
-    if not any(one.is_ordered for one in scene.struts):
+    """Return a point that is near the start, and ends that are moved, where springs on one line keep their order."""
+    if not scene.supports and not any(one.is_ordered for one in scene.struts):
         return point
     starts = zip(scene.coordinates, start_of(scene).position, strict=True)
-    return point | {q: point[q] / 10 + float(x.known_at(point) or 0 if x is not None else 0) for q, x in starts}
+    near = {q: point[q] / 10 + float(x.known_at(point) or 0 if x is not None else 0) for q, x in starts}
+    return point | {name: point[name] / 10 for name in scene.rates if name in point} | near
 
 
 def motions_of(scene: Scene, course: Course | None) -> Motions | None:

@@ -101,6 +101,9 @@ class _Parser(Cursor):
         if token.kind == "constant":
             name = self.names.symbols.get(token.text, token.text)
             return self.raised(Pi() if name == "pi" and "pi" not in self.names.symbols else Symbol(name))
+        if token.text == "e" and "e" not in self.names.symbols and self.sees("op", "^"):
+            self.take()
+            return Function(Op.EXP, (self.bracket(self.take()) if self.sees("open") else self.argument(token),))
         if token.kind == "word":
             return self.word(token, token.dots)
         if token.kind == "open":
@@ -156,11 +159,12 @@ class _Parser(Cursor):
         """Return the derivative of a bracket with respect to time."""
         inner = self.bracket(self.take())
         graph, own = Graph(), self.names
-        found = [name for name in inner.symbols if name in own.dotted or name in own.rates or name == TIME]
+        found = [name for name in inner.symbols if own.moves(name) or name == TIME]
         rates = {name: "" if name == TIME else own.differentiated(name, 1) for name in found}
         if lost := [name for name, rate in rates.items() if rate is None]:
             raise self.fault(of, f"d/dt of {lost[0]} is not read here; write accelerations with two dots")
-        seeds = {graph.symbol(name): graph.symbol(rate) if rate else graph.one for name, rate in rates.items()}
+        forms = {name: own.formulas.get(rate, Symbol(rate)) if rate else Number.ONE for name, rate in rates.items()}
+        seeds = {graph.symbol(name): form.express(graph) for name, form in forms.items()}
         return Form.of(tangents([inner.express(graph)], seeds)[0])
 
     def function(self, token: Token) -> Form:
@@ -206,18 +210,10 @@ class _Parser(Cursor):
             closed = self.take()
             if closed.text != "}":
                 raise self.fault(closed, f"}} is expected after \\{token.text}{{{word.text}")
-            if self.sees("sub") or self.plain_digit(word, closed):
+            if self.sees("sub"):
                 index = self.take()
-                spelled = word.spelled + "_" * (index.kind == "sub") + index.text
-                word = replace(word, text=word.text + index.text, spelled=spelled)
+                word = replace(word, text=word.text + index.text, spelled=f"{word.spelled}_{index.text}")
         return word, 1 if token.text == "dot" else 2
-
-    def plain_digit(self, word: Token, closed: Token) -> bool:
-        """Tell whether digits right behind an accent are the index of its letter, as in q̇1 for q1."""
-        after = self.peek()
-        touches = after is not None and after.kind == "number" and after.at == closed.at + 1
-        symbols = self.names.symbols
-        return touches and after is not None and word.text not in symbols and word.text + after.text in symbols
 
     # Words
 
@@ -249,7 +245,7 @@ class _Parser(Cursor):
                 name = self.names.differentiated(piece, dots if i == dotted else 0)
                 if name is None:
                     raise self.fault(token, f"{piece} has no such derivative; only coordinates carry dots")
-                factors.append(Symbol(name))
+                factors.append(self.names.formulas.get(name, Symbol(name)))
             elif dots and i == dotted:
                 raise self.fault(token, f"{shorten(token.text)} carries no dots; only coordinates do")
             elif isinstance(piece, Function) and not piece.args:

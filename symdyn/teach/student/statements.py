@@ -19,12 +19,26 @@ from symdyn.errors import TeachError
 from symdyn.frozen import dataclass, replace
 from symdyn.scene import Scene
 from symdyn.teach.student.differences import half_unit
-from symdyn.teach.student.grammar import Names, Target, called, plain_index
+from symdyn.teach.student.grammar import Names, Target, plain_index
 from symdyn.teach.student.parser import parse
 from symdyn.teach.student.tokens import Source, Token, source, tokens, without_time
 
 SPEEDS = re.compile(r"d?[xyzrv][0-9]*[a-h]?[xyz]?(?:dot)?|omega[0-9]*[xyz]?|I[0-9]*|J[0-9]*")
 """Names that a member of a chain may use before the last one is written out: speeds, rates of places."""
+
+CALLED: Mapping[str, tuple[str, ...]] = {
+    "K:": ("K", "T", "Ek", "EK", "Wk"),
+    "P:": ("P", "V", "U", "Ep", "EP", "Wp"),
+    "L:": ("L",),
+    "dL:/d": ("p",),
+}
+"""What quantities are called in front of an "=", by what their keys begin with, whatever the scene's symbols are."""
+
+
+def called(key: str, word: str) -> bool:
+    """Whether a word calls a quantity by a letter of its own; a momentum's may have an index, p_1."""
+    own = next((letters for begin, letters in CALLED.items() if key.startswith(begin)), ())
+    return word in own or ("p" in own and word.startswith("p"))
 
 
 @dataclass(frozen=True)
@@ -208,12 +222,12 @@ def _statement(from_text: Source, chunk: Sequence[Token], names: Names, target: 
     loose = []
     decimals = {f"#{token.at}": token.value for token in chunk if token.kind == "number" and half_unit(token.value)}
     stars: list[str] = []
-    for part, known, end in zip(parts, given, ends, strict=True):
+    for k, (part, known, end) in enumerate(zip(parts, given, ends, strict=True)):
         if known is not None:
             continue
         if not part:
             raise from_text.fault(end, "nothing stands on this side of the =")
-        if targets and part is not parts[-1] and _on_the_way(part, names):
+        if targets and None in given[k + 1 :] and _on_the_way(part, names):
             continue
         forms.append(parse(from_text, part, names, end))
         free = [replace(x, kind="constant", text=y) if (y := f"#{x.at}") in decimals else x for x in part]

@@ -2,7 +2,7 @@ r"""Tokens of a student's formula, the same for LaTeX and for plain text, and a 
 
 First the text is brought to one spelling; positions in the student's text are kept:
 
-    θ̇₁²    \dot{\theta }_{1}^{2}        ½ m·h    (1/2) m*h        dL/dqd1    slopeqd1
+    θ̇₁²    \dot \theta_{1}^{2}         ½ m·h    (1/2) m*h        dL/dqd1    slopeqd1
 
 Then it is split by the tables of `grammar`:
 
@@ -273,7 +273,15 @@ def without_time(source: Source, found: Sequence[Token], names: Names) -> list[T
     Raises:
         TeachError: the derivative of what is no coordinate, which is a step and no result.
     """
-    kept, letters = list(found), "".join(_letter(token, names) for token in found)
+    kept = list[Token]()
+    for token in found:
+        first = kept[-1] if kept else token
+        greek = first.text in LETTERS.values() and first.text not in names.symbols and not first.dots
+        if greek and token.kind == "word" and (text := first.text + token.text) in names.symbols:  # Δx
+            kept[-1] = replace(token, text=text, spelled=first.spelled + token.spelled, at=first.at)
+        else:
+            kept.append(token)
+    letters = "".join(_letter(token, names) for token in kept)
     while behind := [(match.end(1), match.end()) for match in _OF_TIME.finditer(letters)]:
         for begin, end in reversed(behind):
             del kept[begin:end]
@@ -289,9 +297,7 @@ def without_time(source: Source, found: Sequence[Token], names: Names) -> list[T
             continue
         after = kept[match.end()] if match.end() < len(kept) else None
         if match.lastindex is None and order == 1 and after is not None and after.kind == "open" and letters[at] != "C":
-            timeless.append(
-                replace(kept[at], kind="command", text="rate", dots=0)
-            )  # of a bracket, which the parser takes
+            timeless.append(replace(kept[at], kind="command", text="rate", dots=0))  # of a bracket
             at = match.end()
             continue
         if match.lastindex is None:
@@ -316,7 +322,7 @@ def _letter(token: Token, names: Names) -> str:
     if moves or without:
         return "e" if text == "d" else "E" if not moves else "D" if without else "q"
     if text in names.symbols and text not in ("d", "t"):
-        return "S" if text == "dt" else "w"
+        return "S" if text == "dt" else "n"
     return TIME_LETTERS.get(text, "w")
 
 
