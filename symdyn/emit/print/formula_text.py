@@ -93,6 +93,7 @@ def _text(form: Form) -> str:
         sign, rest = form.split_sign()
         if sign < 0:
             return f"-{_text_factor(rest)}"
+        rest = rest.in_powers
         above = [f for f in rest.factors if not _is_inverse(f)] if isinstance(rest, Product) else [rest]
         below = [f for f in rest.factors if _is_inverse(f)] if isinstance(rest, Product) else []
         text = "*".join(map(_text_factor, above)) if above else "1"
@@ -251,7 +252,7 @@ class Latex:
         sign, rest = form.split_sign()
         if sign < 0:
             return f"-{self.bracketed(rest)}"
-        factors = rest.factors
+        factors = rest.in_powers.factors
         below = [Power(f.base, -f.exponent) for f in factors if isinstance(f, Power) and f.exponent < 0]
         above = [f for f in factors if not (isinstance(f, Power) and f.exponent < 0)]
         return (
