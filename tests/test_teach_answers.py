@@ -153,7 +153,10 @@ ALIKE = [
     ("ϑ₁ + θ̇₂ + q̈₁ - q̈₁", "q1 + q2'"),
     (r"\operatorname{h}_{\mathrm{1}} m_{\operatorname{2}}", "h1*m2"),
     (r"2|q_1 - 1|q_2 + |q_1||q̇₂|^2", "2*abs(q1 - 1)*q2 + abs(q1)*q2'*q2'"),
-    (r"\left|q_1\right| + \vert q_2\vert + \lvert q_1 - \lvert q_2\rvert\rvert", "abs(q1) + abs(q2) + abs(q1 - abs(q2))"),
+    (
+        r"\left|q_1\right| + \vert q_2\vert + \lvert q_1 - \lvert q_2\rvert\rvert",
+        "abs(q1) + abs(q2) + abs(q1 - abs(q2))",
+    ),
     (r"\sin|q_1|/\|q_2\| + ∣h_1∣ + Abs(q_1)", "sin(abs(q1))/abs(q2) + h1 + abs(q1)"),
     *((f"{name}(q_1/3)", f"{function}(q1/3)") for name, function in FUNCTIONS.items()),
     *((rf"\{name}^2 q_1", f"{function}(q1)*{function}(q1)") for name, function in FUNCTIONS.items()),

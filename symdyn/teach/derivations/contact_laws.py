@@ -301,10 +301,10 @@ def _least(one: Struck, angle: Expr, nn: Expr, nt: Expr) -> tuple[Form, float, P
     )  # fmt: skip
     title = lesson.text("contacts.painleve.alt", scene=lesson.scene.name)
     svg = chart(title, [panel], lesson.written, "painleve-")
-    return _root(form), value, Picture(svg, lesson.say("contacts.painleve.caption"), title, "painleve")
+    return square_root(form), value, Picture(svg, lesson.say("contacts.painleve.caption"), title, "painleve")
 
 
-def _root(form: Form) -> Form:
+def square_root(form: Form) -> Form:
     """Return the square root of a quotient of positive factors, those that are squares outside of it."""
     outside, inside = list[Form](), list[Form]()
     for factor in form.factors:

@@ -7,21 +7,23 @@ are stable is told by V of `reduced`, whose momenta, or prescribed rates, stay w
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Set
+from collections.abc import Iterator, Sequence, Set
 from fractions import Fraction
 from itertools import permutations
 
 from symdyn.algebra import Form, Function, Number, Power, Ratios, Symbol
+from symdyn.dynamics.mechanism import prescribed, vector
 from symdyn.errors import DerivationError
-from symdyn.graph import Op, gradient, reachable, substitute
+from symdyn.graph import Expr, Op, gradient, reachable, substitute, tangents
 from symdyn.scene import SceneUnits
+from symdyn.teach.derivations.contact_laws import square_root
 from symdyn.teach.derivations.elsewhere import elsewhere
-from symdyn.teach.derivations.reduced import Reduced, at_bound
+from symdyn.teach.derivations.reduced import Reduced, at_bound, zero
 from symdyn.teach.derivations.short_sines import in_sines
 from symdyn.teach.derivations.solved import in_decimals, quotient
 from symdyn.teach.derivations.velocities import length
 from symdyn.teach.document import Block, Formula, Step, Words
-from symdyn.teach.lesson import Lesson, named, together
+from symdyn.teach.lesson import Lesson, Mass, named, together
 
 LONGEST = 60
 """Terms and factors of a formula that is shown."""
@@ -99,6 +101,38 @@ def level_places(factored: Form, r: Symbol, rates: Set[str]) -> Iterator[tuple[s
             above, below = above.negative, below.negative
         value = Form.product((above, _taken_out(below).plus_first.power(-1)))
         yield "steady.place" if wave == r else "steady.wave", {"wave": wave, "value": value}
+
+
+def force_on(lesson: Lesson, masses: Sequence[Mass]) -> list[Expr]:
+    """Return the force that holds masses, shape (3,), ground frame, N: rates of momenta less weights."""
+    gravity, whole = vector(lesson.scene.gravity, lesson.graph), [lesson.graph.zero] * 3
+    for mass in masses:
+        moment = [mass.m * x for x in mass.place]
+        moment = [a + b for a, b in zip(moment, mass.h, strict=True)] if mass.h is not None else moment
+        rate = tangents(tangents(moment, lesson.state.velocity), lesson.state.acceleration)
+        whole = [F + a - mass.m * g for F, a, g in zip(whole, rate, gravity, strict=True)]
+    return whole
+
+
+def force_aside(lesson: Lesson, left: Reduced, wave: Form, value: Form) -> Iterator[tuple[str, Form]]:
+    """Yield the joint that holds a single point on its circle, and how large its force is at a level place, if so."""
+    graph, state, scene = lesson.graph, lesson.state, lesson.scene
+    joint = next(one for one in scene.joints if str(left.q.value) in one.coordinates)
+    masses = [mass for mass in lesson.masses if mass.body.name == joint.child]
+    held = [joint.child in (one.parent for one in scene.joints), *(mass.spins for mass in masses)]
+    if held != [False, False] or scene.elements or not isinstance(wave, Function):
+        return
+    others, led = [state.q[k] for k in (*left.cyclic, *left.led)], prescribed(scene, graph)
+    at = dict.fromkeys([*state.qdd, state.qd[left.r]], graph.zero)
+    at |= dict(zip([state.qd[k] for k in led.place], led.velocity, strict=True))
+    square = graph.total(x * x for x in substitute(force_on(lesson, masses), at))
+    (own,) = substitute([square], dict.fromkeys(others, graph.zero))
+    known, other = wave.express(graph), graph.function(Op.SIN if wave.op is Op.COS else Op.COS, left.q)
+    rest, whole = (substitute([own], {other: x})[0] for x in (graph.zero, graph.one))
+    if zero(lesson, square - rest - (whole - rest) * other * other):
+        cut = value.express(graph)
+        (node,) = substitute([rest + (whole - rest) * (1 - cut * cut)], {known: cut})
+        yield joint.name, square_root(Ratios.form_of(node))
 
 
 def _flat(factor: Form, falls: bool = False) -> tuple[Form, Form] | None:

@@ -15,9 +15,9 @@ from itertools import product
 
 from symdyn import linear
 from symdyn.algebra import Form, Function, Number, Pi, Ratios, Symbol
-from symdyn.dynamics.mechanism import TIME, generalized_forces, vector
+from symdyn.dynamics.mechanism import TIME, generalized_forces
 from symdyn.errors import NoValueError
-from symdyn.graph import Expr, Op, gradient, reachable, substitute, tangents
+from symdyn.graph import Expr, Op, gradient, reachable, substitute
 from symdyn.scene import SceneUnits
 from symdyn.scene.values import force_unit
 from symdyn.teach.derivations.equation_steps import coefficient_unit
@@ -27,7 +27,7 @@ from symdyn.teach.derivations.limits import forgotten, smaller_by, vanishing
 from symdyn.teach.derivations.precession import shortened
 from symdyn.teach.derivations.reduced import Reduced, cyclic_of, led_by, reduced, zero
 from symdyn.teach.derivations.solved import short_form
-from symdyn.teach.derivations.steady import level_places
+from symdyn.teach.derivations.steady import force_aside, force_on, level_places
 from symdyn.teach.derivations.velocities import length
 from symdyn.teach.document import Blank, Block, Choice, Document, Formula, Letter, Name, Option, Words
 from symdyn.teach.lesson import Lesson, Prose, named, together
@@ -301,7 +301,7 @@ class OpenQuestions(PhysicsQuestions):
             yield from self.frequency([square for square, _ in near.modes], known, damped, "frequency.rest")
 
     def steady(self) -> Asked:
-        """Where a coordinate stays while others go on, beside where its sine is zero."""
+        """Where a coordinate stays while others go on, beside where its sine is zero, and the force on a point."""
         left = self.left
         if left is None or not left.couples:
             return
@@ -312,6 +312,9 @@ class OpenQuestions(PhysicsQuestions):
         if len(found) == 1:
             others = together([named(lesson.state.q[k]) for k in (*left.cyclic, *left.led)])
             yield from self.blank("steady", found[0]["wave"], found[0]["value"], "steady", q=r, others=others)
+            for joint, force in force_aside(lesson, left, **found[0]):
+                why = self.say("reaction.aside.reason")
+                yield from self.blank("reaction", "R", force, "reaction.aside", why, joint=joint, q=r)
 
     # What stays, limits, signs, units
 
@@ -406,13 +409,7 @@ class OpenQuestions(PhysicsQuestions):
         at = self._at(self._quarters(stable[0])) | dict.fromkeys(lesson.state.qdd, lesson.graph.zero)
         if not zero(lesson, substitute(lesson.drives, at)[0]):  # it is accelerated there
             return
-        gravity, whole = vector(self.scene.gravity, lesson.graph), [lesson.graph.zero] * 3
-        for mass in lesson.masses:
-            moment = [mass.m * x for x in mass.place]
-            moment = [a + b for a, b in zip(moment, mass.h, strict=True)] if mass.h is not None else moment
-            rate = tangents(tangents(moment, lesson.state.velocity), lesson.state.acceleration)
-            whole = [F + a - mass.m * g for F, a, g in zip(whole, rate, gravity, strict=True)]
-        parts = [x for x in substitute(whole, at) if not zero(lesson, x)]
+        parts = [x for x in substitute(force_on(lesson, lesson.masses), at) if not zero(lesson, x)]
         if len(parts) == 1:
             form = short_form(lesson, parts[0])
             form = form.negative if self.chosen.of(parts[0])[0] < 0 else form
