@@ -238,6 +238,11 @@ def test_a_point_that_stays_aside_on_its_circle_is_asked_for_the_force_that_hold
     assert cone == "l*m*phi_dot**2"  # g/cos(theta) is l times the square of the rate
 
 
+def test_a_spring_whose_stiffness_vanishes_is_asked_for_beside_a_mass() -> None:
+    right = [text for text, yes in chosen("weight", "limit.spring").items() if yes]
+    assert right == ["The mechanism without the spring spring is left."]  # the weight still pulls
+
+
 def test_a_spring_holds_a_weight_and_a_loop_says_where_it_grows() -> None:
     assert sp.simplify(symbolic(question("weight", "place")) + m * g / k) == 0
     assert sp.simplify(symbolic(question("weight", "frequency")) ** 2 - k / m) == 0

@@ -15,6 +15,7 @@ from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Op, gradient, reachable, substitute
 from symdyn.scene import Quantity, Scene
+from symdyn.scene.forces.applied_forces import Spring
 from symdyn.teach.derivations.reduced import led_by, zero
 from symdyn.teach.derivations.velocities import kinetic_form, length
 from symdyn.teach.document import Step, Words
@@ -101,7 +102,7 @@ def limits_step(lesson: Lesson) -> Step | None:
         told = [lesson.say(f"limits.{key}", body=body) for body, key in bodies.items()]
         said = [*_moves(lesson, one), *told, *_acts(lesson, one)]
         if shown and said:
-            derived = derived or bool({"smaller", "point"} & {*bodies.values()})
+            derived = derived or bool({"smaller", "point", "unsprung"} & {*bodies.values()})
             alike.setdefault((*shown, in_a_row(said)), []).append(one.letters)
     for letters, *left in _stopped(lesson):
         alike.setdefault(tuple(left), []).append(letters)
@@ -192,9 +193,9 @@ def _acts(lesson: Lesson, one: Limit) -> Iterator[Words]:
 
 
 def _bodies(lesson: Lesson, one: Limit) -> Iterator[tuple[str, str]]:
-    """Yield bodies that are left out, or point masses that were none, as a scene has it whose energies are the same.
+    """Yield bodies and springs that are left out, or new point masses, as a scene has it whose energies are the same.
 
-    And those without inertia which never had a mass.
+    And bodies without inertia which never had a mass.
     """
     for mass in lesson.masses:
         m, *inertia = one.of(_entries(mass))
@@ -207,6 +208,17 @@ def _bodies(lesson: Lesson, one: Limit) -> Iterator[tuple[str, str]]:
             yield point.name, "point"
     if body := smaller_by(lesson, one):
         yield body, "smaller"
+    yield from ((spring, "unsprung") for spring in unsprung(lesson, one))
+
+
+def unsprung(lesson: Lesson, one: Limit) -> Iterator[str]:
+    """Yield springs whose stiffness and preload vanish in a limit, as a scene without them has the same energies."""
+    for spring in lesson.scene.elements:
+        laws = [x.express(lesson.graph) for x in (*spring.stiffness, spring.preload)] if type(spring) is Spring else []
+        if not set(one.without).isdisjoint(reachable(laws)) and _nothing(one.of(laws)):
+            others = tuple(x for x in lesson.scene.elements if x is not spring)
+            _assert_same(lesson, one, replace(lesson.scene, elements=others))
+            yield spring.name
 
 
 def _assert_same(lesson: Lesson, one: Limit, scene: Scene) -> None:

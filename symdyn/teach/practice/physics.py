@@ -23,7 +23,7 @@ from symdyn.scene.values import force_unit
 from symdyn.teach.derivations.equation_steps import coefficient_unit
 from symdyn.teach.derivations.equilibria import FAULTS, QUARTERS, Rests, places_of_rest
 from symdyn.teach.derivations.forced import forced
-from symdyn.teach.derivations.limits import forgotten, smaller_by, vanishing
+from symdyn.teach.derivations.limits import forgotten, smaller_by, unsprung, vanishing
 from symdyn.teach.derivations.precession import shortened
 from symdyn.teach.derivations.reduced import Reduced, cyclic_of, led_by, reduced, zero
 from symdyn.teach.derivations.solved import short_form
@@ -342,13 +342,17 @@ class OpenQuestions(PhysicsQuestions):
         yield from self.stays(options, why, *more)
 
     def limit(self) -> Asked:
-        """What is left as one parameter vanishes: the first that takes a body, or a coordinate, away."""
+        """What is left as one parameter vanishes: the first that takes a body, or a coordinate, away; then a spring."""
         lesson = self.lesson
-        found = [(smaller_by(lesson, one), one) for one in vanishing(lesson) if one.of_energies]
+        found = [
+            (smaller_by(lesson, one), [*unsprung(lesson, one)], one) for one in vanishing(lesson) if one.of_energies
+        ]
         coordinates = [named(q) for q in lesson.state.q[:3]]
-        for body, one in sorted(found, key=lambda x: not x[0]):
-            idle, cyclic = forgotten(lesson, one)
+        keys = ["limit", "limit.spring"]
+        for body, springs, one in sorted(found, key=lambda x: (bool(x[1]), not x[0])):
+            key, (idle, cyclic) = "limit.spring" if springs else "limit", forgotten(lesson, one)
             options = [Option(self.say("limit.smaller", body=body), True, Words(()))] if body else []
+            options += [Option(self.say("limit.unsprung", body=", ".join(springs)), True, Words(()))] if springs else []
             for q in coordinates:
                 why = Words(()) if q in idle else self.say("limit.idle.no", q=q)
                 options.append(Option(self.say("limit.idle", q=q), q in idle, why))
@@ -357,10 +361,10 @@ class OpenQuestions(PhysicsQuestions):
                 if q not in idle and not before:
                     why = Words(()) if q in cyclic else self.say("limit.cyclic.no", q=q)
                     options.append(Option(self.say("limit.cyclic", q=q), q in cyclic, why))
-            asked = list(self.choice("limit", self.say("limit", m=one.letters, several=self.say("several")), options))
-            if asked:
+            ask = self.say("limit", m=one.letters, several=self.say("several"))
+            if key in keys and (asked := list(self.choice(key, ask, options))):
                 yield from asked
-                return
+                keys.remove(key)
 
     def sense(self) -> Asked:
         """Which sign a drive has that holds the mechanism at rest, or what gravity and springs do to a coordinate."""
