@@ -282,7 +282,7 @@ LIMITS = [
     (
         COUPLED.replace('"k2"', '"k1"'),
         "k1",
-        "the mechanism without the spring first; the mechanism without the spring last",
+        "the mechanism without the spring first, last",
     ),
     (SHAKER.replace('stiffness = "k"', 'stiffness = "k"\npreload = "F0"'), "k", None),
     (SHAKER, "c", "no damping: at resonance the amplitude grows without bound"),

@@ -339,15 +339,12 @@ def _arm(slopes: Slopes, R: list[list[Polynomial]], p: list[Polynomial], i: int,
 
 def _product(*parts: Form) -> Form:
     """Return a product with equal factors as one power, and a squared root as what stands under it."""
-    exponents: dict[Form, int] = {}
-    for factor in Form.product(parts).factors:
+    factors = list[Form]()
+    for factor in Form.product(parts).in_powers.factors:
         base, exponent = (factor.base, factor.exponent) if isinstance(factor, Power) else (factor, 1)
-        exponents[base] = exponents.get(base, 0) + exponent
-    factors = []
-    for base, exponent in exponents.items():
         if isinstance(base, Function) and base.op is Op.SQRT:
             pairs = int(exponent / 2)
-            factors += [base.args[0].power(pairs), base.power(exponent - 2 * pairs)]
-        else:
-            factors.append(base.power(exponent))
+            factors.append(base.args[0].power(pairs))
+            exponent -= 2 * pairs
+        factors.append(base.power(exponent))
     return Form.product(factors)

@@ -253,11 +253,9 @@ class Latex:
         if sign < 0:
             return f"-{self.bracketed(rest)}"
         factors = rest.in_powers.factors
-        below = [Power(f.base, -f.exponent) for f in factors if isinstance(f, Power) and f.exponent < 0]
-        above = [f for f in factors if not (isinstance(f, Power) and f.exponent < 0)]
-        return (
-            self._quotient(above, [f.base if f.exponent == 1 else f for f in below]) if below else self._beside(above)
-        )
+        below = [f.base.power(-f.exponent) for f in factors if isinstance(f, Power) and f.exponent < 0]
+        above = [f for f in factors if not _is_inverse(f)]
+        return self._quotient(above, below) if below else self._beside(above)
 
     def _quotient(self, above: Sequence[Form], below: Sequence[Form]) -> str:
         """Return a fraction; where it is too wide, sums stand behind it, and what is wide below them as powers."""

@@ -63,10 +63,8 @@ def law_steps(lesson: Lesson, struck: Sequence[Struck]) -> Iterator[Step]:
         reason = lesson.once(f"contacts.laws.{key}.reason", **places)
         shown: tuple[Block, ...] = (table,)
         if ways == 1 and not dry:
-            shown = (
-                table,
-                cone(lesson, str(k), *one.chosen.of(*(x.express(lesson.graph) for x in (one.static, one.mu)))),
-            )
+            at = one.chosen.of(*(x.express(lesson.graph) for x in (one.static, one.mu)))
+            shown = (table, cone(lesson, str(k), *at))
         key = f"contacts:laws:{k}" if reason.parts else f"more.contacts:laws:{k}"
         yield Step(key, claim, shown, reason, show=("cone", "names"))
 

@@ -98,7 +98,7 @@ def limits_step(lesson: Lesson) -> Step | None:
             shown = _shown(lesson, one.K, one.P) if one.of_energies else (same, same)
         except (DerivationError, KeyError):
             continue
-        bodies = dict(_bodies(lesson, one))
+        bodies = dict(lightened(lesson, one))
         told = [lesson.say(f"limits.{key}", body=body) for body, key in bodies.items()]
         said = [*_moves(lesson, one), *told, *_acts(lesson, one)]
         if shown and said:
@@ -192,7 +192,7 @@ def _acts(lesson: Lesson, one: Limit) -> Iterator[Words]:
         yield lesson.say("limits.kept", names=together(kept))
 
 
-def _bodies(lesson: Lesson, one: Limit) -> Iterator[tuple[str, str]]:
+def lightened(lesson: Lesson, one: Limit) -> Iterator[tuple[str, str]]:
     """Yield bodies and springs that are left out, or new point masses, as a scene has it whose energies are the same.
 
     And bodies without inertia which never had a mass.
@@ -208,17 +208,13 @@ def _bodies(lesson: Lesson, one: Limit) -> Iterator[tuple[str, str]]:
             yield point.name, "point"
     if body := smaller_by(lesson, one):
         yield body, "smaller"
-    yield from ((spring, "unsprung") for spring in unsprung(lesson, one))
-
-
-def unsprung(lesson: Lesson, one: Limit) -> Iterator[str]:
-    """Yield springs whose stiffness and preload vanish in a limit, as a scene without them has the same energies."""
-    for spring in lesson.scene.elements:
-        laws = [x.express(lesson.graph) for x in (*spring.stiffness, spring.preload)] if type(spring) is Spring else []
-        if not set(one.without).isdisjoint(reachable(laws)) and _nothing(one.of(laws)):
-            others = tuple(x for x in lesson.scene.elements if x is not spring)
-            _assert_same(lesson, one, replace(lesson.scene, elements=others))
-            yield spring.name
+    springs = {x.name: [*x.stiffness, x.preload] for x in lesson.scene.elements if type(x) is Spring}
+    laws = {name: [x.express(lesson.graph) for x in some] for name, some in springs.items()}
+    gone = [x for x in laws if not set(one.without).isdisjoint(reachable(laws[x])) and _nothing(one.of(laws[x]))]
+    if gone:
+        others = tuple(x for x in lesson.scene.elements if x.name not in gone)
+        _assert_same(lesson, one, replace(lesson.scene, elements=others))
+        yield ", ".join(gone), "unsprung"
 
 
 def _assert_same(lesson: Lesson, one: Limit, scene: Scene) -> None:

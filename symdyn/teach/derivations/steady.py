@@ -18,7 +18,7 @@ from symdyn.graph import Expr, Op, gradient, reachable, substitute, tangents
 from symdyn.scene import SceneUnits
 from symdyn.teach.derivations.contact_laws import square_root
 from symdyn.teach.derivations.elsewhere import elsewhere
-from symdyn.teach.derivations.reduced import Reduced, at_bound, zero
+from symdyn.teach.derivations.reduced import Reduced, at_bound
 from symdyn.teach.derivations.short_sines import in_sines
 from symdyn.teach.derivations.solved import in_decimals, quotient
 from symdyn.teach.derivations.velocities import length
@@ -120,32 +120,25 @@ def force_aside(lesson: Lesson, left: Reduced, wave: Form, value: Form) -> Itera
     joint = next(one for one in scene.joints if str(left.q.value) in one.coordinates)
     masses = [mass for mass in lesson.masses if mass.body.name == joint.child]
     held = [joint.child in (one.parent for one in scene.joints), *(mass.spins for mass in masses)]
-    if held != [False, False] or scene.elements or not isinstance(wave, Function):
+    if held != [False, False] or scene.elements or not left.turns:
         return
-    others, led = [state.q[k] for k in (*left.cyclic, *left.led)], prescribed(scene, graph)
+    led = prescribed(scene, graph)
     at = dict.fromkeys([*state.qdd, state.qd[left.r]], graph.zero)
     at |= dict(zip([state.qd[k] for k in led.place], led.velocity, strict=True))
     square = graph.total(x * x for x in substitute(force_on(lesson, masses), at))
-    (own,) = substitute([square], dict.fromkeys(others, graph.zero))
-    known, other = wave.express(graph), graph.function(Op.SIN if wave.op is Op.COS else Op.COS, left.q)
-    rest, whole = (substitute([own], {other: x})[0] for x in (graph.zero, graph.one))
-    if zero(lesson, square - rest - (whole - rest) * other * other):
-        cut = value.express(graph)
-        (node,) = substitute([rest + (whole - rest) * (1 - cut * cut)], {known: cut})
-        yield joint.name, square_root(Ratios.form_of(node))
+    other = Function(Op.SIN if wave == Function(Op.COS, (named(left.q),)) else Op.COS, (named(left.q),))
+    beside = Form.sum((Number.ONE, value.power(2).negative))
+    there = Ratios.form_of(square).exchanged({wave: value, other.power(2): beside})
+    if not {str(q.value) for q in state.q}.intersection(there.symbols):
+        yield joint.name, square_root(Ratios.form_of(there.express(graph)))
 
 
 def _flat(factor: Form, falls: bool = False) -> tuple[Form, Form] | None:
     """Return the square of a parameter, taken away if it falls, and what it is where a difference is zero, or None."""
     terms = [term.split_sign() for term in factor.terms]
     for (sign, term), (other, rest) in permutations(terms, 2) if len(terms) == 2 else ():
-        if (
-            sign * other < 0
-            and not (falls and sign > 0)
-            and isinstance(term, Power)
-            and term.exponent == 2
-            and isinstance(term.base, Symbol)
-        ):
+        squared = isinstance(term, Power) and term.exponent == 2 and isinstance(term.base, Symbol)
+        if squared and sign * other < 0 and not (falls and sign > 0):
             return term, Form.product((Number(Fraction(abs(other))), rest))
     return None
 
@@ -249,7 +242,6 @@ def _numbers(lesson: Lesson, left: Reduced) -> list[Block]:
     if not (found := left.places):
         return [lesson.say("steady.nowhere")]
     units = SceneUnits(lesson.scene).coordinates
-    unit = units[left.r]
     rows = []
     for place, curvature, m in found:
         at = zip(left.cyclic, _rates(left, place), strict=True)
@@ -259,7 +251,7 @@ def _numbers(lesson: Lesson, left: Reduced) -> list[Block]:
         if m > 0:
             root = math.sqrt(abs(curvature) / m)
             time = lesson.text("steady.swing" if curvature > 0 else "steady.leave", rate=lesson.written(root))
-        rows.append([lesson.scene.in_shown_unit(lesson.written(place), unit), *rates, kind, time])
+        rows.append([lesson.scene.in_shown_unit(lesson.written(place), units[left.r]), *rates, kind, time])
     heads: list[str | Symbol] = [named(left.q), *(named(lesson.state.qd[k]) for k in left.cyclic)]
     key = "steady.numbers.led" if left.led else "steady.numbers.free"
     return [lesson.say(key), lesson.table([*heads, "table.kind", "steady.next"], rows)]

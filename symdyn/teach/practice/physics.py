@@ -23,7 +23,7 @@ from symdyn.scene.values import force_unit
 from symdyn.teach.derivations.equation_steps import coefficient_unit
 from symdyn.teach.derivations.equilibria import FAULTS, QUARTERS, Rests, places_of_rest
 from symdyn.teach.derivations.forced import forced
-from symdyn.teach.derivations.limits import forgotten, smaller_by, unsprung, vanishing
+from symdyn.teach.derivations.limits import forgotten, lightened, vanishing
 from symdyn.teach.derivations.precession import shortened
 from symdyn.teach.derivations.reduced import Reduced, cyclic_of, led_by, reduced, zero
 from symdyn.teach.derivations.solved import short_form
@@ -312,8 +312,8 @@ class OpenQuestions(PhysicsQuestions):
         if len(found) == 1:
             others = together([named(lesson.state.q[k]) for k in (*left.cyclic, *left.led)])
             yield from self.blank("steady", found[0]["wave"], found[0]["value"], "steady", q=r, others=others)
+            why = self.say("reaction.reason")
             for joint, force in force_aside(lesson, left, **found[0]):
-                why = self.say("reaction.aside.reason")
                 yield from self.blank("reaction", "R", force, "reaction.aside", why, joint=joint, q=r)
 
     # What stays, limits, signs, units
@@ -344,15 +344,12 @@ class OpenQuestions(PhysicsQuestions):
     def limit(self) -> Asked:
         """What is left as one parameter vanishes: the first that takes a body, or a coordinate, away; then a spring."""
         lesson = self.lesson
-        found = [
-            (smaller_by(lesson, one), [*unsprung(lesson, one)], one) for one in vanishing(lesson) if one.of_energies
-        ]
-        coordinates = [named(q) for q in lesson.state.q[:3]]
-        keys = ["limit", "limit.spring"]
-        for body, springs, one in sorted(found, key=lambda x: (bool(x[1]), not x[0])):
-            key, (idle, cyclic) = "limit.spring" if springs else "limit", forgotten(lesson, one)
-            options = [Option(self.say("limit.smaller", body=body), True, Words(()))] if body else []
-            options += [Option(self.say("limit.unsprung", body=", ".join(springs)), True, Words(()))] if springs else []
+        found = [({how: x for x, how in lightened(lesson, one)}, one) for one in vanishing(lesson) if one.of_energies]
+        coordinates, keys = [named(q) for q in lesson.state.q[:3]], {"limit", "limit.spring"}
+        for gone, one in sorted(found, key=lambda x: ("unsprung" in x[0], "smaller" not in x[0])):
+            key, (idle, cyclic) = "limit.spring" if "unsprung" in gone else "limit", forgotten(lesson, one)
+            left = [how for how in ("smaller", "unsprung") if how in gone]
+            options = [Option(self.say(f"limit.{how}", body=gone[how]), True, Words(())) for how in left]
             for q in coordinates:
                 why = Words(()) if q in idle else self.say("limit.idle.no", q=q)
                 options.append(Option(self.say("limit.idle", q=q), q in idle, why))
