@@ -233,6 +233,8 @@ def test_a_point_that_stays_aside_on_its_circle_is_asked_for_the_force_that_hold
         ("m*R*Omega^2*sin(theta)", False),
     ):
         assert (judge(asked("hoop"), held.key, text) == "Right.") == right
+    assert asked("hoop").names[held.key].look.letter == "N"  # R is the radius
+    assert asked("pendulum").names[held.key].look.letter == "R"
     assert "physics:reaction" not in {block.key for _, block in asked("tube").blocks() if isinstance(block, Questions)}
     cone = text_of(question("spherical", "reaction").answer)
     assert cone == "l*m*phi_dot**2"  # g/cos(theta) is l times the square of the rate

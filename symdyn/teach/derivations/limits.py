@@ -193,10 +193,7 @@ def _acts(lesson: Lesson, one: Limit) -> Iterator[Words]:
 
 
 def lightened(lesson: Lesson, one: Limit) -> Iterator[tuple[str, str]]:
-    """Yield bodies and springs that are left out, or new point masses, as a scene has it whose energies are the same.
-
-    And bodies without inertia which never had a mass.
-    """
+    """Yield what is left out, proved by a scene without it, new point masses, likewise, and bodies without inertia."""
     for mass in lesson.masses:
         m, *inertia = one.of(_entries(mass))
         if mass.spins and _nothing(inertia) and mass.m.is_zero:

@@ -122,9 +122,8 @@ def force_aside(lesson: Lesson, left: Reduced, wave: Form, value: Form) -> Itera
     held = [joint.child in (one.parent for one in scene.joints), *(mass.spins for mass in masses)]
     if held != [False, False] or scene.elements or not left.turns:
         return
-    led = prescribed(scene, graph)
-    at = dict.fromkeys([*state.qdd, state.qd[left.r]], graph.zero)
-    at |= dict(zip([state.qd[k] for k in led.place], led.velocity, strict=True))
+    led, still = prescribed(scene, graph), dict.fromkeys([*state.qdd, state.qd[left.r]], graph.zero)
+    at = still | dict(zip([state.qd[k] for k in led.place], led.velocity, strict=True))
     square = graph.total(x * x for x in substitute(force_on(lesson, masses), at))
     other = Function(Op.SIN if wave == Function(Op.COS, (named(left.q),)) else Op.COS, (named(left.q),))
     beside = Form.sum((Number.ONE, value.power(2).negative))

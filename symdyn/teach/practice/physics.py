@@ -16,6 +16,7 @@ from itertools import product
 from symdyn import linear
 from symdyn.algebra import Form, Function, Number, Pi, Ratios, Symbol
 from symdyn.dynamics.mechanism import TIME, generalized_forces
+from symdyn.emit.print import latex_symbols
 from symdyn.errors import NoValueError
 from symdyn.graph import Expr, Op, gradient, reachable, substitute
 from symdyn.scene import SceneUnits
@@ -96,6 +97,8 @@ class PhysicsQuestions:
         self, key: str, letter: str | Form, answer: Form, ask: str, *solution: Block, **places: str | Words | Form
     ) -> Asked:
         """Yield a question for a formula or a number; a letter is that of a quantity, which gets a name."""
+        if letter == "R":  # of a reaction, where the scene has none
+            letter = next((x for x in "RNFS" if x not in latex_symbols(self.scene).values()), letter)
         name, look = f"{PHYSICS}:{key}", Letter(letter if isinstance(letter, str) else "c")
         symbol = self.prose.called(name, look, answer.express(self.document.graph))
         shown = symbol if isinstance(letter, str) else letter
