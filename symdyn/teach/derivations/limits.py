@@ -15,7 +15,7 @@ from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Op, gradient, reachable, substitute
 from symdyn.scene import Quantity, Scene
-from symdyn.scene.forces.applied_forces import Spring
+from symdyn.scene.forces import FORCES
 from symdyn.teach.derivations.reduced import led_by, zero
 from symdyn.teach.derivations.velocities import kinetic_form, length
 from symdyn.teach.document import Step, Words
@@ -205,9 +205,9 @@ def lightened(lesson: Lesson, one: Limit) -> Iterator[tuple[str, str]]:
             yield point.name, "point"
     if body := smaller_by(lesson, one):
         yield body, "smaller"
-    springs = {x.name: [*x.stiffness, x.preload] for x in lesson.scene.elements if type(x) is Spring}
-    laws = {name: [x.express(lesson.graph) for x in some] for name, some in springs.items()}
-    gone = [x for x in laws if not set(one.without).isdisjoint(reachable(laws[x])) and _nothing(one.of(laws[x]))]
+    x, struts = lesson.graph.symbol("x:"), [x for x in lesson.scene.struts if x.kind == "spring"]
+    laws = {s.name: energy(s, x) for s in struts if (energy := FORCES[s.kind].pull.energy) is not None}
+    gone = [name for name, law in laws.items() if not law.is_zero and _nothing(one.of([law]))]
     if gone:
         others = tuple(x for x in lesson.scene.elements if x.name not in gone)
         _assert_same(lesson, one, replace(lesson.scene, elements=others))
