@@ -271,12 +271,20 @@ joint = "rail"
 stiffness = "k"
 """
 FURUTA = (ROOT / "examples/gallery/furuta.toml").read_text(encoding="utf-8")
+COUPLED = (ROOT / "tests/data/found/coupled.toml").read_text(encoding="utf-8")
 LIMITS = [
     (FURUTA, "m2, J2", "no mass moves with theta2; the mechanism without pendulum"),
     (FURUTA, "J2", "pendulum is a point mass"),
     (FURUTA, "b1", "without a drive the momentum of theta1 is conserved"),
     (FURUTA, "b2", "only drives, weights and springs act along theta2"),
-    (SHAKER, "k", "cyclic: x"),
+    (SHAKER, "k", "cyclic: x; the mechanism without the spring coil"),
+    (COUPLED, "k", "the mechanism without the spring middle"),
+    (
+        COUPLED.replace('"k2"', '"k1"'),
+        "k1",
+        "the mechanism without the spring first, last",
+    ),
+    (SHAKER.replace('stiffness = "k"', 'stiffness = "k"\npreload = "F0"'), "k", None),
     (SHAKER, "c", "no damping: at resonance the amplitude grows without bound"),
     (SHAKER, "F0", "no force depends on time: free vibration"),
     (SHAKER, "Omega", None),

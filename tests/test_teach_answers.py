@@ -152,6 +152,12 @@ ALIKE = [
     ("S q_1 + C q_1 + s q_1 c_{12}", "sin(q1) + cos(q1) + sin(q1)*cos(q1 + q2)"),
     ("ϑ₁ + θ̇₂ + q̈₁ - q̈₁", "q1 + q2'"),
     (r"\operatorname{h}_{\mathrm{1}} m_{\operatorname{2}}", "h1*m2"),
+    (r"2|q_1 - 1|q_2 + |q_1||q̇₂|^2", "2*abs(q1 - 1)*q2 + abs(q1)*q2'*q2'"),
+    (
+        r"\left|q_1\right| + \vert q_2\vert + \lvert q_1 - \lvert q_2\rvert\rvert",
+        "abs(q1) + abs(q2) + abs(q1 - abs(q2))",
+    ),
+    (r"\sin|q_1|/\|q_2\| + ∣h_1∣ + Abs(q_1)", "sin(abs(q1))/abs(q2) + h1 + abs(q1)"),
     *((f"{name}(q_1/3)", f"{function}(q1/3)") for name, function in FUNCTIONS.items()),
     *((rf"\{name}^2 q_1", f"{function}(q1)*{function}(q1)") for name, function in FUNCTIONS.items()),
     *((f"{letter}_1", f"{function}(q1)") for letter, function in SHORT.items()),
@@ -219,6 +225,12 @@ def test_a_page_reads_every_spelling_as_the_shell_does(scene: Scene, rows: Seque
                 for one in (same, node)
             ]
             assert values == pytest.approx([value, value], rel=1e-9, abs=1e-12), text
+
+
+@pytest.mark.parametrize(("text", "at"), {"m1*|q_9|": 5, "|q1": 1, "||q1| - q2|": 1, "|q1 - |q2||": 1}.items())
+def test_bars_that_do_not_close_and_names_between_bars_are_told_where_they_stand(text: str, at: int) -> None:
+    with pytest.raises(TeachError, match=rf"answer:1:{at}: "):
+        read_formula(text, ARM)
 
 
 RUNS = read_text(

@@ -239,7 +239,7 @@ def test_newtons_law_gains_what_the_lesson_says() -> None:
 def test_painleves_places_begin_where_genot_and_brogliato_have_them() -> None:
     section = contacts(lesson_of(read_text(ROD)))
     (step,) = (one for one in section.steps if one.key == "contacts:painleve:foot")
-    assert [(one.parameter, pytest.approx(4 / 3)) for one in step.tries] == [("mu", step.tries[0].threshold)]
+    assert [(one.name, pytest.approx(4 / 3)) for one in step.tries] == [("mu", step.tries[0].threshold)]
     page = str(next(iter(rendered(lesson_of(read_text(ROD)), "html").values())))
     assert "data-try=" in page
     assert re.search(r'class="[^"]* level"', page)

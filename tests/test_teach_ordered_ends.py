@@ -54,6 +54,20 @@ def test_equal_masses_swing_together_and_against_each_other() -> None:
     assert r"\omega_{s,2}^2 = \frac{k_1 + 2 k}{m_1}" in shown
 
 
+def test_a_cubic_spring_has_one_power_of_its_stretch() -> None:
+    text = SCENE.read_text(encoding="utf-8").replace('stiffness = "k"', 'stiffness = ["k", 0, "k3"]')
+    scene = read_text(text.replace("[parameters]", "[parameters]\nk3 = {}"))
+    shown = rendered(lesson_of(scene), "md")["coupled.md"]
+
+    for power in (r"+ \tfrac{1}{4} k_3 (q_2 - q_1)^4 +", r"k_{E,2} = k (q_2 - q_1) + k_3 (q_2 - q_1)^3 + k_2 q_2"):
+        assert power in shown
+    assert "(q_2 - q_1) (q_2 - q_1)" not in shown
+    found, stretch = equations(scene), r"(s_{\mathrm{middle}} - l)"
+    assert f"k_3 {stretch}^3" in found.latex()
+    assert f"{stretch} {stretch}" not in found.latex()
+    assert "k3*(s_middle - l)**3" in found.text()
+
+
 @pytest.mark.parametrize(
     ("answer", "verdict"),
     [

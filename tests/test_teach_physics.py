@@ -127,7 +127,9 @@ free = "R"
 
 
 def scene(name: str) -> Scene:
-    texts = {"pendulum": PENDULUM, "hoop": HOOP, "weight": WEIGHT, "hung": HUNG}
+    texts = {"pendulum": PENDULUM, "hoop": HOOP, "weight": WEIGHT, "hung": HUNG, "tube": TUBE}
+    if name == "spherical":
+        return read(Path(__file__).parent / "data/lessons/spherical.toml")
     return read_text(texts[name], "toml") if name in texts else read(EXAMPLES / f"{name}.toml")
 
 
@@ -214,6 +216,33 @@ def test_a_bead_on_a_turning_hoop_stays_aside_and_keeps_jacobis_integral() -> No
     names = {"theta": th, "theta_dot": w, "m": m, "R": R, "g": g, "Omega": Omega}
     whole = m * R**2 * w**2 / 2 - m * R**2 * Omega**2 * sp.sin(th) ** 2 / 2 - m * g * R * sp.cos(th)
     assert sp.simplify(sp.sympify(kept, names) - whole) == 0
+
+
+def test_a_point_that_stays_aside_on_its_circle_is_asked_for_the_force_that_holds_it() -> None:
+    t, up = sp.Symbol("t"), sp.Matrix([0, 0, 1])
+    cosine = symbolic(question("hoop", "steady"))
+    round_ = sp.sqrt(1 - cosine**2) * sp.Matrix([sp.cos(Omega * t), sp.sin(Omega * t), 0])
+    force = m * (R * (round_ - cosine * up)).diff(t, 2) + m * g * up
+    held = question("hoop", "reaction")
+
+    assert sp.simplify(force.dot(force) - symbolic(held) ** 2) == 0
+    for text, right in (
+        ("m*R*Omega^2", True),
+        ("|m*R|*Omega^2", True),
+        ("m*g", False),
+        ("m*R*Omega^2*sin(theta)", False),
+    ):
+        assert (judge(asked("hoop"), held.key, text) == "Right.") == right
+    assert asked("hoop").names[held.key].look.letter == "N"  # R is the radius
+    assert asked("pendulum").names[held.key].look.letter == "R"
+    assert "physics:reaction" not in {block.key for _, block in asked("tube").blocks() if isinstance(block, Questions)}
+    cone = text_of(question("spherical", "reaction").answer)
+    assert cone == "l*m*phi_dot**2"  # g/cos(theta) is l times the square of the rate
+
+
+def test_a_spring_whose_stiffness_vanishes_is_asked_for_beside_a_mass() -> None:
+    right = [text for text, yes in chosen("weight", "limit.spring").items() if yes]
+    assert right == ["The mechanism without the spring spring is left."]  # the weight still pulls
 
 
 def test_a_spring_holds_a_weight_and_a_loop_says_where_it_grows() -> None:

@@ -280,9 +280,30 @@ def test_a_slider_at_a_sentence_is_around_the_threshold_that_it_states(browser: 
     path.write_text(html_page(hoop), encoding="utf-8")
     with opened(browser, path) as page:
         page.fill("[data-try]", f"{one.threshold / 2:.4f}")
-        assert state_of(page, hoop.scene)[one.parameter] == pytest.approx(one.threshold / 2, rel=1e-3)
+        assert state_of(page, hoop.scene)[one.name] == pytest.approx(one.threshold / 2, rel=1e-3)
         assert page.text_content("nav [aria-current]")
         assert not page.is_visible(".still")
+
+
+@pytest.mark.slow
+@pytest.mark.runs
+def test_a_rate_is_moved_at_the_sentence_with_its_critical_value(browser: Any, tmp_path: Path) -> None:
+    """The governor: alike arms rest apart from phi_dot**2 > dW/d(cos alpha) at alpha = 0 on."""
+    governor = lesson_of(read(EXAMPLES / "governor.toml"))
+    (one,) = (one for section in governor.sections for step in section.steps for one in step.tries)
+    long, ball, sleeve, stiff, free = 0.15, 0.8, 1.5, 400, 0.29
+    pulls = (4 * ball + 2 * sleeve + 2 * 0.1) * 9.81 * long - 2 * stiff * (2 * long - free) * long
+    turns = 2 * (4 * ball * long**2 + 0.1 * long**2 + 8e-4)
+    assert (one.name, one.threshold) == ("phi_dot", pytest.approx((pulls / turns) ** 0.5))
+
+    path = tmp_path / "lesson.html"
+    path.write_text(html_page(governor), encoding="utf-8")
+    slid = "(x, v) => { x.value = v; x.dispatchEvent(new Event('input')); return symdyn.governor.state().qd[0]; }"
+    with opened(browser, path) as page:
+        for rate in (one.threshold / 2, 1.5 * one.threshold):
+            assert page.eval_on_selector("[data-try]", slid, rate) == pytest.approx(rate, rel=1e-6)
+            page.wait_for_timeout(200)
+            assert state_of(page, governor.scene)["phi_dot"] != rate, "it plays on"
 
 
 @pytest.mark.slow

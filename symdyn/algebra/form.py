@@ -123,6 +123,16 @@ class Form:
         base = self if exponent % 2 else self.split_sign()[1]
         return Number.ONE if exponent == 0 else self if exponent == 1 else Power(base, exponent)
 
+    @property
+    def in_powers(self) -> Form:
+        """The form, of a product with no base twice above or below, numbers but: x³ for x x²."""
+        powers = Counter[tuple[Form, bool, int]]()
+        for k, x in enumerate(self.factors):
+            base, exponent = (x.base, x.exponent) if isinstance(x, Power) else (x, 1)
+            powers[base, exponent > 0, k * isinstance(base, Number)] += exponent
+        whole = len(powers) == len(self.factors)
+        return self if whole else Form.product(base.power(k) for (base, *_), k in powers.items())
+
     def signed_product(self, rate: Form) -> Form:
         """Return form · rate, a rate times itself as its square; a sum of negative terms takes its sign in front."""
         terms = self.terms

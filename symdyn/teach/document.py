@@ -286,9 +286,9 @@ BRIEF = frozenset(
 
 @dataclass(frozen=True)
 class Try:
-    """One parameter to move at a sentence, and its value, in its unit, at which what the sentence says changes."""
+    """A parameter or a velocity to move at a sentence, and its value, in its unit, where what is said changes."""
 
-    parameter: str
+    name: str
     threshold: float
     unit: str
 

@@ -96,9 +96,9 @@ one("[data-do=turn]")?.addEventListener("input", event => {
   draw();
 });
 
-/** Sets parameter k, as its slider in the panel does, without a stop of the motion. */
-compute.set = (k, value) => {
-  const [next, there] = moved(state, "params", k, value, 1);
+/** Sets entry k of a group, "params" or "qd", as its slider in the panel does, without a stop of the motion. */
+compute.set = (k, value, group = "params") => {
+  const [next, there] = moved(state, group, k, value, 1);
   state = fitted(obeyed(next));
   lost.textContent = there ? "" : data.words.open;
   rebase();

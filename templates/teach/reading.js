@@ -191,22 +191,22 @@ figure.addEventListener("pointerout", event => {
   if (event.target.closest?.("[data-vector]") && !pointed) for (const { term } of terms) term.classList.remove("hot");
 });
 
-// Sliders at sentences: they move the parameter of the figure, from where it begins, and let it play; and a line of a
+// Sliders at sentences: they move a parameter or a rate of the figure, from where it begins, and let it play; and a line of a
 // chart that is at the parameter's value, whose axis goes as far as the slider
 
 for (const slider of every("[data-try]")) {
-  const k = Number(slider.dataset.try), output = slider.closest("p").querySelector("output");
+  const [group, k] = slider.dataset.try.split(" "), output = slider.closest("p").querySelector("output");
   const level = every(".level", slider.closest("article")).at(-1), axis = level?.ownerSVGElement.querySelector(".stem");
   const tell = () => {
-    output.textContent = written(live.state().params[k], 3, false);
+    output.textContent = written(live.state()[group][k], 3, false);
     const way = axis ? (begin - slider.valueAsNumber) / Number(slider.max) * axis.getBBox().height : 0;
     level?.setAttribute("transform", `translate(0 ${way})`);
   };
-  slider.value = live.state().params[k];
+  slider.value = live.state()[group][k];
   const begin = slider.valueAsNumber;
   tell();
-  slider.addEventListener("input", () => { live.set(k, slider.valueAsNumber); tell(); });
-  figure.addEventListener("symdyn:state", () => { if (document.activeElement !== slider) slider.value = live.state().params[k]; tell(); });
+  slider.addEventListener("input", () => { live.set(Number(k), slider.valueAsNumber, group); tell(); });
+  figure.addEventListener("symdyn:state", () => { if (document.activeElement !== slider) slider.value = live.state()[group][k]; tell(); });
 }
 
 // Whether numbers are shown

@@ -241,7 +241,7 @@ class ClosedLoads:
     def acting(self, compact: Compactor) -> list[Form]:
         """Return Q of every coordinate."""
         graph = ordered_graph(self.scene)
-        forces = [[*map(_collected, Form.of(force).terms)] for force in joint_forces(self.scene, graph)]
+        forces = [[term.in_powers for term in Form.of(force).terms] for force in joint_forces(self.scene, graph)]
         for strut in resisting(self.scene):
             if strut.ends:
                 slopes = [self._slope(strut, compact, i) for i in range(self.state.n)]
@@ -339,24 +339,12 @@ def _arm(slopes: Slopes, R: list[list[Polynomial]], p: list[Polynomial], i: int,
 
 def _product(*parts: Form) -> Form:
     """Return a product with equal factors as one power, and a squared root as what stands under it."""
-    exponents: dict[Form, int] = {}
-    for factor in Form.product(parts).factors:
+    factors = list[Form]()
+    for factor in Form.product(parts).in_powers.factors:
         base, exponent = (factor.base, factor.exponent) if isinstance(factor, Power) else (factor, 1)
-        exponents[base] = exponents.get(base, 0) + exponent
-    factors = []
-    for base, exponent in exponents.items():
         if isinstance(base, Function) and base.op is Op.SQRT:
             pairs = int(exponent / 2)
-            factors += [base.args[0].power(pairs), base.power(exponent - 2 * pairs)]
-        else:
-            factors.append(base.power(exponent))
+            factors.append(base.args[0].power(pairs))
+            exponent -= 2 * pairs
+        factors.append(base.power(exponent))
     return Form.product(factors)
-
-
-def _collected(term: Form) -> Form:
-    """Return a product in which no factor stands twice: r² of what a wheel passes on, for r r."""
-    powers: dict[Form, int] = {}
-    for x in term.factors:
-        base, exponent = (x.base, x.exponent) if isinstance(x, Power) else (x, 1)
-        powers[base] = powers.get(base, 0) + exponent
-    return Form.product(x.power(k) for x, k in powers.items()) if len(powers) < len(term.factors) else term

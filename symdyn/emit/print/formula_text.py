@@ -93,6 +93,7 @@ def _text(form: Form) -> str:
         sign, rest = form.split_sign()
         if sign < 0:
             return f"-{_text_factor(rest)}"
+        rest = rest.in_powers
         above = [f for f in rest.factors if not _is_inverse(f)] if isinstance(rest, Product) else [rest]
         below = [f for f in rest.factors if _is_inverse(f)] if isinstance(rest, Product) else []
         text = "*".join(map(_text_factor, above)) if above else "1"
@@ -251,12 +252,10 @@ class Latex:
         sign, rest = form.split_sign()
         if sign < 0:
             return f"-{self.bracketed(rest)}"
-        factors = rest.factors
-        below = [Power(f.base, -f.exponent) for f in factors if isinstance(f, Power) and f.exponent < 0]
-        above = [f for f in factors if not (isinstance(f, Power) and f.exponent < 0)]
-        return (
-            self._quotient(above, [f.base if f.exponent == 1 else f for f in below]) if below else self._beside(above)
-        )
+        factors = rest.in_powers.factors
+        below = [f.base.power(-f.exponent) for f in factors if isinstance(f, Power) and f.exponent < 0]
+        above = [f for f in factors if not _is_inverse(f)]
+        return self._quotient(above, below) if below else self._beside(above)
 
     def _quotient(self, above: Sequence[Form], below: Sequence[Form]) -> str:
         """Return a fraction; where it is too wide, sums stand behind it, and what is wide below them as powers."""

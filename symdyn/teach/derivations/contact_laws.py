@@ -63,10 +63,8 @@ def law_steps(lesson: Lesson, struck: Sequence[Struck]) -> Iterator[Step]:
         reason = lesson.once(f"contacts.laws.{key}.reason", **places)
         shown: tuple[Block, ...] = (table,)
         if ways == 1 and not dry:
-            shown = (
-                table,
-                cone(lesson, str(k), *one.chosen.of(*(x.express(lesson.graph) for x in (one.static, one.mu)))),
-            )
+            at = one.chosen.of(*(x.express(lesson.graph) for x in (one.static, one.mu)))
+            shown = (table, cone(lesson, str(k), *at))
         key = f"contacts:laws:{k}" if reason.parts else f"more.contacts:laws:{k}"
         yield Step(key, claim, shown, reason, show=("cone", "names"))
 
@@ -301,10 +299,10 @@ def _least(one: Struck, angle: Expr, nn: Expr, nt: Expr) -> tuple[Form, float, P
     )  # fmt: skip
     title = lesson.text("contacts.painleve.alt", scene=lesson.scene.name)
     svg = chart(title, [panel], lesson.written, "painleve-")
-    return _root(form), value, Picture(svg, lesson.say("contacts.painleve.caption"), title, "painleve")
+    return square_root(form), value, Picture(svg, lesson.say("contacts.painleve.caption"), title, "painleve")
 
 
-def _root(form: Form) -> Form:
+def square_root(form: Form) -> Form:
     """Return the square root of a quotient of positive factors, those that are squares outside of it."""
     outside, inside = list[Form](), list[Form]()
     for factor in form.factors:

@@ -15,6 +15,7 @@ from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Op, gradient, reachable, substitute
 from symdyn.scene import Quantity, Scene
+from symdyn.scene.forces import FORCES
 from symdyn.teach.derivations.reduced import led_by, zero
 from symdyn.teach.derivations.velocities import kinetic_form, length
 from symdyn.teach.document import Step, Words
@@ -97,11 +98,11 @@ def limits_step(lesson: Lesson) -> Step | None:
             shown = _shown(lesson, one.K, one.P) if one.of_energies else (same, same)
         except (DerivationError, KeyError):
             continue
-        bodies = dict(_bodies(lesson, one))
+        bodies = dict(lightened(lesson, one))
         told = [lesson.say(f"limits.{key}", body=body) for body, key in bodies.items()]
         said = [*_moves(lesson, one), *told, *_acts(lesson, one)]
         if shown and said:
-            derived = derived or bool({"smaller", "point"} & {*bodies.values()})
+            derived = derived or bool({"smaller", "point", "unsprung"} & {*bodies.values()})
             alike.setdefault((*shown, in_a_row(said)), []).append(one.letters)
     for letters, *left in _stopped(lesson):
         alike.setdefault(tuple(left), []).append(letters)
@@ -191,11 +192,8 @@ def _acts(lesson: Lesson, one: Limit) -> Iterator[Words]:
         yield lesson.say("limits.kept", names=together(kept))
 
 
-def _bodies(lesson: Lesson, one: Limit) -> Iterator[tuple[str, str]]:
-    """Yield bodies that are left out, or point masses that were none, as a scene has it whose energies are the same.
-
-    And those without inertia which never had a mass.
-    """
+def lightened(lesson: Lesson, one: Limit) -> Iterator[tuple[str, str]]:
+    """Yield what is left out, proved by a scene without it, new point masses, likewise, and bodies without inertia."""
     for mass in lesson.masses:
         m, *inertia = one.of(_entries(mass))
         if mass.spins and _nothing(inertia) and mass.m.is_zero:
@@ -207,6 +205,13 @@ def _bodies(lesson: Lesson, one: Limit) -> Iterator[tuple[str, str]]:
             yield point.name, "point"
     if body := smaller_by(lesson, one):
         yield body, "smaller"
+    x, struts = lesson.graph.symbol("x:"), [x for x in lesson.scene.struts if x.kind == "spring"]
+    laws = {s.name: energy(s, x) for s in struts if (energy := FORCES[s.kind].pull.energy) is not None}
+    gone = [name for name, law in laws.items() if not law.is_zero and _nothing(one.of([law]))]
+    if gone:
+        others = tuple(x for x in lesson.scene.elements if x.name not in gone)
+        _assert_same(lesson, one, replace(lesson.scene, elements=others))
+        yield ", ".join(gone), "unsprung"
 
 
 def _assert_same(lesson: Lesson, one: Limit, scene: Scene) -> None:

@@ -7,21 +7,23 @@ are stable is told by V of `reduced`, whose momenta, or prescribed rates, stay w
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Set
+from collections.abc import Iterator, Sequence, Set
 from fractions import Fraction
 from itertools import permutations
 
 from symdyn.algebra import Form, Function, Number, Power, Ratios, Symbol
+from symdyn.dynamics.mechanism import prescribed, vector
 from symdyn.errors import DerivationError
-from symdyn.graph import Op, gradient, reachable, substitute
+from symdyn.graph import Expr, Op, gradient, reachable, substitute, tangents
 from symdyn.scene import SceneUnits
+from symdyn.teach.derivations.contact_laws import square_root
 from symdyn.teach.derivations.elsewhere import elsewhere
 from symdyn.teach.derivations.reduced import Reduced, at_bound
 from symdyn.teach.derivations.short_sines import in_sines
 from symdyn.teach.derivations.solved import in_decimals, quotient
 from symdyn.teach.derivations.velocities import length
 from symdyn.teach.document import Block, Formula, Step, Words
-from symdyn.teach.lesson import Lesson, named, together
+from symdyn.teach.lesson import Lesson, Mass, named, together
 
 LONGEST = 60
 """Terms and factors of a formula that is shown."""
@@ -101,17 +103,41 @@ def level_places(factored: Form, r: Symbol, rates: Set[str]) -> Iterator[tuple[s
         yield "steady.place" if wave == r else "steady.wave", {"wave": wave, "value": value}
 
 
+def force_on(lesson: Lesson, masses: Sequence[Mass]) -> list[Expr]:
+    """Return the force that holds masses, shape (3,), ground frame, N: rates of momenta less weights."""
+    gravity, whole = vector(lesson.scene.gravity, lesson.graph), [lesson.graph.zero] * 3
+    for mass in masses:
+        moment = [mass.m * x for x in mass.place]
+        moment = [a + b for a, b in zip(moment, mass.h, strict=True)] if mass.h is not None else moment
+        rate = tangents(tangents(moment, lesson.state.velocity), lesson.state.acceleration)
+        whole = [F + a - mass.m * g for F, a, g in zip(whole, rate, gravity, strict=True)]
+    return whole
+
+
+def force_aside(lesson: Lesson, left: Reduced, wave: Form, value: Form) -> Iterator[tuple[str, Form]]:
+    """Yield the joint that holds a single point on its circle, and how large its force is at a level place, if so."""
+    graph, state, scene = lesson.graph, lesson.state, lesson.scene
+    joint = next(one for one in scene.joints if str(left.q.value) in one.coordinates)
+    masses = [mass for mass in lesson.masses if mass.body.name == joint.child]
+    held = [joint.child in (one.parent for one in scene.joints), *(mass.spins for mass in masses)]
+    if held != [False, False] or scene.elements or not left.turns:
+        return
+    led, still = prescribed(scene, graph), dict.fromkeys([*state.qdd, state.qd[left.r]], graph.zero)
+    at = still | dict(zip([state.qd[k] for k in led.place], led.velocity, strict=True))
+    square = graph.total(x * x for x in substitute(force_on(lesson, masses), at))
+    other = Function(Op.SIN if wave == Function(Op.COS, (named(left.q),)) else Op.COS, (named(left.q),))
+    beside = Form.sum((Number.ONE, value.power(2).negative))
+    there = Ratios.form_of(square).exchanged({wave: value, other.power(2): beside})
+    if not {str(q.value) for q in state.q}.intersection(there.symbols):
+        yield joint.name, square_root(Ratios.form_of(there.express(graph)))
+
+
 def _flat(factor: Form, falls: bool = False) -> tuple[Form, Form] | None:
     """Return the square of a parameter, taken away if it falls, and what it is where a difference is zero, or None."""
     terms = [term.split_sign() for term in factor.terms]
     for (sign, term), (other, rest) in permutations(terms, 2) if len(terms) == 2 else ():
-        if (
-            sign * other < 0
-            and not (falls and sign > 0)
-            and isinstance(term, Power)
-            and term.exponent == 2
-            and isinstance(term.base, Symbol)
-        ):
+        squared = isinstance(term, Power) and term.exponent == 2 and isinstance(term.base, Symbol)
+        if squared and sign * other < 0 and not (falls and sign > 0):
             return term, Form.product((Number(Fraction(abs(other))), rest))
     return None
 
@@ -215,7 +241,6 @@ def _numbers(lesson: Lesson, left: Reduced) -> list[Block]:
     if not (found := left.places):
         return [lesson.say("steady.nowhere")]
     units = SceneUnits(lesson.scene).coordinates
-    unit = units[left.r]
     rows = []
     for place, curvature, m in found:
         at = zip(left.cyclic, _rates(left, place), strict=True)
@@ -225,7 +250,7 @@ def _numbers(lesson: Lesson, left: Reduced) -> list[Block]:
         if m > 0:
             root = math.sqrt(abs(curvature) / m)
             time = lesson.text("steady.swing" if curvature > 0 else "steady.leave", rate=lesson.written(root))
-        rows.append([lesson.scene.in_shown_unit(lesson.written(place), unit), *rates, kind, time])
+        rows.append([lesson.scene.in_shown_unit(lesson.written(place), units[left.r]), *rates, kind, time])
     heads: list[str | Symbol] = [named(left.q), *(named(lesson.state.qd[k]) for k in left.cyclic)]
     key = "steady.numbers.led" if left.led else "steady.numbers.free"
     return [lesson.say(key), lesson.table([*heads, "table.kind", "steady.next"], rows)]

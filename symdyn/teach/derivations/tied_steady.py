@@ -24,7 +24,7 @@ from symdyn.teach.derivations.precession import NO_FORM, shortened
 from symdyn.teach.derivations.reduced import zero
 from symdyn.teach.derivations.solved_ties import closed_positions
 from symdyn.teach.derivations.steady import level_places, plain, waves_first
-from symdyn.teach.document import Block, Formula, Picture, Step, Words
+from symdyn.teach.document import Block, Formula, Picture, Step, Try, Words
 from symdyn.teach.lesson import named
 from symdyn.teach.shown_state import Chosen
 
@@ -166,10 +166,8 @@ def _rests(left: OneLeft, chosen: Chosen) -> list[Step]:
         lesson.table([*(named(state.q[k]) for k in left.shown), "table.kind"], rows),
         lesson.say("tied.singular"),
     ]
-    claim = lesson.say("tied.rests", r=r)
-    return [
-        Step("equilibria.one", claim, tuple(blocks), lesson.say("tied.rests.reason", P=P), show=("weights", "forces"))
-    ]
+    claim, reason = lesson.say("tied.rests", r=r), lesson.say("tied.rests.reason", P=P)
+    return [Step("equilibria.one", claim, tuple(blocks), reason, show=("weights", "forces"))]
 
 
 def _turning(left: OneLeft, chosen: Chosen) -> list[Step]:
@@ -186,6 +184,7 @@ def _turning(left: OneLeft, chosen: Chosen) -> list[Step]:
         lesson.say("steady.level"),
         Formula(symbol.name, waves_first(lesson, form)),
     ]
+    tries: tuple[Try, ...] = ()
     for key, places in level_places(form, r, {str(u.value)}):
         least = _least(left, places["value"], u) if key == "steady.wave" else None
         shown = {name: plain(lesson, one, form) if name == "value" else one for name, one in places.items()}
@@ -198,11 +197,12 @@ def _turning(left: OneLeft, chosen: Chosen) -> list[Step]:
         if critical > 0 and isinstance(wave, Function) and wave.op is Op.COS:
             value, rate = places["value"].express(lesson.graph), math.sqrt(critical)
             blocks.append(lesson.say("steady.critical", value=f"{lesson.written(rate)} rad/s"))
+            tries = (Try(str(u.value), rate, "rad/s"),)
             last = FASTEST * max(abs(chosen.values[u]), rate)
             blocks += [_curve(left, chosen, value, rate, last), *_numbers(left, chosen, value, rate, last)]
     claim = lesson.say("tied.turning", q=r, c=named(state.q[left.c[0]]))
     reason = lesson.say("steady.led.reason", W=W)
-    return [Step("steady.curve", claim, tuple(blocks), reason, show=("centrifugal", "weights"))]
+    return [Step("steady.curve", claim, tuple(blocks), reason, show=("centrifugal", "weights"), tries=tries)]
 
 
 def _least(left: OneLeft, value: Form, u: Expr) -> Expr | None:

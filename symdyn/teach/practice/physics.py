@@ -15,19 +15,20 @@ from itertools import product
 
 from symdyn import linear
 from symdyn.algebra import Form, Function, Number, Pi, Ratios, Symbol
-from symdyn.dynamics.mechanism import TIME, generalized_forces, vector
+from symdyn.dynamics.mechanism import TIME, generalized_forces
+from symdyn.emit.print import latex_symbols
 from symdyn.errors import NoValueError
-from symdyn.graph import Expr, Op, gradient, reachable, substitute, tangents
+from symdyn.graph import Expr, Op, gradient, reachable, substitute
 from symdyn.scene import SceneUnits
 from symdyn.scene.values import force_unit
 from symdyn.teach.derivations.equation_steps import coefficient_unit
 from symdyn.teach.derivations.equilibria import FAULTS, QUARTERS, Rests, places_of_rest
 from symdyn.teach.derivations.forced import forced
-from symdyn.teach.derivations.limits import forgotten, smaller_by, vanishing
+from symdyn.teach.derivations.limits import forgotten, lightened, vanishing
 from symdyn.teach.derivations.precession import shortened
 from symdyn.teach.derivations.reduced import Reduced, cyclic_of, led_by, reduced, zero
 from symdyn.teach.derivations.solved import short_form
-from symdyn.teach.derivations.steady import level_places
+from symdyn.teach.derivations.steady import force_aside, force_on, level_places
 from symdyn.teach.derivations.velocities import length
 from symdyn.teach.document import Blank, Block, Choice, Document, Formula, Letter, Name, Option, Words
 from symdyn.teach.lesson import Lesson, Prose, named, together
@@ -96,6 +97,8 @@ class PhysicsQuestions:
         self, key: str, letter: str | Form, answer: Form, ask: str, *solution: Block, **places: str | Words | Form
     ) -> Asked:
         """Yield a question for a formula or a number; a letter is that of a quantity, which gets a name."""
+        if letter == "R":  # of a reaction, where the scene has none
+            letter = next((x for x in "RNFS" if x not in latex_symbols(self.scene).values()), letter)
         name, look = f"{PHYSICS}:{key}", Letter(letter if isinstance(letter, str) else "c")
         symbol = self.prose.called(name, look, answer.express(self.document.graph))
         shown = symbol if isinstance(letter, str) else letter
@@ -301,7 +304,7 @@ class OpenQuestions(PhysicsQuestions):
             yield from self.frequency([square for square, _ in near.modes], known, damped, "frequency.rest")
 
     def steady(self) -> Asked:
-        """Where a coordinate stays while others go on, beside where its sine is zero."""
+        """Where a coordinate stays while others go on, beside where its sine is zero, and the force on a point."""
         left = self.left
         if left is None or not left.couples:
             return
@@ -312,6 +315,9 @@ class OpenQuestions(PhysicsQuestions):
         if len(found) == 1:
             others = together([named(lesson.state.q[k]) for k in (*left.cyclic, *left.led)])
             yield from self.blank("steady", found[0]["wave"], found[0]["value"], "steady", q=r, others=others)
+            why = self.say("reaction.reason")
+            for joint, force in force_aside(lesson, left, **found[0]):
+                yield from self.blank("reaction", "R", force, "reaction.aside", why, joint=joint, q=r)
 
     # What stays, limits, signs, units
 
@@ -339,13 +345,14 @@ class OpenQuestions(PhysicsQuestions):
         yield from self.stays(options, why, *more)
 
     def limit(self) -> Asked:
-        """What is left as one parameter vanishes: the first that takes a body, or a coordinate, away."""
+        """What is left as one parameter vanishes: the first that takes a body, or a coordinate, away; then a spring."""
         lesson = self.lesson
-        found = [(smaller_by(lesson, one), one) for one in vanishing(lesson) if one.of_energies]
-        coordinates = [named(q) for q in lesson.state.q[:3]]
-        for body, one in sorted(found, key=lambda x: not x[0]):
-            idle, cyclic = forgotten(lesson, one)
-            options = [Option(self.say("limit.smaller", body=body), True, Words(()))] if body else []
+        found = [({how: x for x, how in lightened(lesson, one)}, one) for one in vanishing(lesson) if one.of_energies]
+        coordinates, keys = [named(q) for q in lesson.state.q[:3]], {"limit", "limit.spring"}
+        for gone, one in sorted(found, key=lambda x: ("unsprung" in x[0], "smaller" not in x[0])):
+            key, (idle, cyclic) = "limit.spring" if "unsprung" in gone else "limit", forgotten(lesson, one)
+            left = [how for how in ("smaller", "unsprung") if how in gone]
+            options = [Option(self.say(f"limit.{how}", body=gone[how]), True, Words(())) for how in left]
             for q in coordinates:
                 why = Words(()) if q in idle else self.say("limit.idle.no", q=q)
                 options.append(Option(self.say("limit.idle", q=q), q in idle, why))
@@ -354,10 +361,10 @@ class OpenQuestions(PhysicsQuestions):
                 if q not in idle and not before:
                     why = Words(()) if q in cyclic else self.say("limit.cyclic.no", q=q)
                     options.append(Option(self.say("limit.cyclic", q=q), q in cyclic, why))
-            asked = list(self.choice("limit", self.say("limit", m=one.letters, several=self.say("several")), options))
-            if asked:
+            ask = self.say("limit", m=one.letters, several=self.say("several"))
+            if key in keys and (asked := list(self.choice(key, ask, options))):
                 yield from asked
-                return
+                keys.remove(key)
 
     def sense(self) -> Asked:
         """Which sign a drive has that holds the mechanism at rest, or what gravity and springs do to a coordinate."""
@@ -406,13 +413,7 @@ class OpenQuestions(PhysicsQuestions):
         at = self._at(self._quarters(stable[0])) | dict.fromkeys(lesson.state.qdd, lesson.graph.zero)
         if not zero(lesson, substitute(lesson.drives, at)[0]):  # it is accelerated there
             return
-        gravity, whole = vector(self.scene.gravity, lesson.graph), [lesson.graph.zero] * 3
-        for mass in lesson.masses:
-            moment = [mass.m * x for x in mass.place]
-            moment = [a + b for a, b in zip(moment, mass.h, strict=True)] if mass.h is not None else moment
-            rate = tangents(tangents(moment, lesson.state.velocity), lesson.state.acceleration)
-            whole = [F + a - mass.m * g for F, a, g in zip(whole, rate, gravity, strict=True)]
-        parts = [x for x in substitute(whole, at) if not zero(lesson, x)]
+        parts = [x for x in substitute(force_on(lesson, lesson.masses), at) if not zero(lesson, x)]
         if len(parts) == 1:
             form = short_form(lesson, parts[0])
             form = form.negative if self.chosen.of(parts[0])[0] < 0 else form

@@ -357,24 +357,15 @@ class _Page:
         )
         return [*before, *(['<div class="frame">', *framed, "</div>"] if framed else []), *after]
 
-    def tried(self, one: Try) -> dict[str, str | int]:
+    def tried(self, one: Try) -> dict[str, str]:
         """Return the slider of a threshold: twice as far, in the middle where what the sentence says changes."""
-        scene = self.document.scene
-        k = next(k for k, parameter in enumerate(scene.parameters) if parameter.name == one.parameter)
-        label = inline(self.spell.symbols[one.parameter])
-        text = (
-            language_of(self.document.language)
-            .page["try"]
-            .format(name=label, value=self.spell.written(one.threshold), unit=in_html(scene.shown_unit(one.unit)))
-        )
-        low, high = sorted((0.02 * one.threshold, 2 * one.threshold))
-        return {
-            "k": k,
-            "unit": in_html(scene.shown_unit(one.unit)),
-            "text": text,
-            "low": f"{low:.6g}",
-            "high": f"{high:.6g}",
-        }
+        scene, words = self.document.scene, language_of(self.document.language).page
+        groups = {"params": [parameter.name for parameter in scene.parameters], "qd": scene.velocities}
+        entry = next(f"{group} {names.index(one.name)}" for group, names in groups.items() if one.name in names)
+        label, unit = inline(self.spell.symbols[one.name]), in_html(scene.shown_unit(one.unit))
+        text = words["try"].format(name=label, value=self.spell.written(one.threshold), unit=unit)
+        low, high = (f"{x:.6g}" for x in sorted((0.02 * one.threshold, 2 * one.threshold)))
+        return {"entry": entry, "unit": unit, "text": text, "low": low, "high": high}
 
     def block(self, block: Block) -> Iterator[str]:
         """Yield the elements of a block."""

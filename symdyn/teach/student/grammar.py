@@ -67,7 +67,8 @@ SPELLINGS: tuple[tuple[str, str], ...] = (
     (r"[₀₁₂₃₄₅₆₇₈₉]+", "_{$k}"),
     (r"[½⅓⅔¼¾⅕⅖⅗⅘⅙⅚⅛⅜⅝⅞]", "($k)"),
     (r"[·×∙⋅∗]", "*"),
-    (r"\|([^|]*)\|", r"\lvert $1\rvert "),
+    (r"\\vert(?![A-Za-z])|\\\||∣", "|"),
+    (r"\|([^|\n]*)\|", r"\lvert $1\rvert "),
     (r"[−–]", "-"),
     (r"⁄", "/"),
     (r"[′’]", "'"),
@@ -78,7 +79,7 @@ SPELLINGS: tuple[tuple[str, str], ...] = (
     (r"(\\[A-Za-z]+) (?=[_'])", "$1"),
     (r"\.(?=[*/^'])", ""),
     (r"^ *Eq ?\((.*)\) *$", "equation"),
-    (r"(?<![A-Za-z\\])(?:Sin|Cos|Tan|Sqrt)(?=[ \[(])", "lower"),
+    (r"(?<![A-Za-z\\])(?:Sin|Cos|Tan|Sqrt|Abs)(?=[ \[(])", "lower"),
     (r"('{1,2}) ?\(t\)", "$1"),
     (r"(?<=[\])}])('{1,2})(?= ?\()", "$1"),
     (r"\\[dt]?frac ?\{ ?" + PARTIAL + r"(?:L|\\mathcal ?\{L\}) ?\} ?\{ ?" + PARTIAL + "(" + BY + r") ?\}", "slope"),
@@ -88,6 +89,7 @@ SPELLINGS: tuple[tuple[str, str], ...] = (
 r"""Pattern, and what stands for it: text with $1 for the first bracket and $k for plain letters (NFKD), or a word.
 
     θ̇₁² · ½        \dot \theta_{1}^{2} * (1/2)                  q1'(t)    q1'
+    |q1|, \vert q_1 \vert        \lvert q1\rvert
     m2.*h2.^2      m2*h2^2                                     Sin[q1]   sin[q1]
     \frac{\partial L}{\partial \dot q_1}, dL/dqd1              slopeq1dot, slopeqd1
     d/dt (dL/dqd1)                                             rateqd1
@@ -143,9 +145,9 @@ COMMANDS: Mapping[str, tuple[str, str]] = {
     **{name: ("command", name) for name in ("frac", "dot", "ddot", "underbrace", "overbrace")},
     **dict.fromkeys(("dfrac", "tfrac", "cfrac"), ("command", "frac")),
     **dict.fromkeys(("cdot", "times", "ast"), ("op", "*")),
-    **dict.fromkeys(("lvert", "vert"), ("open", "\\lvert")),
     **dict.fromkeys(UPRIGHT, ("upright", "")),
     **dict.fromkeys(("partial", "int", "sum"), ("step", "")),
+    "lvert": ("open", "\\lvert"),
     "rvert": ("close", "\\rvert"),
 }
 """Kind and text of the token that a command is."""

@@ -120,7 +120,10 @@ def _respelled(text: str, at: list[int], pattern: re.Pattern[str], means: str) -
     for found in pattern.finditer(text):
         new = _meaning(means, found[0], found[1] if pattern.groups else "")
         parts += [text[end : found.start()], new]
-        places += [*at[end : found.start()], *[at[found.start()]] * len(new)]
+        own = [at[found.start()]] * len(new)
+        if (begin := means.find("$1")) >= 0:
+            own[begin : begin + len(found[1])] = at[found.start(1) : found.end(1)]
+        places += [*at[end : found.start()], *own]
         end = found.end()
     return "".join((*parts, text[end:])), places + at[end:]
 
