@@ -251,7 +251,7 @@ const Answers = (() => {
     if (proportional(mine, zero, 0)) return said(true, "answer.right");
     if (!lettered && points.length > bound && proportional(mine, zero, bound)) return said(true, "answer.numbers");
     const held = (one, k) => [k, k + 2].every(j => mine[pairs[j - 3]] * one[j] !== 0 && close(mine[pairs[j - 3]] * one[j + 1], mine[pairs[j - 2]] * one[j]));
-    const row = (mistakes[key] || []).find(one => (lettered ? [3] : [3, 7]).some(k => one.length > k + 3 && held(one, k)));
+    const row = (lettered ? [3] : [3, 7]).map(k => (mistakes[key] || []).find(one => one.length > k + 3 && held(one, k))).find(Boolean);
     const alone = drive && mine.every((x, i) => Math.abs(x) === Math.abs(points[i][drive]));
     return row ? forgot(row) : alone ? forgot(["nothing", "", ""]) : said(false, "answer.wrong");
   }

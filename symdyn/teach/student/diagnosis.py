@@ -233,8 +233,8 @@ class Diagnosis:
         nodes = [form.express(self._graph), *(one.node - drive for one in known)]
         mine, *rows = (list(row) for row in zip(*self.points.values(nodes, self.points.pairs), strict=True))
         lettered = self.named(i) <= set(form.symbols)  # what is wrong in letters is not excused by numbers
-        for one, row in zip(known, rows, strict=True):
-            for first in (0,) if lettered else (0, 4):
+        for first in (0,) if lettered else (0, 4):
+            for one, row in zip(known, rows, strict=True):
                 held = [
                     mine[j] * row[j] != 0 and _close(mine[j] * row[j + 1], mine[j + 1] * row[j])
                     for j in (first, first + 2)

@@ -36,8 +36,8 @@ STATES: Mapping[str, tuple[str, str, str]] = {
     "weight": ("weightless", "gravity", "termfactor"),
     "spring": ("spring", "spring", "termfactor"),
     "springs": ("term", "spring", "termfactor"),  # all of it; "spring" is what a free length makes
-    "load": ("friction", "friction", "termfactor"),
-    "law": ("force", "force", "termfactor"),
+    "friction": ("friction", "friction", "termfactor"),
+    "force": ("force", "force", "termfactor"),
     "flow": ("term", "termsign", "termfactor"),
     "rates": ("velocities", "termsign", "termfactor"),
     "slope": ("slope", "slope", ""),
@@ -319,11 +319,11 @@ def _equations(course: Course, weights: Sequence[Expr], joints: Sequence[int]) -
     terms = []
     for j in joints:
         inertial, product, slope, _ = course.steps(j, kinetic, zero)
-        drive, load = course.scene.drives[j], course.loads[j]
+        drive, beside = course.scene.drives[j], {rule: of[j] for rule, of in course.beside.items()}
         of = {
             "inertia": inertial, "rates": product - slope, "gravity": course.slope(gravity, state.q[j]),
-            "spring": course.slope(e.P["E"], state.q[j]), "law" if course.beside == "force" else "load": -load,
-            "flow": load - e.Q[j], "drive": -graph.symbol(drive) if drive else zero,
+            "spring": course.slope(e.P["E"], state.q[j]), **{rule: -load for rule, load in beside.items()},
+            "flow": course.loads[j] - e.Q[j], "drive": -graph.symbol(drive) if drive else zero,
         }  # fmt: skip
         terms += [(kind, node, j) for kind, node in of.items()]
         for kind, node in (*of.items(), ("product", product), ("slope", -slope)):

@@ -47,10 +47,11 @@ def _of_equations(course: Course, key: str) -> Iterator[Wrong]:
         ("gravity", right - 2 * potential),
         ("weightless", right - potential),
     )
-    for friction in (course.loads[i], 2 * course.loads[i]):
-        yield course.beside, right + friction
-        yield "velocities", inertial + static + friction
-        yield from (("product", right - product + friction), ("slope", right + kinetic + friction))
+    for rule, of in course.beside.items():
+        yield from ((rule, right + times * of[i]) for times in (1, 2))
+    for load in (course.loads[i], 2 * course.loads[i]):
+        yield "velocities", inertial + static + load
+        yield from (("product", right - product + load), ("slope", right + kinetic + load))
     alone, still = _alone(course, i)
     yield from (("coupling", course.put(right, values)) for values in (alone, still))
     own = [_own_inertia(course, part, i) * state.qdd[i] for part in course.parts]
@@ -310,7 +311,7 @@ def absent(course: Course) -> set[str]:
         ("gravity", "weightless", "height"): all(x.is_zero for x in course.gravity),
         ("energies",): graph.total(e.P.values()).is_zero,
         ("spring",): e.P["E"].is_zero,
-        ("friction", "force"): all(x.is_zero for x in course.loads),
+        **{(rule,): all(x.is_zero for x in of) for rule, of in course.beside.items()},
         ("coupling",): course.state.n < 2,
         ("body",): len(course.parts) < 2,
         ("relative",): alone,

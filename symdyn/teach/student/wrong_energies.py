@@ -62,10 +62,9 @@ def _wrong_energies(course: Course) -> Iterator[tuple[str, str, Energies]]:
         stored.append(("power", E + flat.express(course.graph) - term.express(course.graph)))
     yield from ((rule, "", replace(right, P={**right.P, "E": node})) for rule, node in stored if not E.is_zero)
     yield from (("ratio", "", energies) for energies in wrong_ratios(course))
-    if any(not node.is_zero for node in course.loads):
-        for times in (1, 2):
-            less = tuple(node - times * load for node, load in zip(right.Q, course.loads, strict=True))
-            yield course.beside, "", replace(right, Q=less)
+    for rule, loads in course.beside.items():
+        for times in (1, 2) if any(not load.is_zero for load in loads) else ():
+            yield rule, "", replace(right, Q=tuple(node - times * x for node, x in zip(right.Q, loads, strict=True)))
     for by in (course.graph.symbol(p.name) for p in course.scene.parameters if p.unit == "rad"):
         if by in reachable(right.K.values()):  # a sum of angles for their difference
             yield "clockwise", "", list(_replaced(course, {by: -by}))[2]
