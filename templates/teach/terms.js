@@ -180,7 +180,7 @@ const Terms = (() => {
     if (both || !(a && b)) return alone && !both ? [squared.includes(alone) || alone.endsWith("^2") ? "power" : "trig"] : units ? ["power", "dimension"] : ["power"];
     if (f && f === g) return ["absolute"];
     if (f || g) return [(f && g) || !units ? "trig" : "dimension"];
-    return [unit !== below ? "dimension" : apart.ratios.includes([a, b].sort().join(" ")) ? "ratio" : "index"];
+    return unit !== below ? ["index", "dimension"] : [apart.ratios.includes([a, b].sort().join(" ")) ? "ratio" : "index"];
   }
   // The symbols that a formula asks for
   function symbols(of, point) {

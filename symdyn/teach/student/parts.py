@@ -271,7 +271,7 @@ def _exchanged(a: Atom, b: Atom, both: int, squared: Sequence[str]) -> tuple[str
         return ("absolute",)
     if a.function or b.function:
         return ("trig",) if (a.function and b.function) or not units else ("dimension",)
-    return ("index",) if a.unit == b.unit else ("dimension",)
+    return ("index",) if a.unit == b.unit else ("index", "dimension")
 
 
 def _totals(course: Course, angles: Sequence[str]) -> list[dict[str, int]]:
