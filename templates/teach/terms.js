@@ -23,7 +23,7 @@ const Terms = (() => {
   function told(key, of, rule) {
     const every = QUESTIONS.terms[key], multipliers = QUESTIONS.motions.multipliers, used = symbols(of, apart.points[0]);
     const tied = multipliers.some(name => used.has(name));
-    const ways = every.filter(one => one.multipliers || !tied).map(one => [one, explained(one, of)]).filter(([one, found]) => found && (tied || !one.multipliers || found.rules.join() === "untied"));
+    const ways = every.filter(one => one.multipliers || !tied).map(one => [one, explained(one, of)]).filter(([one, found]) => found && (tied || !one.multipliers || (found.sure && found.rules.includes("untied"))));
     if (!ways.length) return null;
     const [one, found] = ways.reduce((a, b) => a[1].cost <= b[1].cost ? a : b), rows = all(one);
     if (rule && !found.sure && !found.rules.includes(rule)) return null;
@@ -98,9 +98,11 @@ const Terms = (() => {
       const both = columns[j][2].map((x, n) => x + columns[k][2][n]);
       others.push(...replaced([columns[k][0], columns[k][1], both, columns[k][3]], e).map(([cost, rules, change]) => ({cost: 2.5 + cost, rules, columns: [j, k], changes: [[change, j], [change, k]]})));
     }
+    const groups = columns.map((row, k) => row[5] || [k]), mixed = groups.map(list => new Set(list.map(n => columns[n][0])).size > 1);
+    const overlap = (j, k) => groups[j].some(n => groups[k].includes(n)) || ((mixed[j] || mixed[k]) && !(columns[j][1] && columns[k][1]));
     for (let j = 0; j < columns.length; j++) for (let k = j + 1; k < columns.length; k++) {
       const both = shares(left, rows[j], rows[k], size);
-      if (!both) continue;
+      if (!both || overlap(j, k)) continue;
       const at = [j, k], told = at.map((n, i) => states(columns[n], both[i])), cost = 0.25 + sum(at.map((n, i) => price(both[i]) + 0.1 * !columns[n][1] + 0.2 * (n >= lone)));
       if (told.every(rules => rules.length)) others.push({cost, rules: told.flat(), columns: at, changes: at.map((n, i) => [changed(both[i]), n]), sure: both.every(c => price(c) < FACTOR)});
     }

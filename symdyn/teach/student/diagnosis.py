@@ -303,7 +303,7 @@ class Diagnosis:
             for one in every
             if (one.how == "rows" or not tied)
             and (told := explained(one, self.atoms, lambda point: numbers([node], point)[0]))
-            if tied or one.how != "rows" or told.rules == ("untied",)
+            if tied or one.how != "rows" or (told.sure and "untied" in told.rules)
         ]
         loose = any(one.how == "rows" and not tied for one, _ in ways)
         evidence, told = min(ways, key=lambda way: way[1].price, default=(every[0], None))

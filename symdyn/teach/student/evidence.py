@@ -144,6 +144,13 @@ class Evidence:
         """Return the columns, then those that are alike as one."""
         return (*self.columns, *(_together([self.columns[k] for k in one]) for one in self.alike))
 
+    def overlap(self, j: int, k: int) -> bool:
+        """Whether two of `every` may hold the same term: groups of terms, or one of several kinds and a whole."""
+        groups = [self.alike[n - len(self.columns)] if n >= len(self.columns) else (n,) for n in (j, k)]
+        mixed = [len({self.columns[n].kind for n in group}) > 1 for group in groups]
+        whole = [self.every[n].form is None for n in (j, k)]
+        return not set(groups[0]).isdisjoint(groups[1]) or (any(mixed) and any(whole))
+
 
 def _together(columns: Sequence[Column]) -> Column:
     kind = columns[0].kind if len({one.kind for one in columns}) == 1 else "inertia"

@@ -145,7 +145,7 @@ def _search(evidence: Evidence, atoms: Atoms, mine: Sequence[float], deep: bool)
         at = list(zip((j, k), shares, strict=True))
         first, second = (_states(columns[n], c) for n, c in at)
         price = sum(_price(c) + 0.1 * (columns[n].form is None) + 0.2 * (n >= lone) for n, c in at)
-        if first and second:
+        if first and second and not evidence.overlap(j, k):
             found.append(Found(0.25 + price, (j, k), (*first, *second), all(_price(c) < FACTOR for _, c in at)))
     if not evidence.free:
         found += _extra(evidence, fine, e, size, atoms, deep)
