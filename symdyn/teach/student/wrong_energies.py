@@ -90,6 +90,9 @@ def _half(course: Course, part: Parts) -> Iterator[Way]:
 def _steiner(course: Course, part: Parts) -> Iterator[Way]:
     shares = ((1, 1, 0), (1, 0, 0), (0, 0, 0), (1, 1, 4), (1, 1, -1), (1, 1, 2), (0, 0, 1), (0, 1, 1))
     yield from ((None, course.kinetic(part, *each), None) for each in (shares if part.rigid else ()))
+    for u in used(part.spin, course.state.qd) if part.rigid else ():  # one that does not belong there
+        lengths = (course.graph.symbol(p.name) for p in course.scene.parameters if p.unit == "m")
+        yield from ((None, course.kinetic(part) + part.m * x * x * u * u / 2, None) for x in lengths)
 
 
 def _inertia(course: Course, part: Parts) -> Iterator[Way]:
@@ -104,6 +107,14 @@ def _arm(course: Course, part: Parts) -> Iterator[Way]:
         v2, P = course.squared(part, 1, times, times * times), course.weight(part, arm=times)
         yield from ((v2, K, P), (None, None, P), (v2, K, None), (None, course.kinetic(part, cross=times), None))
         yield from ((v2, still, P), (None, still, None)) if part.rigid else ()
+    yield from _upright(course, part)
+
+
+def _upright(course: Course, part: Parts) -> Iterator[Way]:
+    """Yield K with the distances that hold where an angle is zero."""
+    K, units = course.kinetic(part), SceneUnits(course.scene).coordinates
+    for q in used(K, [q for q, unit in zip(course.state.q, units, strict=True) if unit == "rad"]):
+        yield None, course.put(K, {q: course.graph.zero}), None
 
 
 def _cross(course: Course, part: Parts) -> Iterator[Way]:
@@ -180,6 +191,7 @@ TREATMENTS: tuple[tuple[str, Callable[[Course, Parts], Iterator[Way]]], ...] = (
     ("height", _height),
     ("arm", _arm),
     ("body", _body),
+    ("trig", _upright),
 )
 """Rules about the energies of one mass: the ways to break them, as v², K and P in place of the right ones."""
 
