@@ -89,9 +89,11 @@ const Terms = (() => {
     if (!Number.isFinite(size) || largest(e) <= CLOSE * size) return null;
     const half = e.length / 2, change = row => free ? row.slice(half).map((x, k) => x - row[k]) : row;
     const rows = columns.map(one => change(one[2])), left = change(e), fine = one.rows.flatMap((row, k) => row[1] ? [k] : []);
+    // sin² q for cos² q: all but turned, by a constant that is free
+    const other = (k, c) => Math.abs(c + 2) < CLOSE && columns[k][0].startsWith("spring") && apart.atoms.some(one => one[0]) && e.some((x, n) => Math.abs(x + 2 * columns[k][2][n]) > CLOSE * size);
     const singles = rows.flatMap((row, k) => { const c = share(left, row, size); return c === null || !states(columns[k], c).length ? [] : [[price(c) + 0.2 * (k >= lone), c, k]]; });
     const alone = singles.filter(one => one[2] < lone);
-    if (singles.length) return single(columns, alone.length ? alone : singles, tied);
+    if (singles.length) return single(columns, alone.length ? alone : singles, tied, other);
     const some = fine.length ? fine : [...one.rows.keys()], alike = one.alike.map((_, k) => lone + k);
     const others = [...some, ...alike].flatMap(k => replaced(columns[k], e).map(([cost, rules, change]) => ({cost: 2 + cost + 0.3 * (k >= lone), rules, columns: [k], changes: [[change, k]]})));
     for (const j of some.length > apart.paired ? [] : some) for (const k of some) if (j < k) {  // the same in both
@@ -122,14 +124,14 @@ const Terms = (() => {
   }
   const cheapest = list => list.reduce((a, b) => a.cost <= b.cost ? a : b);
   // What one column tells that accounts for a difference: a term, and what one rule makes
-  function single(columns, singles, tied) {
+  function single(columns, singles, tied, other) {
     const cost = Math.min(...singles.map(one => one[0])), first = singles.filter(one => !tied || one[0] === cost);
     const sorted = whole => first.filter(one => !columns[one[2]][1] === whole).sort((a, b) => a[0] - b[0]);
     const terms = sorted(false), whole = sorted(true);
     const fine = terms.length > 1 && terms[0][0] === terms[1][0] ? [] : terms.slice(0, 1);  // none is known to be the one
-    const told = [...fine, ...whole.slice(0, 1)].flatMap(([, c, k]) => states(columns[k], c)), rules = told.length ? told : ["termfactor"];
+    const told = [...fine, ...whole.slice(0, 1)].flatMap(([, c, k]) => other(k, c) ? ["trig"] : states(columns[k], c)), rules = told.length ? told : ["termfactor"];
     const special = rules.filter(rule => rule !== "term");
-    return {cost, rules: special.length ? special : rules, columns: fine.map(one => one[2]), changes: (fine.length ? fine : whole.slice(0, 1)).map(([, c, k]) => [changed(c), k]), sure: true};
+    return {cost, rules: special.length ? special : rules, columns: fine.map(one => one[2]), changes: (fine.length ? fine : whole.slice(0, 1)).map(([, c, k]) => [other(k, c) ? "function" : changed(c), k]), sure: true};
   }
   function states([kind, form, , , also], c) {
     const [lost, turned, scaled] = apart.states[kind].map((rule, k) => rule || (form ? apart.plain[k] : ""));
