@@ -170,7 +170,10 @@ def _moving(
         return answer
     if goal.kind == "tau":
         i = goal.index[0] - 1
-        found = motions.holds(less(Form.of(diagnosis.drive(i)), loose), decimals, [i])
+        driven = [less(Form.of(diagnosis.drive(j)), loose) for j in range(len(diagnosis.scene.drives))]
+        found = motions.holds(driven[i], decimals, [i])
+        if not (found or answer.right) and any(motions.holds(x, decimals, [j]) for j, x in enumerate(driven)):
+            return _of_another(answer)
     else:
         found = motions.equal(loose, decimals, right, goal.course_key.startswith(FREE))
     if found:
