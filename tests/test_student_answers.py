@@ -158,14 +158,15 @@ SEEN = (
     ("thirteenth", "drive", "equation phi", "J φ'' = k i - load", False, "friction"),
     ("thirteenth", "drive", "equation phi", "J φ'' + b φ' = k u - load", False, "index"),
     ("thirteenth", "drive", "acceleration phi", "φ'' = (k i - load)/J - b φ'", False, "undivided"),
-    ("thirteenth", "sleigh", "drive psi T", "T = (J + m a² + I) φ'' + I ψ'' + m a (y'' cos φ - x'' sin φ)", False, "other"),
+    ("thirteenth", "sleigh", "drive psi T", "T = (J + m a² + I) φ'' + I ψ'' + m a (y'' cos φ - x'' sin φ)", False,
+     "other"),
     ("thirteenth", "sleigh", "equation x", "m x'' - m a φ'' sin φ = F cos φ - c x'", False, "untied"),
     ("thirteenth", "scotch", "potential", "P = mp g r sin φ + ½ k r² sin² φ", False, "trig"),
     ("thirteenth", "scotch", "potential", "P = mp g r sin φ - ½ k r² cos² φ", False, "spring"),
-    ("thirteenth", "carousel", "equation beta", "(m + μ/3) l² β'' + d β' = (m + μ/3) l² Ω² sin β cos β + (m + μ/2) g l sin β",
-     False, "gravity"),
-    ("thirteenth", "rocker", "kinetic", "½ [J + m (r - e)²] φ'² + ½ m1 [s'² + (r² + s² + 2 r s sin φ) φ'² - 2 r s' φ' cos φ]",
-     False, "trig"),
+    ("thirteenth", "carousel", "equation beta",
+     "(m + μ/3) l² β'' + d β' = (m + μ/3) l² Ω² sin β cos β + (m + μ/2) g l sin β", False, "gravity"),
+    ("thirteenth", "rocker", "kinetic",
+     "½ [J + m (r - e)²] φ'² + ½ m1 [s'² + (r² + s² + 2 r s sin φ) φ'² - 2 r s' φ' cos φ]", False, "trig"),
 )  # fmt: skip
 """List, scene, what is asked, an answer, whether it is right, and the rule that both doors tell of it."""
 LONG = dict.fromkeys(("geartrain", "hoist", "backlash", "carousel", "rocker", "scotch"), pytest.mark.slow)

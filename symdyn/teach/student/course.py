@@ -27,7 +27,7 @@ from symdyn.dynamics.mechanism import (
 )
 from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass, replace
-from symdyn.graph import Expr, Graph, reachable, substitute, tangents
+from symdyn.graph import Expr, Graph, substitute, tangents
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Joint
