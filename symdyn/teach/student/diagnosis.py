@@ -309,10 +309,8 @@ class Diagnosis:
         evidence, told = min(ways, key=lambda way: way[1].price, default=(every[0], None))
         if told is None or (found and not told.sure and found.rule not in told.rules):
             return found
-        rules, kinds = (
-            list(dict.fromkeys((*told.rules, *(["untied"] if loose and told.sure else [])))),
-            [evidence.every[k].kind for k in told.terms],
-        )
+        rules = list(dict.fromkeys((*told.rules, *(["untied"] if loose and told.sure else []))))
+        kinds = [evidence.every[k].kind for k in told.terms]
         if found and set(rules) <= {*VAGUE, "coupling"} and any(found.rule in SUITS.get(kind, ()) for kind in kinds):
             rules.insert(0, found.rule)
         if found and found.rule == rules[0]:  # with its mass

@@ -146,10 +146,9 @@ class Evidence:
 
     def overlap(self, j: int, k: int) -> bool:
         """Whether two of `every` may hold the same term: groups of terms, or one of several kinds and a whole."""
-        groups = [self.alike[n - len(self.columns)] if n >= len(self.columns) else (n,) for n in (j, k)]
-        mixed = [len({self.columns[n].kind for n in group}) > 1 for group in groups]
-        whole = [self.every[n].form is None for n in (j, k)]
-        return not set(groups[0]).isdisjoint(groups[1]) or (any(mixed) and any(whole))
+        one, other = (self.alike[n - len(self.columns)] if n >= len(self.columns) else (n,) for n in (j, k))
+        mixed = any(len({self.columns[n].kind for n in group}) > 1 for group in (one, other))
+        return bool(set(one) & set(other)) or (mixed and None in (self.every[j].form, self.every[k].form))
 
 
 def _together(columns: Sequence[Column]) -> Column:

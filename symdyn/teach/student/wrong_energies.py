@@ -157,13 +157,11 @@ def _height(course: Course, part: Parts) -> Iterator[Way]:
     for k in range(3):
         if k != up and not (part.base[k].is_zero and part.arm[k].is_zero):
             node = part.m * size * (part.base[k] + part.arm[k])
-            yield None, None, node
-            yield None, None, -node
+            yield from ((None, None, node), (None, None, -node))
 
 
 def _gravity(course: Course, part: Parts) -> Iterator[Way]:
-    yield None, None, -course.weight(part)
-    yield None, None, course.weight(part, arm=-1)
+    yield from ((None, None, P) for P in (-course.weight(part), course.weight(part, arm=-1)))
 
 
 def _weightless(course: Course, part: Parts) -> Iterator[Way]:
@@ -174,9 +172,7 @@ def _weightless(course: Course, part: Parts) -> Iterator[Way]:
 
 def _body(course: Course, part: Parts) -> Iterator[Way]:
     zero = course.graph.zero
-    yield None, zero, None
-    yield None, zero, zero
-    yield zero, zero, zero
+    yield from ((None, zero, None), (None, zero, zero), (zero, zero, zero))
 
 
 TREATMENTS: tuple[tuple[str, Callable[[Course, Parts], Iterator[Way]]], ...] = (
