@@ -144,13 +144,14 @@ def check_derivation(
             if goal.kind == "tau":
                 pairs = zip(compared, forms, strict=True)
                 compared = [without_slope(one, form, right, goal.index[0] - 1, page) for one, form in pairs]
-            key = goal.course_key
             for one, form, loose in zip(compared, forms, filled.loose or forms, strict=True):
                 told = _moving(one, goal, form, loose, filled.decimals, right, diagnosis)
-                if goal.kind == "tau" and target is not None and target.kind == "tau" and goal != target:
+                if target in (None, goal) and _is_anothers(told, goal, loose, filled.decimals, diagnosis):
+                    answers.append(_of_another(told))
+                elif goal.kind == "tau" and target is not None and target.kind == "tau" and goal != target:
                     answers.append(_of_other_joint(told, statement, form, goal, target, diagnosis))
                 else:
-                    answers.append(_diagnosed(told, form, right, key, diagnosis))
+                    answers.append(_diagnosed(told, form, right, goal.course_key, diagnosis))
         if not statement.targets and not _names_only(statement, names, len(read)):
             equation = target.index[0] - 1 if target is not None and target.kind == "tau" else None
             told = _of_motion(untitled(filled, page), filled, equation, diagnosis)
@@ -170,15 +171,21 @@ def _moving(
         return answer
     if goal.kind == "tau":
         i = goal.index[0] - 1
-        driven = [less(Form.of(diagnosis.drive(j)), loose) for j in range(len(diagnosis.scene.drives))]
-        found = motions.holds(driven[i], decimals, [i])
-        if not (found or answer.right) and any(motions.holds(x, decimals, [j]) for j, x in enumerate(driven)):
-            return _of_another(answer)
+        found = motions.holds(less(Form.of(diagnosis.drive(i)), loose), decimals, [i])
     else:
         found = motions.equal(loose, decimals, right, goal.course_key.startswith(FREE))
     if found:
         return answer if answer.right else Answer(answer.line, answer.name, MOTIONS)
     return replace(answer, verdict=Verdict.DIFFERENT) if answer.right else answer  # no decimals account for it
+
+
+def _is_anothers(answer: Answer, goal: Target, form: Form, decimals: Decimals, diagnosis: Diagnosis) -> bool:
+    """Whether what is typed for the drive of a joint is what drives another one, if anything."""
+    motions = diagnosis.motions
+    if answer.right or goal.kind != "tau" or motions is None:
+        return False
+    others = (j for j in range(len(diagnosis.scene.drives)) if j != goal.index[0] - 1)
+    return any(motions.holds(less(Form.of(diagnosis.drive(j)), form), decimals, [j]) for j in others)
 
 
 def _of_motion(answer: Answer, statement: Statement, asked: int | None, diagnosis: Diagnosis) -> Answer:
