@@ -146,9 +146,7 @@ def check_derivation(
                 compared = [without_slope(one, form, right, goal.index[0] - 1, page) for one, form in pairs]
             for one, form, loose in zip(compared, forms, filled.loose or forms, strict=True):
                 told = _moving(one, goal, form, loose, filled.decimals, right, diagnosis)
-                if target in (None, goal) and _is_anothers(told, goal, loose, filled.decimals, diagnosis):
-                    answers.append(_of_another(told))
-                elif goal.kind == "tau" and target is not None and target.kind == "tau" and goal != target:
+                if goal.kind == "tau" and target is not None and target.kind == "tau" and goal != target:
                     answers.append(_of_other_joint(told, statement, form, goal, target, diagnosis))
                 else:
                     answers.append(_diagnosed(told, form, right, goal.course_key, diagnosis))
@@ -177,15 +175,6 @@ def _moving(
     if found:
         return answer if answer.right else Answer(answer.line, answer.name, MOTIONS)
     return replace(answer, verdict=Verdict.DIFFERENT) if answer.right else answer  # no decimals account for it
-
-
-def _is_anothers(answer: Answer, goal: Target, form: Form, decimals: Decimals, diagnosis: Diagnosis) -> bool:
-    """Whether what is typed for the drive of a joint is what drives another one, if anything."""
-    motions = diagnosis.motions
-    if answer.right or goal.kind != "tau" or motions is None:
-        return False
-    others = (j for j in range(len(diagnosis.scene.drives)) if j != goal.index[0] - 1)
-    return any(motions.holds(less(Form.of(diagnosis.drive(j)), form), decimals, [j]) for j in others)
 
 
 def _of_motion(answer: Answer, statement: Statement, asked: int | None, diagnosis: Diagnosis) -> Answer:
@@ -258,8 +247,10 @@ def _diagnosed(answer: Answer, form: Form, right: Form, key: str, diagnosis: Dia
     """Return the answer with the rule that was forgotten, if a wrong one is a mistake that is known."""
     if answer.verdict != Verdict.DIFFERENT or answer.mistake or not key or diagnosis.course is None:
         return answer
-    scene = diagnosis.scene
-
+    scene, motions = diagnosis.scene, diagnosis.motions
+    others = (j for j in range(len(scene.drives)) if key.startswith("tau:") and j != int(key[4:]) - 1)
+    if motions and any(motions.holds(less(Form.of(diagnosis.drive(j)), form), {}, [j]) for j in others):
+        return _of_another(answer)  # what drives another joint, if anything
     found_mistake = diagnosis.value(key, form, right, partial(_equal, scene=scene))
     moved = less(form, Form.of(diagnosis.drive(int(key[4:]) - 1))) if key.startswith("tau:") else form
     told = found_mistake if answer.turned else diagnosis.told_apart(key, moved, found_mistake)
