@@ -293,7 +293,7 @@ def absent(course: Course) -> set[str]:
     e, graph = course.right, course.graph
     alone = not any(course.ancestors(joint) for joint in course.scene.moving)
     slopes = {graph.symbol(p.name) for p in course.scene.parameters if p.unit == "rad"}
-    nothing = {
+    nothing: dict[tuple[str, ...], bool] = {
         ("steiner", "inertia"): not any(part.rigid for part in course.parts),
         ("gravity", "weightless", "height"): all(x.is_zero for x in course.gravity),
         ("energies",): graph.total(e.P.values()).is_zero,
