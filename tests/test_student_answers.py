@@ -155,9 +155,22 @@ SEEN = (
     ("twelfth", "scara", "drive q3 tau3", "τ3 = 0,9 (q3'' - 9,81)", False, "body"),  # without the gripper
     ("twelfth", "stabiliser", "kinetic", "½ (J + M h² + B + A cos² α) φ'² + ½ (A + B) α'² + ½ C ψ'²", False,
      "relative"),
+    ("thirteenth", "drive", "equation phi", "J φ'' = k i - b φ'", False, "force"),
+    ("thirteenth", "drive", "equation phi", "J φ'' = k i - load", False, "friction"),
+    ("thirteenth", "drive", "equation phi", "J φ'' + b φ' = k u - load", False, "index"),
+    ("thirteenth", "drive", "acceleration phi", "φ'' = (k i - load)/J - b φ'", False, "undivided"),
+    ("thirteenth", "sleigh", "drive psi T", "T = (J + m a² + I) φ'' + I ψ'' + m a (y'' cos φ - x'' sin φ)", False,
+     "other"),
+    ("thirteenth", "sleigh", "equation x", "m x'' - m a φ'' sin φ = F cos φ - c x'", False, "untied"),
+    ("thirteenth", "scotch", "potential", "P = mp g r sin φ + ½ k r² sin² φ", False, "trig"),
+    ("thirteenth", "scotch", "potential", "P = mp g r sin φ - ½ k r² cos² φ", False, "spring"),
+    ("thirteenth", "carousel", "equation beta",
+     "(m + μ/3) l² β'' + d β' = (m + μ/3) l² Ω² sin β cos β + (m + μ/2) g l sin β", False, "gravity"),
+    ("thirteenth", "rocker", "kinetic",
+     "½ [J + m (r - e)²] φ'² + ½ m1 [s'² + (r² + s² + 2 r s sin φ) φ'² - 2 r s' φ' cos φ]", False, "trig"),
 )  # fmt: skip
 """List, scene, what is asked, an answer, whether it is right, and the rule that both doors tell of it."""
-LONG = {"geartrain": pytest.mark.slow, "hoist": pytest.mark.slow, "backlash": pytest.mark.slow}
+LONG = dict.fromkeys(("geartrain", "hoist", "backlash", "carousel", "rocker", "scotch"), pytest.mark.slow)
 
 
 @pytest.mark.runs("node")
@@ -167,7 +180,8 @@ def test_page_and_shell_name_the_same_cause(scene: str, monkeypatch: pytest.Monk
     benchmark = _benchmark(monkeypatch)
     own = [row for row in SEEN if row[1] == scene]
     data = benchmark.opened(SEALED.with_name(f"{own[0][0]}.json.gz"))
-    keys = {"drive": ("coordinate", "drive"), "equation": ("coordinate",), "mass": ("row", "column")}
+    of = dict.fromkeys(("equation", "acceleration"), ("coordinate",))
+    keys = {**of, "drive": ("coordinate", "drive"), "mass": ("row", "column")}
     some = []
     for _, _, asked, text, _, _ in own:
         kind, *names = asked.split()

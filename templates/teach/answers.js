@@ -159,12 +159,12 @@ const Answers = (() => {
     let another = false, row = false;
     const right = motions.groups.map((group, g) => {
       if (lettered && group.declared) return false;  // l for l² is not right where l is 1 m
-      const on = group.on.map(point), places = group.off[0].length;
+      const on = group.on.map(point), driven = i => p => (motions.drives[i] ? p[motions.drives[i]] : 0), places = group.off[0].length;
       if (!has(asked, "equation")) return formulas.every(one => same(one, on.map(p => ({...p, ...unset})), asked.values[g].on, places, motions.free.some(begin => asked.left.startsWith(begin))));
       const front = asked.front[g];
-      const before = (p, k, values) => alone ? (asked.drive ? p[asked.drive] : 0) : values[k];
+      const before = (p, k, values) => alone ? driven(asked.equation)(p) : values[k];
       const sides = formulas.length > 1 ? formulas.slice(1).map(one => [formulas[0], one]) : [[null, formulas[0]]];
-      const held = broken => sides.every(([left, other]) => {
+      const held = (broken, asked = sides) => asked.every(([left, other]) => {
         const whole = (p, k, values) => (left ? left.of(p) : before(p, k, values)) - other.of(p), some = formulas.flatMap(one => one.decimals);
         const at = own => on.map((p, k) => whole({...p, ...own}, k, front.on)), there = broken.map((p, k) => Math.abs(whole(p, k, front.off)));
         const few = effects(some, at).reduce((total, row) => total.map((x, k) => x + Math.abs(row[k])), there.map(() => 0));
@@ -175,7 +175,7 @@ const Answers = (() => {
         return [...on, ...group.off.flat().map(point)].every(p => Math.abs(value(p)) <= 1e-7 * size);
       };
       row = row || (motions.multipliers.length && formulas.length > 1 && sides.every(ties));
-      another = another || (formulas.length > 1 && group.off.some((off, i) => i !== asked.equation && held(off.map(point))));
+      another = another || group.off.some((off, i) => i !== asked.equation && [...(formulas.length > 1 ? [sides] : []), [[{of: driven(i)}, formulas.at(-1)]]].some(one => held(off.map(point), one)));
       return held(group.off[asked.equation].map(point));
     });
     const found = right.indexOf(true), word = motions.groups[Math.max(found, 0)].declared ? "answer.numbers" : formulas.some(one => one.decimals.length) ? "answer.digits" : "answer.motions";
@@ -251,7 +251,7 @@ const Answers = (() => {
     if (proportional(mine, zero, 0)) return said(true, "answer.right");
     if (!lettered && points.length > bound && proportional(mine, zero, bound)) return said(true, "answer.numbers");
     const held = (one, k) => [k, k + 2].every(j => mine[pairs[j - 3]] * one[j] !== 0 && close(mine[pairs[j - 3]] * one[j + 1], mine[pairs[j - 2]] * one[j]));
-    const row = (mistakes[key] || []).find(one => (lettered ? [3] : [3, 7]).some(k => one.length > k + 3 && held(one, k)));
+    const row = (lettered ? [3] : [3, 7]).map(k => (mistakes[key] || []).find(one => one.length > k + 3 && held(one, k))).find(Boolean);
     const alone = drive && mine.every((x, i) => Math.abs(x) === Math.abs(points[i][drive]));
     return row ? forgot(row) : alone ? forgot(["nothing", "", ""]) : said(false, "answer.wrong");
   }

@@ -23,7 +23,7 @@ const Terms = (() => {
   function told(key, of, rule) {
     const every = QUESTIONS.terms[key], multipliers = QUESTIONS.motions.multipliers, used = symbols(of, apart.points[0]);
     const tied = multipliers.some(name => used.has(name));
-    const ways = every.filter(one => one.multipliers || !tied).map(one => [one, explained(one, of)]).filter(([one, found]) => found && (tied || !one.multipliers || found.rules.join() === "untied"));
+    const ways = every.filter(one => one.multipliers || !tied).map(one => [one, explained(one, of)]).filter(([one, found]) => found && (tied || !one.multipliers || (found.sure && found.rules.includes("untied"))));
     if (!ways.length) return null;
     const [one, found] = ways.reduce((a, b) => a[1].cost <= b[1].cost ? a : b), rows = all(one);
     if (rule && !found.sure && !found.rules.includes(rule)) return null;
@@ -89,18 +89,22 @@ const Terms = (() => {
     if (!Number.isFinite(size) || largest(e) <= CLOSE * size) return null;
     const half = e.length / 2, change = row => free ? row.slice(half).map((x, k) => x - row[k]) : row;
     const rows = columns.map(one => change(one[2])), left = change(e), fine = one.rows.flatMap((row, k) => row[1] ? [k] : []);
+    // sin² q for cos² q: all but turned, by a constant that is free
+    const other = (k, c) => Math.abs(c + 2) < CLOSE && columns[k][0].startsWith("spring") && apart.atoms.some(one => one[0]) && e.some((x, n) => Math.abs(x + 2 * columns[k][2][n]) > CLOSE * size);
     const singles = rows.flatMap((row, k) => { const c = share(left, row, size); return c === null || !states(columns[k], c).length ? [] : [[price(c) + 0.2 * (k >= lone), c, k]]; });
     const alone = singles.filter(one => one[2] < lone);
-    if (singles.length) return single(columns, alone.length ? alone : singles, tied);
+    if (singles.length) return single(columns, alone.length ? alone : singles, tied, other);
     const some = fine.length ? fine : [...one.rows.keys()], alike = one.alike.map((_, k) => lone + k);
     const others = [...some, ...alike].flatMap(k => replaced(columns[k], e).map(([cost, rules, change]) => ({cost: 2 + cost + 0.3 * (k >= lone), rules, columns: [k], changes: [[change, k]]})));
     for (const j of some.length > apart.paired ? [] : some) for (const k of some) if (j < k) {  // the same in both
       const both = columns[j][2].map((x, n) => x + columns[k][2][n]);
       others.push(...replaced([columns[k][0], columns[k][1], both, columns[k][3]], e).map(([cost, rules, change]) => ({cost: 2.5 + cost, rules, columns: [j, k], changes: [[change, j], [change, k]]})));
     }
+    const groups = columns.map((row, k) => row[5] || [k]), mixed = groups.map(list => new Set(list.map(n => columns[n][0])).size > 1);
+    const overlap = (j, k) => groups[j].some(n => groups[k].includes(n)) || ((mixed[j] || mixed[k]) && !(columns[j][1] && columns[k][1]));
     for (let j = 0; j < columns.length; j++) for (let k = j + 1; k < columns.length; k++) {
       const both = shares(left, rows[j], rows[k], size);
-      if (!both) continue;
+      if (!both || overlap(j, k)) continue;
       const at = [j, k], told = at.map((n, i) => states(columns[n], both[i])), cost = 0.25 + sum(at.map((n, i) => price(both[i]) + 0.1 * !columns[n][1] + 0.2 * (n >= lone)));
       if (told.every(rules => rules.length)) others.push({cost, rules: told.flat(), columns: at, changes: at.map((n, i) => [changed(both[i]), n]), sure: both.every(c => price(c) < FACTOR)});
     }
@@ -120,14 +124,14 @@ const Terms = (() => {
   }
   const cheapest = list => list.reduce((a, b) => a.cost <= b.cost ? a : b);
   // What one column tells that accounts for a difference: a term, and what one rule makes
-  function single(columns, singles, tied) {
+  function single(columns, singles, tied, other) {
     const cost = Math.min(...singles.map(one => one[0])), first = singles.filter(one => !tied || one[0] === cost);
     const sorted = whole => first.filter(one => !columns[one[2]][1] === whole).sort((a, b) => a[0] - b[0]);
     const terms = sorted(false), whole = sorted(true);
     const fine = terms.length > 1 && terms[0][0] === terms[1][0] ? [] : terms.slice(0, 1);  // none is known to be the one
-    const told = [...fine, ...whole.slice(0, 1)].flatMap(([, c, k]) => states(columns[k], c)), rules = told.length ? told : ["termfactor"];
+    const told = [...fine, ...whole.slice(0, 1)].flatMap(([, c, k]) => other(k, c) ? ["trig"] : states(columns[k], c)), rules = told.length ? told : ["termfactor"];
     const special = rules.filter(rule => rule !== "term");
-    return {cost, rules: special.length ? special : rules, columns: fine.map(one => one[2]), changes: (fine.length ? fine : whole.slice(0, 1)).map(([, c, k]) => [changed(c), k]), sure: true};
+    return {cost, rules: special.length ? special : rules, columns: fine.map(one => one[2]), changes: (fine.length ? fine : whole.slice(0, 1)).map(([, c, k]) => [other(k, c) ? "function" : changed(c), k]), sure: true};
   }
   function states([kind, form, , , also], c) {
     const [lost, turned, scaled] = apart.states[kind].map((rule, k) => rule || (form ? apart.plain[k] : ""));
@@ -180,7 +184,7 @@ const Terms = (() => {
     if (both || !(a && b)) return alone && !both ? [squared.includes(alone) || alone.endsWith("^2") ? "power" : "trig"] : units ? ["power", "dimension"] : ["power"];
     if (f && f === g) return ["absolute"];
     if (f || g) return [(f && g) || !units ? "trig" : "dimension"];
-    return [unit !== below ? "dimension" : apart.ratios.includes([a, b].sort().join(" ")) ? "ratio" : "index"];
+    return unit !== below ? ["index", "dimension"] : [apart.ratios.includes([a, b].sort().join(" ")) ? "ratio" : "index"];
   }
   // The symbols that a formula asks for
   function symbols(of, point) {

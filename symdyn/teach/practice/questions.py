@@ -147,7 +147,7 @@ def _motions(diagnosis: Diagnosis, requested: Mapping[str, tuple[str, Form]]) ->
         if left.startswith(BALANCED):
             i = int(left.partition(":")[2]) - 1
             before = front(diagnosis, left)
-            asked[key] = {"equation": i, "drive": scene.drives[i], "front": _on(motions.values(before, i))}
+            asked[key] = {"equation": i, "front": _on(motions.values(before, i))}
             asked[key]["before"] = text_of(before)
         else:
             asked[key] = {"values": _on(motions.values(form))}
@@ -166,6 +166,7 @@ def _motions(diagnosis: Diagnosis, requested: Mapping[str, tuple[str, Form]]) ->
         "asked": asked,
         "free": FREE,
         "multipliers": list(motions.rows),
+        "drives": scene.drives,
         "keeps": bool(scene.constraints),
     }
 

@@ -27,7 +27,7 @@ from symdyn.dynamics.mechanism import (
 )
 from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass, replace
-from symdyn.graph import Expr, Graph, reachable, substitute, tangents
+from symdyn.graph import Expr, Graph, substitute, tangents
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Joint
@@ -108,10 +108,13 @@ class Course:
         return tuple(generalized_forces(replace(self.scene, elements=kept), self.graph))
 
     @cached_property
-    def beside(self) -> str:
-        """Return the rule about what acts beside the drives: "force" where it goes by positions and is no load."""
-        held = set(reachable(self.right.Q)).intersection(self.state.q)
-        return "force" if held and not self.scene.elements else "friction"
+    def beside(self) -> Mapping[str, tuple[Expr, ...]]:
+        """Return `loads` by rule: "force" is what acts without rates as well, "friction" what goes by these."""
+        try:
+            given = tuple(self.put(x, dict.fromkeys(self.state.qd, self.graph.zero)) for x in self.loads)
+        except ZeroDivisionError:  # by the direction of a rate
+            given = self.still
+        return {"force": given, "friction": tuple(x - y for x, y in zip(self.loads, given, strict=True))}
 
     @cached_property
     def parts(self) -> list[Parts]:

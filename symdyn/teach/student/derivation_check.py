@@ -144,13 +144,12 @@ def check_derivation(
             if goal.kind == "tau":
                 pairs = zip(compared, forms, strict=True)
                 compared = [without_slope(one, form, right, goal.index[0] - 1, page) for one, form in pairs]
-            key = goal.course_key
             for one, form, loose in zip(compared, forms, filled.loose or forms, strict=True):
                 told = _moving(one, goal, form, loose, filled.decimals, right, diagnosis)
                 if goal.kind == "tau" and target is not None and target.kind == "tau" and goal != target:
                     answers.append(_of_other_joint(told, statement, form, goal, target, diagnosis))
                 else:
-                    answers.append(_diagnosed(told, form, right, key, diagnosis))
+                    answers.append(_diagnosed(told, form, right, goal.course_key, diagnosis))
         if not statement.targets and not _names_only(statement, names, len(read)):
             equation = target.index[0] - 1 if target is not None and target.kind == "tau" else None
             told = _of_motion(untitled(filled, page), filled, equation, diagnosis)
@@ -248,8 +247,10 @@ def _diagnosed(answer: Answer, form: Form, right: Form, key: str, diagnosis: Dia
     """Return the answer with the rule that was forgotten, if a wrong one is a mistake that is known."""
     if answer.verdict != Verdict.DIFFERENT or answer.mistake or not key or diagnosis.course is None:
         return answer
-    scene = diagnosis.scene
-
+    scene, motions = diagnosis.scene, diagnosis.motions
+    others = (j for j in range(len(scene.drives)) if key.startswith("tau:") and j != int(key[4:]) - 1)
+    if motions and any(motions.holds(less(Form.of(diagnosis.drive(j)), form), {}, [j]) for j in others):
+        return _of_another(answer)  # what drives another joint, if anything
     found_mistake = diagnosis.value(key, form, right, partial(_equal, scene=scene))
     moved = less(form, Form.of(diagnosis.drive(int(key[4:]) - 1))) if key.startswith("tau:") else form
     told = found_mistake if answer.turned else diagnosis.told_apart(key, moved, found_mistake)

@@ -233,8 +233,8 @@ class Diagnosis:
         nodes = [form.express(self._graph), *(one.node - drive for one in known)]
         mine, *rows = (list(row) for row in zip(*self.points.values(nodes, self.points.pairs), strict=True))
         lettered = self.named(i) <= set(form.symbols)  # what is wrong in letters is not excused by numbers
-        for one, row in zip(known, rows, strict=True):
-            for first in (0,) if lettered else (0, 4):
+        for first in (0,) if lettered else (0, 4):
+            for one, row in zip(known, rows, strict=True):
                 held = [
                     mine[j] * row[j] != 0 and _close(mine[j] * row[j + 1], mine[j + 1] * row[j])
                     for j in (first, first + 2)
@@ -303,16 +303,14 @@ class Diagnosis:
             for one in every
             if (one.how == "rows" or not tied)
             and (told := explained(one, self.atoms, lambda point: numbers([node], point)[0]))
-            if tied or one.how != "rows" or told.rules == ("untied",)
+            if tied or one.how != "rows" or (told.sure and "untied" in told.rules)
         ]
         loose = any(one.how == "rows" and not tied for one, _ in ways)
         evidence, told = min(ways, key=lambda way: way[1].price, default=(every[0], None))
         if told is None or (found and not told.sure and found.rule not in told.rules):
             return found
-        rules, kinds = (
-            list(dict.fromkeys((*told.rules, *(["untied"] if loose and told.sure else [])))),
-            [evidence.every[k].kind for k in told.terms],
-        )
+        rules = list(dict.fromkeys((*told.rules, *(["untied"] if loose and told.sure else []))))
+        kinds = [evidence.every[k].kind for k in told.terms]
         if found and set(rules) <= {*VAGUE, "coupling"} and any(found.rule in SUITS.get(kind, ()) for kind in kinds):
             rules.insert(0, found.rule)
         if found and found.rule == rules[0]:  # with its mass

@@ -36,8 +36,8 @@ STATES: Mapping[str, tuple[str, str, str]] = {
     "weight": ("weightless", "gravity", "termfactor"),
     "spring": ("spring", "spring", "termfactor"),
     "springs": ("term", "spring", "termfactor"),  # all of it; "spring" is what a free length makes
-    "load": ("friction", "friction", "termfactor"),
-    "law": ("force", "force", "termfactor"),
+    "friction": ("friction", "friction", "termfactor"),
+    "force": ("force", "force", "termfactor"),
     "flow": ("term", "termsign", "termfactor"),
     "rates": ("velocities", "termsign", "termfactor"),
     "slope": ("slope", "slope", ""),
@@ -143,6 +143,12 @@ class Evidence:
     def every(self) -> tuple[Column, ...]:
         """Return the columns, then those that are alike as one."""
         return (*self.columns, *(_together([self.columns[k] for k in one]) for one in self.alike))
+
+    def overlap(self, j: int, k: int) -> bool:
+        """Whether two of `every` may hold the same term: groups of terms, or one of several kinds and a whole."""
+        one, other = (self.alike[n - len(self.columns)] if n >= len(self.columns) else (n,) for n in (j, k))
+        mixed = any(len({self.columns[n].kind for n in group}) > 1 for group in (one, other))
+        return bool(set(one) & set(other)) or (mixed and None in (self.every[j].form, self.every[k].form))
 
 
 def _together(columns: Sequence[Column]) -> Column:
@@ -319,11 +325,11 @@ def _equations(course: Course, weights: Sequence[Expr], joints: Sequence[int]) -
     terms = []
     for j in joints:
         inertial, product, slope, _ = course.steps(j, kinetic, zero)
-        drive, load = course.scene.drives[j], course.loads[j]
+        drive, beside = course.scene.drives[j], {rule: of[j] for rule, of in course.beside.items()}
         of = {
             "inertia": inertial, "rates": product - slope, "gravity": course.slope(gravity, state.q[j]),
-            "spring": course.slope(e.P["E"], state.q[j]), "law" if course.beside == "force" else "load": -load,
-            "flow": load - e.Q[j], "drive": -graph.symbol(drive) if drive else zero,
+            "spring": course.slope(e.P["E"], state.q[j]), **{rule: -load for rule, load in beside.items()},
+            "flow": course.loads[j] - e.Q[j], "drive": -graph.symbol(drive) if drive else zero,
         }  # fmt: skip
         terms += [(kind, node, j) for kind, node in of.items()]
         for kind, node in (*of.items(), ("product", product), ("slope", -slope)):

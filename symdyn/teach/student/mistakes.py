@@ -18,7 +18,7 @@ from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Op, evaluate, reachable
 from symdyn.scene import SceneUnits
-from symdyn.teach.student.course import Course, Parts
+from symdyn.teach.student.course import Course
 from symdyn.teach.student.wrong_energies import Wrong, used, wrong_energies, wrong_terms
 
 
@@ -42,18 +42,17 @@ def _of_equations(course: Course, key: str) -> Iterator[Wrong]:
     yield "chain", right - 2 * product
     yield from (("slope", right + times * x) for x in (kinetic, *slopes) for times in (1, 2))
     yield from (("slope", right + x) for x in rates)
-    yield from (
-        ("velocities", inertial + static),
-        ("gravity", right - 2 * potential),
-        ("weightless", right - potential),
-    )
-    for friction in (course.loads[i], 2 * course.loads[i]):
-        yield course.beside, right + friction
-        yield "velocities", inertial + static + friction
-        yield from (("product", right - product + friction), ("slope", right + kinetic + friction))
+    yield "velocities", inertial + static
+    yield from (("gravity", right - 2 * potential), ("weightless", right - potential))
+    for rule, of in course.beside.items():
+        yield from ((rule, right + times * of[i]) for times in (1, 2))
+    for load in (course.loads[i], 2 * course.loads[i]):
+        yield "velocities", inertial + static + load
+        yield from (("product", right - product + load), ("slope", right + kinetic + load))
     alone, still = _alone(course, i)
     yield from (("coupling", course.put(right, values)) for values in (alone, still))
-    own = [_own_inertia(course, part, i) * state.qdd[i] for part in course.parts]
+    momenta = (course.slope(course.right.K[part.tag], state.qd[i]) for part in course.parts)
+    own = [course.slope(p, state.qd[i]) * state.qdd[i] for p in momenta]  # of each mass alone, M_ii q̈_i
     simple = (course.put(inertial, alone), *own)
     yield from (("coupling", x + P + rest) for rest in (-Q, zero) for x in simple for P in (potential, zero))
 
@@ -64,9 +63,11 @@ def _of_rates(course: Course, key: str) -> Iterator[Wrong]:
     inertial, product, kinetic, potential = course.steps(i, K, P)
     right = inertial + product
     yield from (("product", right - x) for x in (product, *_by_rates(course, product)))
-    yield from (("chain", inertial - product), ("chain", inertial + _unchained(course, i, K)))
+    p = course.slope(K, course.state.qd[i])
+    without_rates = course.graph.total(course.slope(p, q) for q in course.state.q)
+    yield from (("chain", inertial - product), ("chain", inertial + without_rates))
     yield from (("slope", right - kinetic), ("slope", right - kinetic + potential))
-    yield "undifferentiated", course.slope(K, course.state.qd[i])
+    yield "undifferentiated", p
 
 
 def _of_slopes(course: Course, key: str) -> Iterator[Wrong]:
@@ -84,9 +85,8 @@ def _of_slopes(course: Course, key: str) -> Iterator[Wrong]:
         yield from (("slope", -potential), ("slope", -kinetic - potential), ("weightless", kinetic))
         yield from (("gravity", x) for x in (kinetic + potential, potential, -kinetic + potential))
         yield from (("variable", x) for x in (momentum, course.slope(momentum, state.qd[i]) * state.qd[i]))
-        for node in course.right.P.values():
-            if not node.is_zero:
-                yield "undifferentiated", kinetic - potential + course.slope(node, state.q[i]) - node
+        stored = (node for node in course.right.P.values() if not node.is_zero)
+        yield from (("undifferentiated", kinetic - potential + course.slope(x, state.q[i]) - x) for x in stored)
         slopes = (course.slope(node, q) for node in (*course.right.P.values(), P) for q in state.q)
         yield from (("direction", kinetic - potential - x) for x in slopes)
         yield from (("direction", kinetic - potential - x) for force in _forces(course) for x in (force, -force))
@@ -178,21 +178,9 @@ def _undivided(course: Course, i: int) -> Iterator[Wrong]:
     yield from (("undivided", total + (graph.one - M) * a) for a, M in zip(state.qdd, own, strict=False))
 
 
-def _own_inertia(course: Course, part: Parts, i: int) -> Expr:
-    """Return what a mass alone has in M_ii."""
-    u = course.state.qd[i]
-    return course.slope(course.slope(course.right.K[part.tag], u), u)
-
-
 def _by_rates(course: Course, node: Expr) -> list[Expr]:
     """Return the parts of a quadratic form that hold one rate each."""
     return [node - course.put(node, {u: course.graph.zero}) for u in used(node, course.state.qd)]
-
-
-def _unchained(course: Course, i: int, K: Expr) -> Expr:
-    """Return Ṁ q̇ with the derivative of an angle's function left without the angle's rate."""
-    p = course.slope(K, course.state.qd[i])
-    return course.graph.total(course.slope(p, q) for q in course.state.q)
 
 
 def _forces(course: Course) -> Iterator[Expr]:
@@ -305,12 +293,12 @@ def absent(course: Course) -> set[str]:
     e, graph = course.right, course.graph
     alone = not any(course.ancestors(joint) for joint in course.scene.moving)
     slopes = {graph.symbol(p.name) for p in course.scene.parameters if p.unit == "rad"}
-    nothing = {
+    nothing: dict[tuple[str, ...], bool] = {
         ("steiner", "inertia"): not any(part.rigid for part in course.parts),
         ("gravity", "weightless", "height"): all(x.is_zero for x in course.gravity),
         ("energies",): graph.total(e.P.values()).is_zero,
         ("spring",): e.P["E"].is_zero,
-        ("friction", "force"): all(x.is_zero for x in course.loads),
+        **{(rule,): all(x.is_zero for x in of) for rule, of in course.beside.items()},
         ("coupling",): course.state.n < 2,
         ("body",): len(course.parts) < 2,
         ("relative",): alone,

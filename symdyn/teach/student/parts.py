@@ -124,10 +124,18 @@ def _search(evidence: Evidence, atoms: Atoms, mine: Sequence[float], deep: bool)
 
     values = [one.values for one in columns]
     rows, left = list(map(change, values)), change(e)
+    angles = any(one.function for one in atoms.every)
+
+    def states(k: int, c: float) -> tuple[str, ...]:
+        square = angles and columns[k].kind.startswith("spring") and abs(c + 2) < CLOSE
+        if square and any(abs(x + 2 * t) > CLOSE * size for x, t in zip(e, values[k], strict=True)):
+            return ("trig",)  # sin² q for cos² q: all but turned, by a constant that is free
+        return _states(columns[k], c)
+
     singles = [
         (_price(c) + 0.2 * (k >= lone), k, told)
         for k, row in enumerate(rows)
-        if (c := _share(left, row, size)) is not None and (told := _states(columns[k], c))
+        if (c := _share(left, row, size)) is not None and (told := states(k, c))
     ]
     if singles:
         return _of_one(columns, [one for one in singles if one[1] < lone] or singles, evidence.tied)
@@ -145,7 +153,7 @@ def _search(evidence: Evidence, atoms: Atoms, mine: Sequence[float], deep: bool)
         at = list(zip((j, k), shares, strict=True))
         first, second = (_states(columns[n], c) for n, c in at)
         price = sum(_price(c) + 0.1 * (columns[n].form is None) + 0.2 * (n >= lone) for n, c in at)
-        if first and second:
+        if first and second and not evidence.overlap(j, k):
             found.append(Found(0.25 + price, (j, k), (*first, *second), all(_price(c) < FACTOR for _, c in at)))
     if not evidence.free:
         found += _extra(evidence, fine, e, size, atoms, deep)
@@ -271,7 +279,7 @@ def _exchanged(a: Atom, b: Atom, both: int, squared: Sequence[str]) -> tuple[str
         return ("absolute",)
     if a.function or b.function:
         return ("trig",) if (a.function and b.function) or not units else ("dimension",)
-    return ("index",) if a.unit == b.unit else ("dimension",)
+    return ("index",) if a.unit == b.unit else ("index", "dimension")
 
 
 def _totals(course: Course, angles: Sequence[str]) -> list[dict[str, int]]:

@@ -62,10 +62,9 @@ def _wrong_energies(course: Course) -> Iterator[tuple[str, str, Energies]]:
         stored.append(("power", E + flat.express(course.graph) - term.express(course.graph)))
     yield from ((rule, "", replace(right, P={**right.P, "E": node})) for rule, node in stored if not E.is_zero)
     yield from (("ratio", "", energies) for energies in wrong_ratios(course))
-    if any(not node.is_zero for node in course.loads):
-        for times in (1, 2):
-            less = tuple(node - times * load for node, load in zip(right.Q, course.loads, strict=True))
-            yield course.beside, "", replace(right, Q=less)
+    for rule, loads in course.beside.items():
+        for times in (1, 2) if any(not load.is_zero for load in loads) else ():
+            yield rule, "", replace(right, Q=tuple(node - times * x for node, x in zip(right.Q, loads, strict=True)))
     for by in (course.graph.symbol(p.name) for p in course.scene.parameters if p.unit == "rad"):
         if by in reachable(right.K.values()):  # a sum of angles for their difference
             yield "clockwise", "", list(_replaced(course, {by: -by}))[2]
@@ -91,6 +90,9 @@ def _half(course: Course, part: Parts) -> Iterator[Way]:
 def _steiner(course: Course, part: Parts) -> Iterator[Way]:
     shares = ((1, 1, 0), (1, 0, 0), (0, 0, 0), (1, 1, 4), (1, 1, -1), (1, 1, 2), (0, 0, 1), (0, 1, 1))
     yield from ((None, course.kinetic(part, *each), None) for each in (shares if part.rigid else ()))
+    for u in used(part.spin, course.state.qd) if part.rigid else ():  # one that does not belong there
+        lengths = (course.graph.symbol(p.name) for p in course.scene.parameters if p.unit == "m")
+        yield from ((None, course.kinetic(part) + part.m * x * x * u * u / 2, None) for x in lengths)
 
 
 def _inertia(course: Course, part: Parts) -> Iterator[Way]:
@@ -105,6 +107,14 @@ def _arm(course: Course, part: Parts) -> Iterator[Way]:
         v2, P = course.squared(part, 1, times, times * times), course.weight(part, arm=times)
         yield from ((v2, K, P), (None, None, P), (v2, K, None), (None, course.kinetic(part, cross=times), None))
         yield from ((v2, still, P), (None, still, None)) if part.rigid else ()
+    yield from _upright(course, part)
+
+
+def _upright(course: Course, part: Parts) -> Iterator[Way]:
+    """Yield K with the distances that hold where an angle is zero."""
+    K, units = course.kinetic(part), SceneUnits(course.scene).coordinates
+    for q in used(K, [q for q, unit in zip(course.state.q, units, strict=True) if unit == "rad"]):
+        yield None, course.put(K, {q: course.graph.zero}), None
 
 
 def _cross(course: Course, part: Parts) -> Iterator[Way]:
@@ -147,13 +157,11 @@ def _height(course: Course, part: Parts) -> Iterator[Way]:
     for k in range(3):
         if k != up and not (part.base[k].is_zero and part.arm[k].is_zero):
             node = part.m * size * (part.base[k] + part.arm[k])
-            yield None, None, node
-            yield None, None, -node
+            yield from ((None, None, node), (None, None, -node))
 
 
 def _gravity(course: Course, part: Parts) -> Iterator[Way]:
-    yield None, None, -course.weight(part)
-    yield None, None, course.weight(part, arm=-1)
+    yield from ((None, None, P) for P in (-course.weight(part), course.weight(part, arm=-1)))
 
 
 def _weightless(course: Course, part: Parts) -> Iterator[Way]:
@@ -164,9 +172,7 @@ def _weightless(course: Course, part: Parts) -> Iterator[Way]:
 
 def _body(course: Course, part: Parts) -> Iterator[Way]:
     zero = course.graph.zero
-    yield None, zero, None
-    yield None, zero, zero
-    yield zero, zero, zero
+    yield from ((None, zero, None), (None, zero, zero), (zero, zero, zero))
 
 
 TREATMENTS: tuple[tuple[str, Callable[[Course, Parts], Iterator[Way]]], ...] = (
@@ -181,6 +187,7 @@ TREATMENTS: tuple[tuple[str, Callable[[Course, Parts], Iterator[Way]]], ...] = (
     ("height", _height),
     ("arm", _arm),
     ("body", _body),
+    ("trig", _upright),
 )
 """Rules about the energies of one mass: the ways to break them, as v², K and P in place of the right ones."""
 
