@@ -187,7 +187,9 @@ def test_a_slack_rope_pulls_at_all_its_places_and_beside_other_contacts(rope_fir
         """
         for body, mass, joint, start in (("a", 2, "z", -3.0), ("b", 5, "y", 0.0))
     )
-    run = symdyn.simulate(read_text(text + (rope + foot if rope_first else foot + rope)), until=1e-2, reactions="ground")
+    run = symdyn.simulate(
+        read_text(text + (rope + foot if rope_first else foot + rope)), until=1e-2, reactions="ground"
+    )
     told = [[run[f"reaction_{joint}_f{k}_ground"][0] for k in "xyz"] for joint in "zy"]
 
     assert run["normal_r"][0] == pytest.approx(50 / 3)  # 2 · 3/5 of it carry 20 N
