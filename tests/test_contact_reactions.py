@@ -146,7 +146,7 @@ def test_a_contact_between_two_bodies_acts_on_both_as_a_row_that_holds_it_does()
         (
             LEVER + '[contacts.foot]\ntype = "gap"\ngap = "z"\n',
             {},
-            "reactions: they do not know where the forces of foot act, a formula or a rope; leave it out",
+            "reactions: they do not know where the forces of foot act, a formula; leave it out",
         ),
         (
             LEVER + '[contacts.foot]\nbody = "b"\n[constraints.belt]\ntype = "formula"\nformula = "x_dot - z_dot"\n'
@@ -161,3 +161,37 @@ def test_reactions_that_are_not_known_beside_contacts_are_refused(text: str, ask
         symdyn.simulate(read_text(text), until=0.1, reactions=True, **asked)
 
     assert words in str(fault.value)
+
+
+@pytest.mark.parametrize("rope_first", [True, False])
+def test_a_slack_rope_pulls_at_all_its_places_and_beside_other_contacts(rope_first: bool) -> None:
+    """Joints felt its first straight part alone; before a contact it ended in an IndexError."""
+    rope = """
+    [ropes.r]
+    type = "slack"
+    through = [{ body = "ground", at = [4, 0, 0] }, { body = "a", at = [0, 0, 0] }, { body = "ground", at = [0, 4, 0] }]
+    length = 10
+    """
+    foot = '[contacts.foot]\nbody = "b"\nplane = { body = "ground", normal = [0, 0, 1] }\n'
+    text = "gravity = [0, 0, -10]\n" + "".join(
+        f"""
+        [bodies.{body}]
+        mass = {mass}
+        [joints.{joint}]
+        type = "prismatic"
+        parent = "ground"
+        child = "{body}"
+        coordinate = "{joint}"
+        drive = false
+        start = {start}
+        """
+        for body, mass, joint, start in (("a", 2, "z", -3.0), ("b", 5, "y", 0.0))
+    )
+    run = symdyn.simulate(
+        read_text(text + (rope + foot if rope_first else foot + rope)), until=1e-2, reactions="ground"
+    )
+    told = [[run[f"reaction_{joint}_f{k}_ground"][0] for k in "xyz"] for joint in "zy"]
+
+    assert run["normal_r"][0] == pytest.approx(50 / 3)  # 2 · 3/5 of it carry 20 N
+    assert run["normal_foot"][0] == pytest.approx(50)
+    np.testing.assert_allclose(told, [[-40 / 3, -40 / 3, 0], [0, 0, 0]], atol=1e-9)

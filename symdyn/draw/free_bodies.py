@@ -23,7 +23,7 @@ from symdyn.emit import in_latex
 from symdyn.emit.print import PrintName
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import Quantity, Scene
-from symdyn.scene.forces.constraints import Formula
+from symdyn.scene.forces import FORCES, without_place
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Contact, Element, Joint, velocity_name
 from symdyn.spatial import Mat, Transform
@@ -110,14 +110,11 @@ def acting_on(
         grains = enumerate(zip(declared.particles, placed.particles, strict=True), 1)
         masses += [(one.mass.value, f"{body},{k}", at) for k, (one, (_, at)) in grains]
         acting += [Wrench(f"{_mass_name(value, name)} g", _triple(at[0]), _triple(down)) for value, name, at in masses]
-    for load in scene.loads:
-        if load.place.body == body:
-            acting.append(load_wrench(load, found))
+    acting += [load_wrench(load, found) for load in scene.loads if load.place.body == body]
     for one in strings(scene):
         acting += _pulls(one, body, found) if one in scene.elements else []  # a belt passes on a couple
     for hinge in found.hinges:
-        if body in (hinge.joint.parent, hinge.joint.child):
-            acting += _transmitted(scene, hinge, body)
+        acting += _transmitted(scene, hinge, body) if body in (hinge.joint.parent, hinge.joint.child) else []
     for row in touching(scene):
         acting += _pushed(row, body, found)
     return tuple(acting)
@@ -215,11 +212,12 @@ def _transmitted(scene: Scene, hinge: JointAxis, body: str) -> list[Wrench]:
 def _feels(scene: Scene, joint: Joint, k: int) -> bool:
     """Return whether more than a drive acts along a velocity of a joint: elements, rotor, stops, ties to others."""
     own = (joint.damping, joint.friction, joint.armature, *joint.forces[k : k + 1])
-    stops = joint.limits.restitution is not None or joint.limits.one_way
     tied = {velocity_name(x) for x in scene.followed}
-    tied |= {x for row in scene.constraints if isinstance(row, Formula) and row.acts_in for x in row.formula.symbols}
-    more = stops or joint.coupling or joint.dry or tied.intersection(joint.rates[k : k + 1])
-    return bool(more) or joint.name in [one.joint for one in scene.struts] or any(x != Quantity.ZERO for x in own)
+    placed = (FORCES[row.kind].formula(row) for row in scene.constraints if row.name not in without_place(scene))
+    tied |= {x for formula in placed if formula is not None for x in formula.symbols}
+    more = joint.coupling or joint.dry or joint.limits.one_way or tied.intersection(joint.rates[k : k + 1])
+    held = joint.limits.restitution is not None or joint.name in [one.joint for one in scene.struts]
+    return held or bool(more) or any(x != Quantity.ZERO for x in own)
 
 
 def _unit_wrenches(hinge: JointAxis) -> list[tuple[Array, Array]]:

@@ -111,8 +111,8 @@ def _of_contacts(motion: Trajectory, axes: str) -> Array:
         kept = [one for one in scene.elements if one not in scene.unilaterals]
         held = Workspace(replace(scene, elements=(*kept, *rows)))
         felt = carried(held.hanging, axes)
-        used = [3 * k + row for k, one in enumerate(every) for row in (0, *(one.ways if one.tangents else ()))]
-        entries = [entry for k in used for entry in felt[k]]
+        used = [felt[one.law.name][k] for one in every for k in (0, *(one.ways if one.tangents else ()))]
+        entries = [entry for each in used for entry in each]
         return compiled(held.scene, held.graph, [plain("felt", entries, arguments(held, ("q", TIME)))])
 
     made = compiled_once(("of_contacts", scene, axes), make)

@@ -83,7 +83,7 @@ def unknown_forces(scene: Scene) -> str:
     every = [one for one in scene.unilaterals if FORCES[one.kind].section != "joints"]
     placeless = [one.name for one in every if one.closed is None]
     if placeless:
-        return f"they do not know where the forces of {listed(placeless)} act, a formula or a rope; leave it out"
+        return f"they do not know where the forces of {listed(placeless)} act, a formula; leave it out"
     if every and scene.is_constrained:
         names = listed(one.name for one in every)
         return f"beside loops and constraints they do not know the forces of contacts, {names}; leave them out"

@@ -393,11 +393,14 @@ def with_loops(
     return as_rows(hanging, [*hanging.at_joints(f), *ends], axes)
 
 
-def carried(hanging: FreeBodies, axes: str) -> list[list[Expr]]:
-    """Return every joint's reaction to each wrench of unit size that closes something, and to nothing else."""
+def carried(hanging: FreeBodies, axes: str) -> dict[str, list[list[Expr]]]:
+    """Return every joint's reaction to each wrench of unit size of a contact or a rope, by its name, and to no more."""
     none, one = [Wrench.none(hanging.graph)] * len(hanging.joints), hanging.graph.one
-    each = [ClosureEquation("", ((k, W),), ()) for k, cut in enumerate(hanging.cuts) for W in cut.wrenches]
-    return [with_loops(hanging, none, [unit], [one], axes) for unit in each]
+    found: dict[str, list[ClosureEquation]] = {}
+    for k, cut in enumerate(hanging.cuts):
+        each, name = [ClosureEquation("", ((k, W),), ()) for W in cut.wrenches], cut.joint.name
+        found[name] = [found[name][0] + each[0]] if name in found else each  # of a rope
+    return {name: [with_loops(hanging, none, [unit], [one], axes) for unit in each] for name, each in found.items()}
 
 
 def percussions(hanging: FreeBodies, sizes: Sequence[Expr]) -> list[Expr]:
