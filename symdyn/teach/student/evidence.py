@@ -274,8 +274,7 @@ def _beside(course: Course, motions: Motions, i: int) -> Iterator[Column]:
     for j in range(course.state.n if course.state.n <= FEW_JOINTS else 0):
         pieces = [x for x in _equations(course, weights, [j]) if x[1] is not None] if j != i else []
         rows = at_points([node for _, _, ((node, _),) in pieces], motions.along)
-        for (kind, form, _), row in zip(pieces, rows, strict=True):
-            yield Column(kind, form, tuple(row))
+        yield from (Column(kind, form, tuple(row)) for (kind, form, _), row in zip(pieces, rows, strict=True))
 
 
 def _pieces(course: Course, motions: Motions, key: str, i: int | None, ways: Sequence[Floating]) -> Iterator[Piece]:
@@ -427,8 +426,7 @@ def _handles(
         every = [moved(p, by, n) for p, by in zip(motions.along, step, strict=True) for n in (0, 1, 2)]
         values = zip(*at_points(balances, every), strict=True)
         rows = [[sum(w * x for w, x in zip(way[i], next(values), strict=True) if w) for _ in range(3)] for way in ways]
-        slopes = linear(rows)
-        if slopes:
+        if slopes := linear(rows):
             yield Handle(tuple(step), slopes, next((x for x in step[0] if x in parameters), ""))
 
 
