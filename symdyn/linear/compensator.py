@@ -153,6 +153,10 @@ class Compensator(StateSpace):
         )  # fmt: skip
 
 
+_NOISE = {False: (("{}", "{}"), "variance"), True: (("{}/s", "{} s"), "spectral density (no period)")}
+"""Units of noise, of rates of states and of what comes in or is measured, and what it is called, without a period."""
+
+
 def kalman(
     one: Linearization, W: Weights | None = None, V: Weights | None = None, period: float | None = None
 ) -> Observer:
@@ -161,8 +165,9 @@ def kalman(
     if not one.outputs.names:
         raise LinearizeError(f"{one.name}: nothing is measured; give outputs to linearize")
     step = steps(one, period)
-    disturbed = _disturbed(W, one, step.B, faults)
-    noise = weight("V", V, one.outputs, faults, definite=True)
+    (_, form), kind = _NOISE[period is None]
+    disturbed = _disturbed(W, one, step.B, period, faults)
+    noise = weight("V", V, one.outputs.squared(form), faults, definite=True, kind=kind)
     faults.close(LinearizeError)
     K, P, poles, notes = riccati(
         one.A.T, one.C.T, step.A.T, one.C.T, disturbed, noise, period, WORDS["kalman"], one.states.names
@@ -174,12 +179,14 @@ def kalman(
     return Observer(one, K.T, poles, period, notes, P)
 
 
-def _disturbed(W: Weights | None, one: Linearization, B: Array, faults: Faults) -> Array:
+def _disturbed(W: Weights | None, one: Linearization, B: Array, period: float | None, faults: Faults) -> Array:
     if not isinstance(W, Mapping):
         if W is None and one.inputs.names:
             return B @ B.T
         return weight("W", W, one.states, faults)
-    names = (*one.states.names, *one.inputs.names)
-    both = weight("W", W, Axis(names, ("",) * len(names)), faults)
+    forms, kind = _NOISE[period is None]
+    states, inputs = (axis.squared(form) for axis, form in zip((one.states, one.inputs), forms, strict=True))
+    axis = Axis((*states.names, *inputs.names), (*states.units, *inputs.units))
+    both = weight("W", W, axis, faults, kind=kind)
     n = len(one.states)
     return both[:n, :n] + B @ both[n:, n:] @ B.T

@@ -159,7 +159,7 @@ class RootLocus(Plotted):
 
     def __repr__(self) -> str:
         told = "".join(f"\n    {line}" for line in self.lines())
-        return f"<RootLocus of {self.name}, {len(self.values)} values, {self.poles.shape[1]} branches:{told}>"
+        return f"<RootLocus of {self.name or self.over}, {len(self.values)} values, {self.poles.shape[1]} branches:{told}>"
 
     @cached_property
     def branches(self) -> Complexes:

@@ -35,6 +35,11 @@ class Axis:
         """Return some of them."""
         return Axis(tuple(self.names[k] for k in places), tuple(self.units[k] for k in places))
 
+    def squared(self, form: str) -> Axis:
+        """Return it with the units of variances, "{}", of weights, "1/{}", and their like."""
+        squares = [f"{unit}^2" if unit.isalpha() else f"({unit})^2" for unit in self.units]
+        return Axis(self.names, tuple(u and form.format(x) for u, x in zip(self.units, squares, strict=True)))
+
     def place(self, name: str | None, what: str) -> int:
         """Return the place of a name, or of the only one there is; `what` says what has it.
 
@@ -66,7 +71,7 @@ def places(outputs: Axis, inputs: Axis, channel: tuple[str | None, str | None]) 
     return outputs.place(output, "output"), inputs.place(input, "input")
 
 
-Weights: TypeAlias = Mapping[str, float] | Sequence[Sequence[float]] | Sequence[float] | float | Array
+Weights: TypeAlias = Mapping[str, float | str] | Sequence[Sequence[float]] | Sequence[float] | float | Array
 
 SYMMETRIC = 1e-9
 """Differences from symmetry, and eigenvalues below zero, over the largest entry of a weight, that are rounding."""
@@ -115,7 +120,8 @@ def read_weights(option: str, specified: Sequence[str], names: Mapping[str, Sequ
                 continue
             if key in found[name]:
                 faults.add(option, f"{name}: {key} is named twice")
-            found[name][key] = read_number(value, {}, f"{option}: {name}: {key}", faults, Parameter("")) or 0.0
+            number = read_number(value, {}, f"{option}: {name}: {key}", faults, Parameter("")) or 0.0
+            found[name][key] = value if name != "N" and re.search(_UNIT, value) else number
     faults.close(LinearizeError)
     return found
 
@@ -172,24 +178,40 @@ def _told(packed: ZipFile, one: ZipInfo) -> int:
     return math.prod(shape) * kind.itemsize
 
 
+_UNIT = r"\d ?(/ ?)?(?![eE][+-]?\d)[^\W\d_]"
+
 LARGEST = 1e150
 """No weight is as large: its square is a double."""
 
 
 def weight(
-    name: str, given: Weights | None, axis: Axis, faults: Faults, definite: bool = False, inputs: Axis | None = None
+    name: str,
+    given: Weights | None,
+    axis: Axis,
+    faults: Faults,
+    definite: bool = False,
+    inputs: Axis | None = None,
+    kind: str = "weight",
 ) -> Array:
     """Return a weight as a symmetric matrix; what is wrong with it goes to the faults.
 
-    Of drives, `inputs` are all that the system has: the others are disturbances.
+    Text is read with its unit: of a weight that of the axis, of another kind the axis has those of its squares. Of
+    drives, `inputs` are all that the system has: the others are disturbances.
     """
     n = len(axis)
     if given is None:
         return np.eye(n)
     if isinstance(given, Mapping):
-        found = np.zeros(n)
+        found, letters = np.zeros(n), axis.squared("1/{}") if kind == "weight" else axis
+        units = dict(zip(axis.names, letters.units, strict=True))
         for key, one in given.items():
-            value = _number(one)
+            if isinstance(one, str) and key in units:
+                letter = Parameter(key, unit=units[key])
+                value = read_number(one, {}, f"{name}: {key}, a {kind}", faults, letter)
+                if value is None:
+                    continue
+            else:
+                value = _number(one)
             if inputs is not None and key in inputs.names and key not in axis.names:
                 drives = ", ".join(axis.names)
                 instead = f"{key} controls where its joint has drive = false"
@@ -199,7 +221,7 @@ def weight(
                 faults.add(name, f"{key} is not known; {suggestion(key, axis.names)}{outputs}")
             elif not value < LARGEST or value < 0 or (definite and value == 0):
                 least = "above zero" if definite else "of 0 or more"
-                faults.add(name, f"{key}: {quoted(one)} is no weight; give one {least}")
+                faults.add(name, f"{key}: {quoted(one)} is no {kind.partition(' (')[0]}; give one {least}")
             else:
                 found[axis.names.index(key)] = value
         if definite:

@@ -377,7 +377,7 @@ def _check_times(feedback: Feedback, until: float, faults: Faults) -> None:
     elif period is None and delay > 0:
         told = f"{delay:g} s without a period would be a differential equation with delay; give a period too"
         faults.add("feedback: delay", told)
-    if period is None and len(feedback.initial):
+    if period is None and getattr(feedback.initial, "__len__", lambda: 1)():
         faults.add("feedback: initial", "is the force before the first sample; give a period too, or leave it out")
     if period is not None and not (math.isfinite(period) and period > 0):
         faults.add("feedback: period", f"{period:g} s is no period; give one above 0")
