@@ -295,6 +295,15 @@ _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 LONGEST = 60
 
 
+def meant(text: str) -> str:
+    """Return what to write in a formula that breaks off: 2*t for 2t, another name for a keyword of Python; else ""."""
+    for word in re.findall(r"\b[A-Za-z_]\w*", text):
+        if keyword.iskeyword(word) and word not in ("and", "or", "not", "if", "else"):
+            return f', where "{word}" {check_name(word)}'
+    near = re.search(r"(?<![\w.])([\d.]+)(?![eE][+-]?\d)([^\W\d_]\w*)", text)
+    return f"; write {near[1]}*{near[2]}" if near else ""
+
+
 def check_name(name: object, letter: bool = False) -> str | None:
     """Return what is wrong with a name and what would work, or None for a good one; a `letter` is one of formulas."""
     fault = check_scene_name(name)
