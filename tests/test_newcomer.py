@@ -358,15 +358,15 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
         SimulateError,
         lambda: symdyn.simulate(CART, until=1, forces={"F": "3*lambda"}),
     ),
-    "V: x, a variance: 0.5 mm is in mm, and m^2 is asked for": (
+    "V: x: 0.5 mm is in mm, and m^2 is asked for": (
         LinearizeError,
         lambda: upright().kalman(None, {"x": "0.5 mm"}, period="10 ms"),  # type: ignore[arg-type]
     ),
-    "V: x, a spectral density (no period): 1 m^2 is in m^2, and m^2 s is asked for": (
+    "V: x: 1 m^2 is in m^2, and m^2 s is asked for": (
         LinearizeError,
         lambda: upright().kalman(None, {"x": "1 m^2"}),
     ),
-    "Q: theta, a weight: 2 m is in m, and 1/rad^2 is asked for": (
+    "Q: theta: 2 m is in m, and 1/rad^2 is asked for": (
         LinearizeError,
         lambda: upright().lqr({"theta": "2 m"}),
     ),

@@ -121,7 +121,8 @@ def read_weights(option: str, specified: Sequence[str], names: Mapping[str, Sequ
             if key in found[name]:
                 faults.add(option, f"{name}: {key} is named twice")
             number = read_number(value, {}, f"{option}: {name}: {key}", faults, Parameter("")) or 0.0
-            found[name][key] = value if name != "N" and re.search(_UNIT, value) else number
+            measured = name != "N" and re.search(r"\d ?(/ ?)?(?![eE][+-]?\d)[^\W\d_]", value)
+            found[name][key] = value if measured else number
     faults.close(LinearizeError)
     return found
 
@@ -144,11 +145,7 @@ ENDING = ".npy"
 
 
 def check_arrays(path: Path, needed: Sequence[str] = ()) -> None:
-    """Look at the names and sizes of the arrays of a .npz file before any of them is unpacked.
-
-    Args:
-        path: of the file.
-        needed: names of arrays that must be there.
+    """Look at the names and sizes of the arrays of a .npz file, some needed, before any of them is unpacked.
 
     Raises:
         LinearizeError: more than is read.
@@ -178,40 +175,27 @@ def _told(packed: ZipFile, one: ZipInfo) -> int:
     return math.prod(shape) * kind.itemsize
 
 
-_UNIT = r"\d ?(/ ?)?(?![eE][+-]?\d)[^\W\d_]"
-
 LARGEST = 1e150
 """No weight is as large: its square is a double."""
 
 
 def weight(
-    name: str,
-    given: Weights | None,
-    axis: Axis,
-    faults: Faults,
-    definite: bool = False,
-    inputs: Axis | None = None,
-    kind: str = "weight",
+    name: str, given: Weights | None, axis: Axis, faults: Faults, definite: bool = False, inputs: Axis | None = None
 ) -> Array:
     """Return a weight as a symmetric matrix; what is wrong with it goes to the faults.
 
-    Text is read with its unit: of a weight that of the axis, of another kind the axis has those of its squares. Of
-    drives, `inputs` are all that the system has: the others are disturbances.
+    The axis of variances, V and W, has their units. Of drives, `inputs` are all there are: the others are disturbances.
     """
     n = len(axis)
     if given is None:
         return np.eye(n)
     if isinstance(given, Mapping):
-        found, letters = np.zeros(n), axis.squared("1/{}") if kind == "weight" else axis
-        units = dict(zip(axis.names, letters.units, strict=True))
+        found, kind = np.zeros(n), "variance" if name in ("V", "W") else "weight"
+        units = dict(zip(axis.names, (axis if kind == "variance" else axis.squared("1/{}")).units, strict=True))
         for key, one in given.items():
-            if isinstance(one, str) and key in units:
-                letter = Parameter(key, unit=units[key])
-                value = read_number(one, {}, f"{name}: {key}, a {kind}", faults, letter)
-                if value is None:
-                    continue
-            else:
-                value = _number(one)
+            value, letter = _number(one), Parameter(str(key), unit=units.get(key, ""))
+            if isinstance(one, str):
+                value = read_number(one, {}, f"{name}: {key}", faults, letter) or float(definite)
             if inputs is not None and key in inputs.names and key not in axis.names:
                 drives = ", ".join(axis.names)
                 instead = f"{key} controls where its joint has drive = false"
@@ -221,7 +205,7 @@ def weight(
                 faults.add(name, f"{key} is not known; {suggestion(key, axis.names)}{outputs}")
             elif not value < LARGEST or value < 0 or (definite and value == 0):
                 least = "above zero" if definite else "of 0 or more"
-                faults.add(name, f"{key}: {quoted(one)} is no {kind.partition(' (')[0]}; give one {least}")
+                faults.add(name, f"{key}: {quoted(one)} is no {kind}; give one {least}")
             else:
                 found[axis.names.index(key)] = value
         if definite:
