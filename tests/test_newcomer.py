@@ -323,7 +323,7 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
     ),
     "outputs are weighed by Q = lin.C.T @ W @ lin.C": (LinearizeError, lambda: symdyn.linearize(CART).lqr({"v": 1})),
     "feedback: cart_pole is the mechanism, and no controller; give lin.lqr(Q, R) or lin.lqg(...), which have a .closed_"
-    "loop": (LinearizeError, lambda: symdyn.linearize(CART).feedback(0)),
+    "loop": (LinearizeError, lambda: symdyn.linearize(CART).feedback()),
     "period: '10' is no number of seconds; write 0.01 or \"10 ms\"": (
         SimulateError,
         lambda: symdyn.simulate(CART, until=1, feedback=symdyn.Feedback(symdyn.pid("theta", "F", 1), period="10")),  # type: ignore[arg-type]
