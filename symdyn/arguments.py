@@ -284,7 +284,8 @@ def suggesting(function: F) -> F:
         _refuse_unknown(function, keywords, values[0] if values else None)
         takes = [one for one in inspect.signature(function).parameters.values() if one.name not in ("self", "cls")]
         loose = {one.name: _read(function).get(one.name) for one in takes if one.kind is one.KEYWORD_ONLY}
-        given = ", ".join(_typed(function, one) or one.name + "=" * (one.name in loose) for one in takes)
+        keys = {one.name: [f"{name}=" for name in _keys(function, one)] for one in takes}
+        given = ", ".join(listed(keys[name], 4) if keys[name] else name + "=" * (name in loose) for name in keys)
         beyond = values[len(inspect.signature(function).parameters) - len(loose) :][:1]
         beyond += tuple(one[-1] for one in beyond if isinstance(one, tuple | list) and one)  # t_span
         likely = ((k, x) for x in beyond for k, a in loose.items() if a and a.takes(x))
@@ -295,11 +296,10 @@ def suggesting(function: F) -> F:
     return cast(F, called)
 
 
-def _typed(function: Callable[..., object], one: inspect.Parameter) -> str:
-    """Return the first keywords of `**keys: Unpack[Keys]`; "" of another parameter."""
+def _keys(function: Callable[..., object], one: inspect.Parameter) -> Sequence[str]:
+    """Return the keywords of `**keys: Unpack[Keys]`; none of another parameter."""
     noun = vars(sys.modules[function.__module__]).get(str(one.annotation).removeprefix("Unpack[").removesuffix("]"))
-    names = noun.__annotations__ if one.kind is one.VAR_KEYWORD and noun else ()
-    return listed([f"{name}=" for name in names], 4) if names else ""
+    return tuple(noun.__annotations__) if one.kind is one.VAR_KEYWORD and noun else ()
 
 
 def _called(function: Callable[..., object]) -> str:
@@ -309,7 +309,8 @@ def _called(function: Callable[..., object]) -> str:
 
 def _refuse_unknown(function: Callable[..., object], keywords: Mapping[str, object], noun: object) -> None:
     """Raise ArgumentError for a keyword that a function, called with a scene or another noun, does not have."""
-    known = [name for name in inspect.signature(function).parameters if name != "self"] if keywords else []
+    takes = inspect.signature(function).parameters.values() if keywords else ()
+    known = [name for one in takes if one.name != "self" for name in _keys(function, one) or [one.name]]
     for name in (one for one in keywords if one not in known):
         needed, told = hint("keywords", name) or ("", "")
         fits = needed in (*known, name, _called(function)) and not {name[:-1], f"{name}es"} & {*known}
@@ -428,8 +429,7 @@ def _kind(node: ast.expr, known: Mapping[str, object]) -> ArgumentKind | None:
         if name == "tuple" and ast.unparse(entries[-1]) == "...":  # of any length
             name, entries = "Sequence", entries[:-1]
         return OF_KINDS[name](entries, known) if name in OF_KINDS else KINDS.get(name)
-    name = _last(node)
-    named = known.get(name)
+    named = known.get(name := _last(node))
     if name not in KINDS and (isinstance(named, UnionType) or get_origin(named) in (tuple, Callable)):
         return _kind(ast.parse(str(named), mode="eval").body, known)  # a name for such as `str | Path`
     if name not in KINDS and isinstance(named, type) and named is not Any and not getattr(named, "_is_protocol", False):

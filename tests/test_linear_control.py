@@ -385,6 +385,14 @@ def test_a_mode_is_drawn_with_its_loops_closed_and_comes_back(name, tmp_path):
     assert len(t) == len(q)
 
 
+def test_weights_and_variances_say_their_units():
+    lin = system("cart_pole")
+    assert lin.lqr({"x": "1 1/cm^2"}, {"F": "4 1/N^2"}).K.tolist() == lin.lqr({"x": 1e4}, {"F": 4}).K.tolist()
+    for unit, period in (("", 0.01), (" s", None)):
+        told = lin.kalman({"F": f"4 N^2{unit}"}, {"x": f"1 mm^2{unit}"}, period)
+        assert told.L.tolist() == lin.kalman({"F": 4}, {"x": 1e-6}, period).L.tolist()
+
+
 # What is refused
 
 

@@ -25,7 +25,7 @@ from symdyn.errors import (
 )
 from symdyn.linear import root_locus
 from symdyn.linear.weights import read_weights
-from symdyn.scene import body, revolute, scene, spring, table
+from symdyn.scene import body, damper, revolute, scene, spring, table
 from symdyn.scene.toml import read_text
 from symdyn.simulation.integrate import integration
 
@@ -322,7 +322,54 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
         lambda: read_weights("--lqr", ["theta=100,theta_dot=10"], {"Q": (), "R": ()}),
     ),
     "outputs are weighed by Q = lin.C.T @ W @ lin.C": (LinearizeError, lambda: symdyn.linearize(CART).lqr({"v": 1})),
-    "which have a .closed_loop": (LinearizeError, lambda: symdyn.linearize(CART).feedback(0)),
+    "feedback: cart_pole is the mechanism, and no controller; give lin.lqr(Q, R) or lin.lqg(...), which have a .closed_"
+    "loop": (LinearizeError, lambda: symdyn.linearize(CART).feedback()),
+    "period: '10' is no number of seconds; write 0.01 or \"10 ms\"": (
+        SimulateError,
+        lambda: symdyn.simulate(CART, until=1, feedback=symdyn.Feedback(symdyn.pid("theta", "F", 1), period="10")),  # type: ignore[arg-type]
+    ),
+    "revolute() missing 1 required positional argument: 'child'": (
+        ArgumentError,
+        lambda: revolute("a", "ground", axis=[0, 1, 0]),  # type: ignore[call-arg]
+    ),
+    "revolute() got an unexpected keyword argument 'axsi'; did you mean axis?": (
+        ArgumentError,
+        lambda: revolute("a", axsi=[0, 1, 0]),  # type: ignore[call-arg]
+    ),
+    "scene() takes no loop; did you mean loops?": (TypeError, lambda: scene("s", loop=[])),  # type: ignore[call-arg]
+    "scene() takes no input; did you mean inputs?": (TypeError, lambda: scene("s", input={"u": 0})),  # type: ignore[call-arg]
+    's: dampers: this is no list; give [damper("d", ...)]': (
+        SceneError,
+        lambda: scene("s", dampers=damper("d", joint="h", damping=1)),  # type: ignore[arg-type]
+    ),
+    's: bodies: this is no list; give [body("a", ...)]': (
+        SceneError,
+        lambda: scene("s", bodies={"a": {"mass": 1}}),  # type: ignore[arg-type]
+    ),
+    "uses q1, an output; move it to [signals], which other formulas may use": (
+        SceneError,
+        lambda: read_text('[outputs]\nq1 = "2*t"\ngrip = "2*q1"', "s.toml"),
+    ),
+    "breaks off at character 9; write 2*t; check": (
+        SimulateError,
+        lambda: symdyn.simulate(CART, until=1, forces={"F": "0.3*sin(2t)"}),
+    ),
+    'where "lambda" is a keyword of Python; try lambda1': (
+        SimulateError,
+        lambda: symdyn.simulate(CART, until=1, forces={"F": "3*lambda"}),
+    ),
+    "V: x: 0.5 mm is in mm, and m^2 is asked for": (
+        LinearizeError,
+        lambda: upright().kalman(None, {"x": "0.5 mm"}, period="10 ms"),  # type: ignore[arg-type]
+    ),
+    "V: x: 1 m^2 is in m^2, and m^2 s is asked for": (
+        LinearizeError,
+        lambda: upright().kalman(None, {"x": "1 m^2"}),
+    ),
+    "Q: theta: 2 m is in m, and 1/rad^2 is asked for": (
+        LinearizeError,
+        lambda: upright().lqr({"theta": "2 m"}),
+    ),
     "give a name, values and a function": (LinearizeError, lambda: root_locus(CART, "mp", [1, 2])),  # type: ignore[arg-type]
     'symdyn.linear.root_locus("mp", values, system)': (
         LinearizeError,

@@ -16,6 +16,7 @@ from symdyn.errors import SimulateError
 from symdyn.program import formulate, lower
 from symdyn.runtime import run_python
 from symdyn.scene import Scene, read
+from symdyn.scene.toml import read_text
 from symdyn.simulation.equations.compiled_routines import opened
 from symdyn.simulation.initial import read_start
 
@@ -68,6 +69,11 @@ def test_whole_radians_beyond_a_turn_are_told_to_be_no_degrees() -> None:
     assert [told in read_start(scene, {"q1": x}).notes for x in (90, "90", "90 deg", 3, 6.5)] == [True, True] + 3 * [
         False
     ]
+    text = (EXAMPLES / "pendulum.toml").read_text(encoding="utf-8")
+    for start, noted in (("90", True), ('"90 deg"', False), ('"90 rad"', False), ("6.5", False)):
+        assert (
+            told in read_start(read_text(text.replace('child = "bob"', f'child = "bob"\nstart = {start}'))).notes
+        ) == noted
 
 
 def test_one_coordinate_is_kept_be_it_driven_or_not() -> None:

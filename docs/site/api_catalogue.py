@@ -68,7 +68,9 @@ class Group:
     def _returned_by(self, one: object) -> Iterator[type]:
         """Yield the classes that a function returns; of a class, those of its public methods that a front offers."""
         if not inspect.isclass(one):
-            yield from classes(get_type_hints(one)["return"])
+            fronts = [import_module(f"symdyn.{package}") for package in self.packages]  # what types alone import
+            names = {name: getattr(front, name) for front in fronts[:1] for name in front.__all__}
+            yield from classes(get_type_hints(one, localns=names)["return"])
         elif self.follows:
             for package in self.packages:
                 yield from offered_by(package, " ".join(annotations(one)))
@@ -79,7 +81,7 @@ GROUPS = (
     Group("Equations", ("dynamics", "emit")),
     Group("Compiled functions", ("runtime", "program"), ("dynamics.singular_values", "dynamics.manipulability")),
     Group("Simulation", ("simulation",), ("simulation.linear_law",)),
-    Group("Linear systems and control", ("linear",), follows=True),
+    Group("Linear systems and control", ("linear",), ("linear.root_locus", "linear.systems"), follows=True),
     Group("Optimal control", ("transcription",), follows=True),
     Group("Identification", ("identification",), tuple(f"identification.{one}" for one in IDENTIFICATION)),
     Group("Many runs", ("study",), ("study.open", "study.Indices")),

@@ -17,18 +17,7 @@ from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError, listed
 from symdyn.frozen import dataclass
 from symdyn.linear.modes import Complexes, pairs_of
-from symdyn.linear.regulator import (
-    WORDS,
-    Gain,
-    Regulator,
-    at_drive,
-    before_and_after,
-    held,
-    opened,
-    riccati,
-    steps,
-    when,
-)
+from symdyn.linear.regulator import Gain, Regulator, at_drive, before_and_after, held, opened, riccati, steps, when
 from symdyn.linear.state_space import StateSpace
 from symdyn.linear.transfer import Margins, poles_in_words
 from symdyn.linear.weights import Axis, Weights, weight
@@ -161,11 +150,12 @@ def kalman(
     if not one.outputs.names:
         raise LinearizeError(f"{one.name}: nothing is measured; give outputs to linearize")
     step = steps(one, period)
-    disturbed = _disturbed(W, one, step.B, faults)
-    noise = weight("V", V, one.outputs, faults, definite=True)
+    forms = ("{}/s", "{} s") if period is None else ("{}", "{}")  # spectral densities, or variances
+    disturbed = _disturbed(W, one, step.B, forms, faults)
+    noise = weight("V", V, one.outputs.squared(forms[1]), faults, definite=True)
     faults.close(LinearizeError)
     K, P, poles, notes = riccati(
-        one.A.T, one.C.T, step.A.T, one.C.T, disturbed, noise, period, WORDS["kalman"], one.states.names
+        one.A.T, one.C.T, step.A.T, one.C.T, disturbed, noise, period, "kalman", one.states.names
     )
     missed = [name for name in one.outputs.names if isinstance(V, Mapping) and name not in V]
     if missed:
@@ -174,12 +164,12 @@ def kalman(
     return Observer(one, K.T, poles, period, notes, P)
 
 
-def _disturbed(W: Weights | None, one: Linearization, B: Array, faults: Faults) -> Array:
+def _disturbed(W: Weights | None, one: Linearization, B: Array, forms: tuple[str, str], faults: Faults) -> Array:
     if not isinstance(W, Mapping):
         if W is None and one.inputs.names:
             return B @ B.T
         return weight("W", W, one.states, faults)
-    names = (*one.states.names, *one.inputs.names)
-    both = weight("W", W, Axis(names, ("",) * len(names)), faults)
+    states, inputs = one.states.squared(forms[0]), one.inputs.squared(forms[1])
+    both = weight("W", W, Axis((*states.names, *inputs.names), (*states.units, *inputs.units)), faults)
     n = len(one.states)
     return both[:n, :n] + B @ both[n:, n:] @ B.T

@@ -282,9 +282,10 @@ class Linearization(StateSpace):
 
     def feedback(self, *others: object) -> NoReturn:
         """Raise LinearizeError: this is what is controlled, and no controller."""
+        where = "others" if others else "feedback"
         raise LinearizeError(
-            f"others: {self.scene.name} is the mechanism, and no controller; give lin.lqr(Q, R) or lin.lqg(...), which "
-            "have a .closed_loop; gains K act by symdyn.simulate(scene, feedback=K)"
+            f"{where}: {self.scene.name} is the mechanism, and no controller; give lin.lqr(Q, R) or lin.lqg(...), "
+            "which have a .closed_loop; gains K act by symdyn.simulate(scene, feedback=K)"
         )
 
     @timed(LinearizeError)

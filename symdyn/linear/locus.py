@@ -158,8 +158,8 @@ class RootLocus(Plotted):
     zeros: Complexes | None = None
 
     def __repr__(self) -> str:
-        told = "".join(f"\n    {line}" for line in self.lines())
-        return f"<RootLocus of {self.name}, {len(self.values)} values, {self.poles.shape[1]} branches:{told}>"
+        told, of = "".join(f"\n    {line}" for line in self.lines()), self.name or self.over
+        return f"<RootLocus of {of}, {len(self.values)} values, {self.poles.shape[1]} branches:{told}>"
 
     @cached_property
     def branches(self) -> Complexes:

@@ -252,7 +252,7 @@ def lqr(
         )
     A, B, Phi, Gamma = whole.A, whole.B[:, used], step.A, step.B[:, used]
     A, Phi = A - B @ before, Phi - Gamma @ before
-    K, S, poles, notes = riccati(A, B, Phi, Gamma, rest, light, period, WORDS["lqr"], step.states.names)
+    K, S, poles, notes = riccati(A, B, Phi, Gamma, rest, light, period, "lqr", step.states.names)
     return _noted(Regulator(one, one.inputs.of(used).names, K + before, poles, period, notes, S, tuple(integral)))
 
 
@@ -347,7 +347,7 @@ def steps(one: StateSpace, period: float | None, integral: Sequence[str] = ()) -
     return StateSpace(A, B, C, step.D, states, one.inputs, one.outputs, period, one.name)
 
 
-WORDS = {
+_WORDS = {
     "lqr": ("Q", "gives no weight to", "no input moves"),
     "kalman": ("W", "lets nothing disturb", "no output shows"),
 }
@@ -356,12 +356,12 @@ WORDS = {
 
 def riccati(
     A: Array, B: Array, step: Array, held: Array, Q: Array, R: Array, period: float | None,
-    words: tuple[str, str, str], names: tuple[str, ...],
+    gain: str, names: tuple[str, ...],
 ) -> tuple[Array, Array, Complexes, tuple[str, ...]]:  # fmt: skip
     """Return K, what is left to pay, the poles, and notes; `step` and `held` are A and B, or those when sampled."""
     from scipy.linalg import solve_continuous_are, solve_discrete_are  # late: it takes long to load
 
-    (weighed, forgets, beyond), scale = words, balance(A)
+    (weighed, forgets, beyond), scale = _WORDS[gain], balance(A)
     A, B, Q = A * scale[None, :] / scale[:, None], B / scale[:, None], Q * scale[None, :] * scale[:, None]
     step, held = step * scale[None, :] / scale[:, None], held / scale[:, None]
     size = float(np.linalg.norm(A, 2)) or 1.0

@@ -35,6 +35,11 @@ class Axis:
         """Return some of them."""
         return Axis(tuple(self.names[k] for k in places), tuple(self.units[k] for k in places))
 
+    def squared(self, form: str) -> Axis:
+        """Return it with the units of variances, "{}", of weights, "1/{}", and their like."""
+        squares = [f"{unit}^2" if unit.isalpha() else f"({unit})^2" for unit in self.units]
+        return Axis(self.names, tuple(u and form.format(x) for u, x in zip(self.units, squares, strict=True)))
+
     def place(self, name: str | None, what: str) -> int:
         """Return the place of a name, or of the only one there is; `what` says what has it.
 
@@ -66,7 +71,7 @@ def places(outputs: Axis, inputs: Axis, channel: tuple[str | None, str | None]) 
     return outputs.place(output, "output"), inputs.place(input, "input")
 
 
-Weights: TypeAlias = Mapping[str, float] | Sequence[Sequence[float]] | Sequence[float] | float | Array
+Weights: TypeAlias = Mapping[str, float | str] | Sequence[Sequence[float]] | Sequence[float] | float | Array
 
 SYMMETRIC = 1e-9
 """Differences from symmetry, and eigenvalues below zero, over the largest entry of a weight, that are rounding."""
@@ -115,7 +120,9 @@ def read_weights(option: str, specified: Sequence[str], names: Mapping[str, Sequ
                 continue
             if key in found[name]:
                 faults.add(option, f"{name}: {key} is named twice")
-            found[name][key] = read_number(value, {}, f"{option}: {name}: {key}", faults, Parameter("")) or 0.0
+            number = read_number(value, {}, f"{option}: {name}: {key}", faults, Parameter("")) or 0.0
+            measured = name != "N" and re.search(r"\d ?(/ ?)?(?![eE][+-]?\d)[^\W\d_]", value)
+            found[name][key] = value if measured else number
     faults.close(LinearizeError)
     return found
 
@@ -138,11 +145,7 @@ ENDING = ".npy"
 
 
 def check_arrays(path: Path, needed: Sequence[str] = ()) -> None:
-    """Look at the names and sizes of the arrays of a .npz file before any of them is unpacked.
-
-    Args:
-        path: of the file.
-        needed: names of arrays that must be there.
+    """Look at the names and sizes of the arrays of a .npz file, some needed, before any of them is unpacked.
 
     Raises:
         LinearizeError: more than is read.
@@ -181,15 +184,18 @@ def weight(
 ) -> Array:
     """Return a weight as a symmetric matrix; what is wrong with it goes to the faults.
 
-    Of drives, `inputs` are all that the system has: the others are disturbances.
+    The axis of variances, V and W, has their units. Of drives, `inputs` are all there are: the others are disturbances.
     """
     n = len(axis)
     if given is None:
         return np.eye(n)
     if isinstance(given, Mapping):
-        found = np.zeros(n)
+        found, kind = np.zeros(n), "variance" if name in ("V", "W") else "weight"
+        units = dict(zip(axis.names, (axis if kind == "variance" else axis.squared("1/{}")).units, strict=True))
         for key, one in given.items():
-            value = _number(one)
+            value, letter = _number(one), Parameter(str(key), unit=units.get(key, ""))
+            if isinstance(one, str):
+                value = read_number(one, {}, f"{name}: {key}", faults, letter) or float(definite)
             if inputs is not None and key in inputs.names and key not in axis.names:
                 drives = ", ".join(axis.names)
                 instead = f"{key} controls where its joint has drive = false"
@@ -199,7 +205,7 @@ def weight(
                 faults.add(name, f"{key} is not known; {suggestion(key, axis.names)}{outputs}")
             elif not value < LARGEST or value < 0 or (definite and value == 0):
                 least = "above zero" if definite else "of 0 or more"
-                faults.add(name, f"{key}: {quoted(one)} is no weight; give one {least}")
+                faults.add(name, f"{key}: {quoted(one)} is no {kind}; give one {least}")
             else:
                 found[axis.names.index(key)] = value
         if definite:

@@ -14,8 +14,8 @@ unit in text, such as "500 mm", or a quantity. Numbers without a unit are in SI.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Literal, Protocol, TypedDict, Unpack, cast
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, Literal, Protocol, TypedDict, Unpack
 
 from symdyn.arguments import check_arguments, suggesting
 from symdyn.errors import SceneError, suggestion
@@ -92,8 +92,7 @@ def body(
         about: "com" or "frame", the point that `inertia` refers to; must come with it.
         particles: point masses such as {"mass": "m1", "at": [0, 0, 1]}.
         allow_invalid_inertia: accept an inertia that is not physically consistent.
-        shape: what it looks like in pictures: "rod", "disc", "ring", "ball", "plate", "point", or a table with
-            sizes such as {"type": "disc", "radius": 0.3, "axis": [0, 0, 1]}.
+        shape: "rod", "disc", "ring", "ball", "plate", "point", or such as {"type": "disc", "radius": 0.3}.
         text: a description, which lessons and pictures call it by.
     """
     said = locals()
@@ -249,11 +248,11 @@ def scene(
     Raises:
         SceneError: with every fault of the declaration, one line each.
     """
-    check_arguments(scene, locals(), SceneError)
-    acting = cast("Mapping[str, Sequence[Entry]]", elements)
-    strange = [section for section in acting if section not in sections()]
-    if strange:
-        raise TypeError(f"scene() takes no {strange[0]}; {suggestion(strange[0], sections())}")
+    said = locals()
+    check_arguments(scene, {k: x for k, x in said.items() if "[Entry]" not in scene.__annotations__[k]}, SceneError)
+    acting = dict[str, Any](elements)
+    for one in (section for section in acting if section not in sections()):
+        raise TypeError(f"scene() takes no {one}; {suggestion(one, [*[*said][:-1], *sections()])}")
     faults = Faults(source or str(name))
     declaration = Declaration(
         name=name,
@@ -276,13 +275,15 @@ def scene(
     return assemble(declaration, source, faults, allow_invalid_inertia, spanning_tree)
 
 
-def _entries(
-    kind: str, maker: str, entries: Sequence[Entry] | Mapping[str, Declared], faults: Faults
-) -> tuple[Entry, ...]:
-    right = []
-    if isinstance(entries, Mapping):  # of values, or of tables as those of a file
+def _entries(kind: str, maker: str, entries: Any, faults: Faults) -> tuple[Entry, ...]:
+    right, by_name = [], isinstance(entries, Mapping)
+    if by_name and kind in ("parameters", "inputs", "outputs", "signals"):  # of values, or of tables as those of a file
         make, pairs = globals()[maker], entries.items()
         entries = [make(name, **one) if isinstance(one, Mapping) else make(name, one) for name, one in pairs]
+    elif by_name or isinstance(entries, Entry | str) or not isinstance(entries, Iterable):
+        first = next(iter(entries), "NAME") if by_name else getattr(entries, "name", "NAME")
+        faults.add(kind, f'this is no list; give [{maker}("{first}", ...)]')
+        faults.close(SceneError)
     for one in entries:
         if isinstance(one, Entry) and one.where.startswith(f"{kind}."):
             right.append(one)
@@ -379,9 +380,7 @@ class Maker(Protocol):
 
 @suggesting
 def joint(name: str, type: JointType | str, parent: str, child: str, **keys: Unpack[JointKeys]) -> Entry:
-    """Declare a joint.
-
-    Joints may close loops: then some are cut and some turned round, see `loop` to choose which.
+    """Declare a joint; joints may close loops: then some are cut and some turned round, see `loop` to choose which.
 
     Args:
         name: of the joint.
@@ -445,6 +444,7 @@ free = _maker("free", "a body without contact, in six coordinates or seven")
 custom = _maker("custom", "a joint by the steps of its motion, which must be given with its units")
 
 
+@suggesting
 def loop(name: str, type: JointType | str, parent: str, child: str, **keys: Unpack[JointKeys]) -> Entry:
     """Declare a joint that closes a loop; the arguments are those of `joint`, and it has no coordinates."""
     return entry("loop", name, type=type, parent=parent, child=child, **keys)

@@ -257,8 +257,9 @@ def read_start(
     ]
     notes += [
         f'start: {scene.coordinates[k]} = {q[k]:g} is in rad; write "{q[k]:g} deg" for degrees'
-        for k in given_q
+        for k in range(len(q))
         if units.get(scene.coordinates[k]) == "rad" and abs(q[k]) > 2 * np.pi and q[k] == np.rint(q[k])
+        if not formulas[k].unit and isinstance(formulas[k].value, Fraction)
     ]
     q = numbers.normalised(q)
     if scene.is_constrained:

@@ -138,7 +138,8 @@ def dalembert_lines(scene: Scene) -> str:
     written = forms_of(system)
     names = _names(scene, system, written)
     kept = f"{len(system.kept)} a body"
-    head = f"# {system.equations} equations, {kept}; {system.reactions} reactions and {system.drives} drives"
+    many = "s" * (system.drives != 1)
+    head = f"# {system.equations} equations, {kept}; {system.reactions} reactions and {system.drives} drive{many}"
     lines = [
         head,
         "",

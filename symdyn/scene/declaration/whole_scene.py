@@ -111,10 +111,13 @@ def _why(name: str, use: Use, scene: Scene, motion: dict[str, None]) -> str:
     for one in scene.inputs:
         if name in (of := (f"{one.name}_dot", f"{one.name}_ddot")):
             return f"uses {name}, a rate of the input; write rates = {of.index(name) + 1} in [inputs.{one.name}]"
+    if name in (one.name for one in scene.outputs):
+        return f"uses {name}, an output; move it to [signals], which other formulas may use"
     known = [*parameters, *(other for other in (*motion, *given) if other in use.allowed)]
+    over_time = f", or [inputs.{name}] over time" if CLOCK in use.allowed else ""
     near = nearest(name, sorted(use.allowed))
     known += [near] if near and near not in known else []
-    return f"uses the undefined symbol {name}; declare it in parameters ({suggestion(name, known)})"
+    return f"uses the undefined symbol {name}; declare it in parameters ({suggestion(name, known)}){over_time}"
 
 
 def check_joints(draft: Draft, values: Mapping[str, Value], faults: Faults) -> None:
@@ -323,7 +326,8 @@ def check(
     check_joints(draft, values, faults)
     check_elements(draft, values, faults)
     _formulas(draft, values, faults)
-    if not any(faults.told(where, "type = ") for where in (*draft.where["joints"], *draft.where["loops"])):
+    untold = (faults.told(where, "type = ") for where in (*draft.where["joints"], *draft.where["loops"]))
+    if not any((*untold, *(faults.told(where, "joint = ") for where in draft.where["elements"]))):
         _units(draft, faults, dimensions and not draft.scene.dimensionless)  # a joint's type says what is in rad
     return tuple(_masses(draft, values, faults, allow_invalid_inertia))
 

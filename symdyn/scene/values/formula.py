@@ -36,7 +36,7 @@ from symdyn.errors import quoted
 from symdyn.graph import Graph, Op
 from symdyn.scene.values import folding
 from symdyn.scene.values.folding import COMPARISONS, COMPOSED, CONSTANTS, EXTREMES, UNARY_FUNCTIONS, instead_of
-from symdyn.scene.values.grammar import CLOCK, FORMULA_NAMES
+from symdyn.scene.values.grammar import CLOCK, FORMULA_NAMES, meant
 from symdyn.scene.values.quantity import FormulaError, Quantity, spell
 from symdyn.scene.values.unit import Unit, UnitError, in_si
 
@@ -298,7 +298,7 @@ class _Reader:
                 warnings.simplefilter("ignore")
                 tree = ast.parse(self.text, mode="eval")
         except SyntaxError as error:
-            where = f"at character {error.offset}" if error.offset else "at its end"
+            where = (f"at character {error.offset}" if error.offset else "at its end") + meant(self.text)
             raise _BrokenError(
                 f"it breaks off {where}; check brackets and operators; a unit stands behind a number alone, as in 5 mm"
                 + (': name the number, such as a = "5 mm" in parameters' if re.search(_WITH_UNIT, self.text) else "")

@@ -295,17 +295,24 @@ _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 LONGEST = 60
 
 
+def meant(text: str) -> str:
+    """Return what to write in a formula that breaks off: 2*t for 2t, another name for a keyword of Python; else ""."""
+    known = {"and", "or", "not", "if", "else"}
+    for word in (one for one in re.findall(r"\b[A-Za-z_]\w*", text) if keyword.iskeyword(one) and one not in known):
+        return f', where "{word}" {check_name(word)}'
+    near = re.search(r"(?<![\w.])([\d.]+)(?![eE][+-]?\d)([^\W\d_]\w*)", text)
+    return f"; write {near[1]}*{near[2]}" if near else ""
+
+
 def check_name(name: object, letter: bool = False) -> str | None:
     """Return what is wrong with a name and what would work, or None for a good one; a `letter` is one of formulas."""
     fault = check_scene_name(name)
     if fault or not isinstance(name, str):
         return fault
-    if keyword.iskeyword(name):
-        return f"is a keyword of Python; try {name}1"
-    if name in C_KEYWORDS:
-        return f"is a keyword of C; try {name}1"
-    if name in FORMULA_NAMES:
-        return f"is a function or constant of formulas; try {name}1"
+    kinds = {"keyword of Python": keyword.kwlist, "keyword of C": C_KEYWORDS}
+    for kind, words in (kinds | {"function or constant of formulas": FORMULA_NAMES}).items():
+        if name in words:
+            return f"is a {kind}; try {name}1"
     if letter and name == CLOCK:
         return f"is the time in formulas and runs; rename it, such as {name}_0"
     if name.endswith(("_dot", "_ddot")):

@@ -370,7 +370,7 @@ def _check_times(feedback: Feedback, until: float, faults: Faults) -> None:
     for name, value in (("period", period), ("delay", delay)):
         known = isinstance(value, Real) and not isinstance(value, np.timedelta64)
         if not (known or (name == "period" and value is None)):
-            faults.add(f"feedback: {name}", f"{value!r} is no number of seconds")
+            faults.add(f"feedback: {name}", f'{value!r} is no number of seconds; write 0.01 or "10 ms"')
             return
     if not (math.isfinite(delay) and delay >= 0):
         faults.add("feedback: delay", f"{delay:g} s is no delay; give 0 or more")
