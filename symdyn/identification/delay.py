@@ -3,11 +3,10 @@
     τ(t) = F(t - d; β)            measured forces, F = Y β what the model says of the motion at a time
     τ(t + d) = Y β - δ τ̇          near a guess d: least squares of β and δ, and d + δ is the next guess
 
-The slope τ̇ is that of the measured forces, smoothed to what stands above their noise: one of Y β would have the noise
-of positions, differentiated three times, which the residuals have too. The standard error is that of δ beside β.
+τ̇ is of measured forces, smoothed to what stands above their noise: in that of Y β would be noise of the positions,
+differentiated three times, which residuals have too. The standard error is that of δ beside β.
 
-Reference: Björklund and Ljung, A review of time-delay estimation techniques, IEEE CDC (2003), section IV; Söderström
-and Stoica, Instrumental Variable Methods for System Identification (1983).
+Reference: Björklund and Ljung, A review of time-delay estimation techniques, IEEE CDC (2003), section IV.
 """
 
 from __future__ import annotations
@@ -17,7 +16,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from symdyn.algebra import Array
 from symdyn.identification.filtered import LEAST_ROOM, Flags, reach, smooth
 from symdyn.identification.gains import Fitted
 from symdyn.identification.linear_model import LinearModel
@@ -65,8 +63,7 @@ def _rows(model: LinearModel, parts: Sequence[DataPart], used: Sequence[Flags], 
     for part, mask in zip(parts, used, strict=True):
         t, tau, drawn = part.motion.t, part.motion.tau, part.drawn
         tau = make_interp_spline(t, tau, k=3)(np.clip(t + d, t[0], t[-1])) if d else tau
-        step = float(t[1] - t[0])
-        cut = min(part.motion.band, LEAST_ROOM * reach(tau, step))
+        cut = min(part.motion.band, LEAST_ROOM * reach(tau, step := float(t[1] - t[0])))
         slope = np.gradient(smooth(tau, step, cut), t, axis=0) if cut else 0 * tau
         Y = np.insert(part.Y, -1, -slope, axis=2)
         drawn = None if drawn is None else np.insert(drawn, -1, 0.0, axis=2)

@@ -100,8 +100,7 @@ def floor(x: Array, step: float) -> Array:
     frequency, power = spectrum(x, step)
     above = power[frequency >= 0.5 * frequency[-1]]
     found: Array = np.median(above, axis=0) / np.log(2.0)  # the median of an exponential distribution
-    least: Array = np.maximum(found, (ROUNDED * np.abs(x).max(axis=0)) ** 2)
-    return least
+    return np.asarray(np.maximum(found, (ROUNDED * np.abs(x).max(axis=0)) ** 2))
 
 
 def reach(x: Array, step: float) -> float:
@@ -120,8 +119,7 @@ def smooth(x: Array, step: float, cut: float) -> Array:
     if (part_of := 2 * cut * step) >= 1:
         return x
     sections = butter(ORDER, part_of, output="sos")
-    found: Array = sosfiltfilt(sections, x, axis=0, padlen=min(len(x) - 1, int(18 / part_of)))
-    return found
+    return np.asarray(sosfiltfilt(sections, x, axis=0, padlen=min(len(x) - 1, int(18 / part_of))))
 
 
 def usual_bands(logs: Iterable[Log]) -> tuple[float, ...]:
@@ -213,5 +211,4 @@ def projected(x: Array, rows: int) -> Array:
     """Return the sums of rows of x, shape (N, ...), over the slowest orthonormal cosines, shape (rows, ...)."""
     from scipy.fft import dct
 
-    found: Array = dct(x, type=2, norm="ortho", axis=0)[:rows]
-    return found
+    return np.asarray(dct(x, type=2, norm="ortho", axis=0)[:rows])
