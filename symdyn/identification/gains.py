@@ -312,7 +312,7 @@ def fitted(
     gains = Gains(shown, usual, start)
     used = fast = list(evidence.used)
     out = [np.zeros(one.motion.tau.shape, bool) for one in parts]
-    for k in range(ROUNDS if leave_out else 2):
+    for k in range(2 * ROUNDS):
         rows = rows_of(model, parts, used, False) if k else evidence.rows
         if len(rows.tau) < len(names) // 4 + 2:
             raise IdentifyError(
@@ -325,10 +325,10 @@ def fitted(
         forces = [one.motion.tau * gains.values for one in parts]
         predicted = [one.Y @ gains.factors for one in parts]
         residuals = [force - said for force, said in zip(forces, predicted, strict=True)]
-        if not k and (fast := sliding(model, parts, used, residuals, forces)) is not used:
-            used = fast
+        if k < ROUNDS and (slid := sliding(model, parts, fast, residuals, forces)) is not fast:
+            fast, used = slid, [one & ~gone for one, gone in zip(slid, out, strict=True)]
             continue
-        if not leave_out or k == ROUNDS - 1:
+        if not leave_out or k == 2 * ROUNDS - 1:
             break
         new = _far(residuals, used, forces, model.rows)
         if not any(one.any() for one in new):
