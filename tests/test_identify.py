@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from symdyn.errors import IdentifyError
 from symdyn.identification.linear_model import TERMS, linear_model, with_terms
 from symdyn.identification.regression import Rows, solve
 from symdyn.scene import Scene, bind
+from symdyn.scene.forces import FORCES
 from symdyn.scene.values.joint import Limits
 from symdyn.scene.values.quantity import Quantity
 
@@ -77,6 +79,25 @@ def test_a_delay_of_forces_is_estimated_and_told_where_it_is_one(seconds: float)
     assert found.as_dict()["delay"] == {"value": value, "standard_error": error}
     told = [note for note in found.notes if "driving forces came" in note]
     assert [("after" in note, "before" in note) for note in told] == [(seconds > 0, seconds < 0)] * (seconds != 0)
+
+
+@pytest.mark.parametrize("samples", [0, 4])
+def test_noise_of_positions_makes_no_delay_of_forces(samples: int) -> None:
+    """Up to 60 standard errors off, with a slope of the forces that were computed from noisy positions."""
+    values = {"m1": 2.5, "m2": 1.4, "h1": 0.4, "h2": 0.3, "g": 9.81}
+    scene, every = bind(symdyn.example("two_link"), values), 0.002
+    run = symdyn.simulate(scene, until=6, every=every, forces="M1=6*sin(2*t)+4*cos(5*t), M2=2*sin(3*t)+1.5*cos(7*t)")
+    for seed in (1, 2):
+        rng = np.random.default_rng(seed)
+        data = {name: run[name] + 5e-5 * rng.normal(size=len(run.t)) for name in scene.coordinates}
+        data |= {name: np.roll(run[name], samples) + 0.03 * rng.normal(size=len(run.t)) for name in ("M1", "M2")}
+        found = symdyn.identify(
+            scene, {"t": run.t[samples:], **{k: x[samples:] for k, x in data.items()}}, friction="coulomb"
+        )
+        value, error = found.delay
+
+        assert abs(value - samples * every) < 3 * error < 0.001
+        assert any("driving forces came" in note for note in found.notes) == (samples > 0)
 
 
 @pytest.mark.parametrize("band", [0.4, 0.8])
@@ -213,6 +234,23 @@ def test_samples_where_a_joint_stands_are_told() -> None:
 
     assert "% of tau1" in note
     assert not any("stands" in one for one in symdyn.identify(scara(), noisy(log(scara()), 3, 0.02, 1e-4)).notes)
+
+
+@pytest.mark.parametrize("motion", ["q1=sin(2*t)+0.4*cos(5*t)", "q1=0.3*sin(t)+0.1*cos(3*t)"])
+def test_friction_whose_jump_is_smooth_is_found_from_speeds_beyond_it(motion: str) -> None:
+    bare = symdyn.example("pendulum")
+    (joint,) = bare.joints
+    dry = FORCES["friction"].noun(
+        joint.name, Quantity.number(Fraction(2, 5)), smoothing=Quantity.number(Fraction(1, 50))
+    )
+    run = symdyn.inverse(replace(bare, joints=(replace(joint, dry=dry),)), motion, np.linspace(0, 10, 2001))
+    for noise, off in ((0.0, 1e-5), (0.02, 0.005)):
+        force = run["tau1"] + noise * np.random.default_rng(0).normal(size=len(run.t))
+        found = symdyn.identify(bare, {"t": run.t, "q1": run["q1"], "tau1": force}, friction="coulomb")
+        place = found.names.index("fc1")
+
+        assert abs(found.after[place] - 0.4) < max(3 * found.errors[place], off) < 0.02
+        assert any("left out where a joint stands or creeps" in note for note in found.notes)
 
 
 def test_samples_that_nothing_explains_are_left_out_and_told() -> None:

@@ -178,6 +178,22 @@ def test_names_that_data_do_not_tell_apart_are_told_and_give_the_estimates(tmp_p
     assert any("M, m2, c, J: identifiable in combinations only" in note for note in made.notes)
 
 
+@pytest.mark.filterwarnings("error")
+def test_six_names_of_a_log_without_noise_are_told_without_a_warning(tmp_path):
+    turning = SWINGING.replace("prismatic", "revolute").replace("axis = [1, 0, 0]", "axis = [0, 0, 1]")
+    turning = turning.replace("M = {", "c1 = 0.19\nJ1 = 0.055\nM = {").replace(
+        'drive = "T"', 'drive = "T", origin = [0.42, 0, 0]'
+    )
+    upper = 'mass = "M", com = ["c1", 0, 0], inertia = ["J1", "J1", "J1"], inertia_about = "com"'
+    (tmp_path / "turning.toml").write_text(turning.replace('mass = "M"', upper))
+    scene = symdyn.read(tmp_path / "turning.toml")
+
+    made = identified(identify(scene, _log(scene, noise=0)))
+
+    assert np.isnan(made.named.errors).all()
+    assert len(made.named.errors) == 6
+
+
 def test_exciting_motions_are_advised_only_where_they_are_found():
     assert "symdyn.identification.excite" in richer(symdyn.example("puma560"))
     assert "excite" not in richer(symdyn.example("four_bar"))

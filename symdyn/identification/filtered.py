@@ -100,23 +100,33 @@ def floor(x: Array, step: float) -> Array:
     frequency, power = spectrum(x, step)
     above = power[frequency >= 0.5 * frequency[-1]]
     found: Array = np.median(above, axis=0) / np.log(2.0)  # the median of an exponential distribution
-    least: Array = np.maximum(found, (ROUNDED * np.abs(x).max(axis=0)) ** 2)
-    return least
+    return np.asarray(np.maximum(found, (ROUNDED * np.abs(x).max(axis=0)) ** 2))
 
 
-def reach(log: Log) -> float:
-    """Return the highest frequency of the motion and its harmonics, above the noise of positions; Hz, or 0."""
-    frequency, power = spectrum(log.q, step := float(np.median(np.diff(log.t))))
-    clear = np.where(power > ABOVE * floor(log.q, step), power, 0.0) * frequency[:, None] ** 4
+def reach(x: Array, step: float) -> float:
+    """Return the highest frequency of the columns of x and their harmonics, shape (N, n), above noise; Hz, or 0."""
+    frequency, power = spectrum(x, step)
+    clear = np.where(power > ABOVE * floor(x, step), power, 0.0) * frequency[:, None] ** 4
     summed = np.cumsum(clear, axis=0).T
     found = (frequency[np.searchsorted(column, SHARE * column[-1])] for column in summed if column[-1] > 0)
     return float(max(found, default=0.0))
 
 
+def smooth(x: Array, step: float, cut: float) -> Array:
+    """Return the columns of x, shape (N, n), without what is faster than `cut` in Hz, not delayed."""
+    from scipy.signal import butter, sosfiltfilt
+
+    if (part_of := 2 * cut * step) >= 1:
+        return x
+    sections = butter(ORDER, part_of, output="sos")
+    return np.asarray(sosfiltfilt(sections, x, axis=0, padlen=min(len(x) - 1, int(18 / part_of))))
+
+
 def usual_bands(logs: Iterable[Log]) -> tuple[float, ...]:
     """Return bands in Hz, widest first, down to one that the motions just fit into."""
     logs = tuple(logs)
-    highest, largest = max(reach(log) for log in logs), 0.4 / max(float(np.median(np.diff(log.t))) for log in logs)
+    steps = [float(np.median(np.diff(log.t))) for log in logs]
+    highest, largest = max(reach(log.q, step) for log, step in zip(logs, steps, strict=True)), 0.4 / max(steps)
     if not highest:
         return (largest / 4,)
     found, narrowest = [min(largest, ROOM * highest)], min(largest, LEAST_ROOM * highest)
@@ -129,7 +139,7 @@ def motions(log: Log, band: float) -> tuple[tuple[Motion, ...], tuple[str, ...]]
     """Return the motion of a log, filtered, its edges dropped, and notes; a motion for each part between gaps."""
     step = float(np.median(np.diff(log.t)))
     ends = np.flatnonzero(np.diff(log.t) > GAP * step)
-    notes, found, highest = list[str](), list[Motion](), reach(log)
+    notes, found, highest = list[str](), list[Motion](), reach(log.q, step)
     if band < highest:
         notes.append(
             f"{log.source}: the motion reaches {highest:.3g} Hz, above the band of {band:.3g} Hz: what forces tell "
@@ -159,7 +169,6 @@ def motions(log: Log, band: float) -> tuple[tuple[Motion, ...], tuple[str, ...]]
 def _motion(log: Log, part: Indices, step: float, band: float, cut: float) -> tuple[Motion, list[str]]:
     """Return the motion of one part of a log, and notes."""
     from scipy.interpolate import make_interp_spline
-    from scipy.signal import butter, sosfiltfilt
 
     t, q, tau = log.t[part], log.q[part], log.tau[part]
     qd, qdd = (None if x is None else x[part] for x in (log.qd, log.qdd))
@@ -183,25 +192,16 @@ def _motion(log: Log, part: Indices, step: float, band: float, cut: float) -> tu
 
     if qdd is not None and qd is not None:
         return Motion(log.source, t, beside(q, given), qd, qdd, tau, noise, band, cut), notes
-    part_of = 2 * cut * step
-    sections = butter(ORDER, part_of, output="sos") if part_of < 1 else None
-
-    def smooth(x: Array) -> Array:
-        found: Array = (
-            x if sections is None else sosfiltfilt(sections, x, axis=0, padlen=min(len(x) - 1, int(18 / part_of)))
-        )
-        return found
-
-    share, w = min(1.0, part_of), 2 * np.pi * cut
+    share, w = min(1.0, 2 * cut * step), 2 * np.pi * cut
     if qd is None:
-        level, fit = share * floor(q, step), make_interp_spline(t, smooth(q), k=5)
+        level, fit = share * floor(q, step), make_interp_spline(t, smooth(q, step, cut), k=5)
         q, qd, qdd = fit(t), fit(t, 1), fit(t, 2)
         noise = np.sqrt(np.stack([level, level * w**2 / 3, level * w**4 / 5]))
     else:
-        level, fit = share * floor(qd, step), make_interp_spline(t, smooth(qd), k=5)
-        q, qd, qdd = smooth(q), fit(t), fit(t, 1)
+        level, fit = share * floor(qd, step), make_interp_spline(t, smooth(qd, step, cut), k=5)
+        q, qd, qdd = smooth(q, step, cut), fit(t), fit(t, 1)
         noise = np.sqrt(np.stack([0 * level, level, level * w**2 / 3]))
-    q = beside(q, None if given is None else smooth(given))
+    q = beside(q, None if given is None else smooth(given, step, cut))
     edge = min(int(np.ceil(EDGE / (band * step))), len(t) // 10)
     keep = slice(edge, len(t) - edge)
     return Motion(log.source, t[keep], q[keep], qd[keep], qdd[keep], tau[keep], noise, band, cut), notes
@@ -211,5 +211,4 @@ def projected(x: Array, rows: int) -> Array:
     """Return the sums of rows of x, shape (N, ...), over the slowest orthonormal cosines, shape (rows, ...)."""
     from scipy.fft import dct
 
-    found: Array = dct(x, type=2, norm="ortho", axis=0)[:rows]
-    return found
+    return np.asarray(dct(x, type=2, norm="ortho", axis=0)[:rows])

@@ -27,7 +27,7 @@ from symdyn.errors import IdentifyError
 from symdyn.frozen import dataclass, replace
 from symdyn.identification.filtered import Flags, Indices, Motion
 from symdyn.identification.linear_model import LinearModel
-from symdyn.identification.payload import Carried, Evidence, Fit, held_in, mean_square, moving, rows_of
+from symdyn.identification.payload import Carried, Evidence, Fit, held_in, mean_square, rows_of, sliding
 from symdyn.identification.regression import Outlier, Regression, Rows, far, solve, stretches
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import force_unit
@@ -310,9 +310,9 @@ def fitted(
     )
     prior = np.append(start, usual[list(shown)])
     gains = Gains(shown, usual, start)
-    used = list(evidence.used)
+    used = fast = list(evidence.used)
     out = [np.zeros(one.motion.tau.shape, bool) for one in parts]
-    for k in range(ROUNDS if leave_out else 1):
+    for k in range(2 * ROUNDS):
         rows = rows_of(model, parts, used, False) if k else evidence.rows
         if len(rows.tau) < len(names) // 4 + 2:
             raise IdentifyError(
@@ -325,18 +325,20 @@ def fitted(
         forces = [one.motion.tau * gains.values for one in parts]
         predicted = [one.Y @ gains.factors for one in parts]
         residuals = [force - said for force, said in zip(forces, predicted, strict=True)]
-        if not leave_out or k == ROUNDS - 1:
+        if k < ROUNDS and (slid := sliding(model, parts, fast, residuals, forces)) is not fast:
+            fast, used = slid, [one & ~gone for one, gone in zip(slid, out, strict=True)]
+            continue
+        if not leave_out or k == 2 * ROUNDS - 1:
             break
         new = _far(residuals, used, forces, model.rows)
         if not any(one.any() for one in new):
             break
         out = [one | more for one, more in zip(out, new, strict=True)]
         used = [one & ~more for one, more in zip(used, new, strict=True)]
-    drives = model.drives
     outliers = [
         one
         for part, mask, left in zip(parts, out, residuals, strict=True)
-        for one in stretches(mask, left, part.motion.t, part.motion.source, drives)
+        for one in stretches(mask, left, part.motion.t, part.motion.source, model.drives)
     ]
     return Fitted(
         regression,
@@ -345,7 +347,7 @@ def fitted(
         _fits(model, evidence, gains, rows, used),
         rows,
         tuple(outliers),
-        (*_standing(model, [one.motion for one in parts]), *_told_of(outliers, out)),
+        (*_standing(model, fast), *_told_of(outliers, out)),
         tuple(predicted),
         tuple(used),
         tuple(held_in(one) for one in parts),
@@ -388,12 +390,11 @@ def _told_of(outliers: list[Outlier], out: list[Flags]) -> list[str]:
     return [f"{count} sample{'s' * (count != 1)} of a force left out that no noise explains: {where}"]
 
 
-def _standing(model: LinearModel, moved: Sequence[Motion]) -> list[str]:
-    """Return a note on samples of joints that were left out as `moving` says."""
-    left = 1 - np.concatenate([moving(model, one) for one in moved]).mean(axis=0)
-    names = model.drives
-    parts = [f"{100 * left[j]:.2g} % of {names[j]}" for j in model.rows if left[j] > 0]
-    return [f"left out where a joint stands, where dry friction jumps: {', '.join(parts)}"] if parts else []
+def _standing(model: LinearModel, fast: Sequence[Flags]) -> list[str]:
+    """Return a note on samples of joints that were left out as `moving` and `sliding` say."""
+    left = 1 - np.concatenate(fast).mean(axis=0)
+    parts = [f"{100 * left[j]:.2g} % of {model.drives[j]}" for j in model.rows if left[j] > 0]
+    return [f"left out where a joint stands or creeps, where dry friction jumps: {', '.join(parts)}"] if parts else []
 
 
 def _fits(model: LinearModel, evidence: Evidence, gains: Gains, own: Rows, used: Sequence[Flags]) -> tuple[Fit, ...]:

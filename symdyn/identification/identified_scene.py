@@ -133,9 +133,8 @@ def fit_names(
     begin = np.where(np.isfinite(low), np.maximum(start, 1e-9 * size), start)
     found = least_squares(off, begin, slope, bounds=(low, np.inf), x_scale=size, xtol=1e-15, ftol=1e-15, gtol=1e-15)
     rows = slope(found.x)
-    back = size[:, None] * np.linalg.inv(np.linalg.qr(rows * size, mode="r"))
-    covered = back @ back.T
-    errors = np.sqrt(np.diag(covered))
+    _, s, turned = np.linalg.svd(rows * size, full_matrices=False)
+    errors = size * np.linalg.norm(turned.T / s, axis=1)
     _, told_by, Vt = np.linalg.svd(rows[: len(estimate)] * size)
     known_by_data = int(np.sum(told_by > WEAK))
     errors[np.linalg.norm(Vt[known_by_data:], axis=0) > UNTOLD] = np.nan

@@ -1,10 +1,4 @@
-"""The function `identify`: logs of motion and driving forces in, base parameters with standard errors out.
-
-The band is chosen by what noise of the positions does in it. Differentiated twice it grows with the band, is part of
-the columns of the regressor, and pulls estimates by many standard errors where the band is much wider than the motion
-(`regression.solve`). So of bands, from the widest to one as narrow as the motion, the first is taken in which it does
-not.
-"""
+"""The function `identify`: logs of motion and driving forces in, base parameters with standard errors out."""
 
 from __future__ import annotations
 

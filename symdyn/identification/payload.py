@@ -28,7 +28,7 @@ from symdyn.identification.filtered import Flags, Motion, projected
 from symdyn.identification.linear_model import TEN, LinearModel
 from symdyn.identification.log import Log
 from symdyn.identification.rate_rows import width
-from symdyn.identification.regression import Rows
+from symdyn.identification.regression import GAUSS, Rows
 from symdyn.rounding import in_digits
 from symdyn.scene import INERTIAL
 
@@ -278,6 +278,10 @@ def mean_square(residuals: Array) -> float:
 SLOW = 3.0
 """Standard deviations of a velocity's noise within which a joint stands, where its dry friction jumps."""
 
+CREEP, BENT, FEWEST = (0.025, 0.4), (0.2, 1e-4), 8
+"""Parts of the root mean square of a velocity below which friction is compared with that of a sign, first and at most;
+parts of noise and of the force by which it differs, in the median of so many samples at least."""
+
 
 @dataclass(frozen=True)
 class DataPart:
@@ -328,6 +332,25 @@ def moving(model: LinearModel, motion: Motion) -> Flags:
     for j in model.jumps:
         used[:, j] = np.abs(motion.qd[:, j]) > SLOW * motion.noise[1, j]
     return used
+
+
+def sliding(
+    model: LinearModel, parts: Sequence[DataPart], used: list[Flags], off: list[Array], taus: list[Array]
+) -> list[Flags]:
+    """Return samples that are used, without the slowest if residuals show friction that sticks or jumps smoothly."""
+    qd, every, r, tau = (np.concatenate(one) for one in ([one.motion.qd for one in parts], used, off, taus))
+    v, least = np.abs(qd), np.zeros(qd.shape[1])
+    for j in set(model.jumps) & set(model.rows):
+        own = every[:, j]
+        first, most = np.multiply(CREEP, mean_square(v[own, j]))
+        slow = max(2 * v[own, j].min(initial=np.inf), first)
+        bent = (r[:, j] * np.sign(qd[:, j]))[own & (v[:, j] < slow)]
+        if len(bent) >= FEWEST and slow <= most:
+            noise = GAUSS * float(np.median(np.abs(r[own & (v[:, j] >= slow), j])))
+            noise = max(noise, BENT[1] * mean_square(tau[own, j])) * max(BENT[0], SLOW / np.sqrt(len(bent)))
+            least[j] = min(2 * slow, most) if abs(np.median(bent)) > noise else 0.0
+    fast = [mask & (np.abs(one.motion.qd) >= least) for mask, one in zip(used, parts, strict=True)]
+    return fast if least.any() else used
 
 
 def _part(model: LinearModel, motion: Motion, carried: Carried, place: int, hold_back: float) -> DataPart:

@@ -189,14 +189,18 @@ class _Parser(Cursor):
         while self.sees("number") or self.sees("command", "frac") or self.sees("constant"):
             factors.append(Number(self.take().value) if self.sees("number") else self.factor())
         if self.sees("word"):
-            token = self.take()
-            factors.append(self.product(token, self.read(token), token.dots))
+            factors.append(self.named(self.take()))
         elif self.sees("command", "dot", "ddot"):
             token, dots = self.dotted(self.take())
             factors.append(self.product(token, self.read(token), dots))
+        while factors and self.sees("word", TIME):  # sin Ω t
+            factors.append(self.named(self.take()))
         if not factors:
             raise self.fault(self.tokens[self.next - 1], f"{of.text} of what? write {of.text}(q)")
         return Form.product(factors)
+
+    def named(self, token: Token) -> Form:
+        return self.product(token, self.read(token), token.dots)
 
     def dotted(self, token: Token) -> tuple[Token, int]:
         """Return the word under an accent, in braces or not, then perhaps its index, and the number of dots."""
