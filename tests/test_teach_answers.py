@@ -192,6 +192,7 @@ OF_CAR = [
     ("e^{-z} + m e^(-a z)", "exp(-z) + m*exp(-a*z)"),
     ("|z - zf| m + |a|", "abs(z - zf)*m + abs(a)"),
     ("a∗b", "a*b"),
+    ("a sin 2mt + cos^2 b t z", "a*sin(2*m*t) + cos(b*t)**2*z"),
 ]
 """Names of several letters, and names that the scene gives a formula."""
 

@@ -80,6 +80,7 @@ const Echo = (() => {
       const argument = [];
       while (sees("number") || sees("constant") || sees("command", "frac")) argument.push(primary(take()));
       if (sees("word") || sees("command", "dot", "ddot")) argument.push(primary(take()));
+      while (argument.length && sees("word", "t")) argument.push(primary(take()));
       return row([head, sign("&#x2061;"), THIN, row(argument)]);
     }
     function word(text, dots, primed) {

@@ -315,6 +315,7 @@ const Formulas = (() => {
         const [name, dots] = sees("word") ? [peek(), take().dots] : accented(take());
         factors.push(named(name, read(name.spelled), dots));
       }
+      while (factors.length && sees("word", "t")) factors.push(named(peek(), read(peek().spelled), take().dots));  // sin Ω t
       if (!factors.length) throw new Fault("fault.argument");
       return times(factors);
     }
