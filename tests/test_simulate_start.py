@@ -47,6 +47,7 @@ def test_coordinates_beyond_the_freedoms_choose_the_branch_and_what_they_become_
     assert "psi = -2.16969601, chi = -2.45370024" in err
 
 
+@pytest.mark.runs("cc")
 @pytest.mark.parametrize("psi", [-3.0, 0.5, 3.0])
 def test_a_dependent_coordinate_that_is_given_wins_over_what_the_scene_says(psi: float) -> None:
     """psi = 3 is reached: crank and coupler are 2.02 m long together, and from 0.5 to 7.5 m close the loop."""
