@@ -205,8 +205,8 @@ def lightened(lesson: Lesson, one: Limit) -> Iterator[tuple[str, str]]:
             yield point.name, "point"
     if body := smaller_by(lesson, one):
         yield body, "smaller"
-    x, struts = lesson.graph.symbol("x:"), [x for x in lesson.scene.struts if x.kind == "spring"]
-    laws = {s.name: energy(s, x) for s in struts if (energy := FORCES[s.kind].pull.energy) is not None}
+    x, pulls = lesson.graph.symbol("x:"), [(one, FORCES[one.kind].pull.energy) for one in lesson.scene.struts]
+    laws = {one.name: energy(one, x) for one, energy in pulls if energy is not None}
     gone = [name for name, law in laws.items() if not law.is_zero and _nothing(one.of([law]))]
     if gone:
         others = tuple(x for x in lesson.scene.elements if x.name not in gone)
