@@ -41,6 +41,7 @@ CALLS: dict[str, dict[str, Any]] = {
     "output_error": {"scene": CART, "data": {"t": [0, 0.1, 0.2], "x": [0, 0, 0]}, "parameters": "mc"},
     "excite": {"scene": CART, "box": {"x": (-1, 1)}, "terms": 1, "starts": 1},
     "collocation": {"scene": CART, "until": 1, "intervals": 2},
+    "scene": {"name": "car"},
 }
 """What is in order but for the argument that a test is about."""
 
@@ -64,7 +65,9 @@ JUDGED = [
     (name, argument)
     for name, door in doors().items()
     for argument in single(door)
-    if argument in _read(door) and (name, argument) not in SILENT
+    if argument in _read(door)
+    and (name, argument) not in SILENT
+    and "[Entry]" not in door.__annotations__.get(argument, "")
 ]
 
 

@@ -370,7 +370,7 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
         LinearizeError,
         lambda: upright().lqr({"theta": "2 m"}),
     ),
-    "give a name, values and a function": (LinearizeError, lambda: root_locus(CART, "mp", [1, 2])),  # type: ignore[arg-type]
+    "give text; root_locus(": (LinearizeError, lambda: root_locus(CART, "mp", [1, 2])),  # type: ignore[arg-type]
     'symdyn.linear.root_locus("mp", values, system)': (
         LinearizeError,
         lambda: symdyn.linearize(CART).root_locus("theta", "mp"),

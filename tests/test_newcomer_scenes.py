@@ -331,7 +331,7 @@ OTHERWISE: dict[str, Callable[[], object]] = {
     "feedback: initial: is the force before the first sample; give a period too": (
         lambda: symdyn.simulate(CART, until=0.1, feedback=symdyn.Feedback(lambda t, q, u: 0.0, initial=[1.0]))
     ),
-    "drives F>: give a name, values and a function, root_locus(": (
+    "drives F>: give a function of 1 argument; root_locus(": (
         lambda: root_locus("mp", [1, 2], CART)  # type: ignore[arg-type]
     ),
     "rates() takes 2 positional arguments but 3 were given; call it as rates(t, x)": (

@@ -20,9 +20,9 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from symdyn.algebra import Array
-from symdyn.arguments import argument, suggesting
+from symdyn.arguments import argument, check_arguments, suggesting
 from symdyn.draw import FilledFigure
-from symdyn.errors import LinearizeError, quoted
+from symdyn.errors import LinearizeError
 from symdyn.frozen import dataclass
 from symdyn.linear.modes import SIDEWAYS, Complexes, pairs_of
 from symdyn.linear.plots import Plotted, pole_map
@@ -261,10 +261,7 @@ def root_locus(
     Raises:
         LinearizeError: the values do not increase, or are too many; and what `system` raises.
     """
-    for what, one, right in (("over", over, isinstance(over, str)), ("system", system, callable(system))):
-        if not right:
-            call = 'root_locus("m", values, lambda m: symdyn.linearize(scene, values={"m": m}))'
-            raise LinearizeError(f"{what} = {quoted(one)}: give a name, values and a function, {call}")
+    check_arguments(root_locus, locals(), LinearizeError)
     x = array_of(values)
     if x.ndim != 1 or not 2 <= len(x) <= MOST or not np.isfinite(x).all() or np.any(np.diff(x) <= 0):
         where = f"{argument('over')} {over}" if zeros is None else "gains"
