@@ -419,6 +419,10 @@ REFUSED = [
         "feedback: measures: is of linear systems; a function",
     ),
     (type("Own", (), {"feedback": lambda self: 3})(), "returned 3, which is no Feedback"),
+    (
+        Feedback({"K": [[1, 1]], "states": ["x", "x_dot"], "inputs": ["F"]}, period=0.1, noise={"theta": 0.1}),
+        "feedback: noise: theta is none of the states of these gains, x, x_dot, so it acts on nothing",
+    ),
 ]
 
 

@@ -354,6 +354,10 @@ def _sizes(scene: Scene, feedback: Feedback, name: str, measures: Sequence[str],
     found = numbers_by_signal(sizes, measures, where, faults, scene)
     for signal in (one for one, size in found.items() if size < 0):
         faults.add(where, f"{signal} = {found[signal]:g} is below 0")
+    gains = feedback.law.at(0.0) if isinstance(feedback.law, Schedule) else feedback.law
+    states = gains.states if isinstance(gains, Gains) and gains.formulas is not None else measures
+    for signal in (one for one in found if one not in states):
+        faults.add(where, f"{signal} is none of the states of these gains, {', '.join(states)}, so it acts on nothing")
     if found and feedback.period is None:
         faults.add(where, "is of a controller that takes samples; give it a period")
     if not isinstance(seed, Integral) or seed < 0:
