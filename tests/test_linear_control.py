@@ -402,6 +402,7 @@ def test_weights_and_variances_say_their_units():
         ({"Q": {"tetha": 1}}, "Q: tetha is not known; did you mean theta"),
         ({"Q": {"x": -1}}, "Q: x: -1 is no weight; give one of 0 or more"),
         ({"R": {"F": 0}}, "R: F: 0 is no weight; give one above zero"),
+        ({"R": {"F": "0"}}, "R: F: '0' is no weight; give one above zero"),
         ({"Q": {"x": float("nan")}}, "Q: x: nan is no weight"),
         ({"Q": np.diag([1, -2, 1, 1])}, "Q: is not positive semidefinite: it has the eigenvalue -2, mostly of theta"),
         (

@@ -195,7 +195,8 @@ def weight(
         for key, one in given.items():
             value, letter = _number(one), Parameter(str(key), unit=units.get(key, ""))
             if isinstance(one, str):
-                value = read_number(one, {}, f"{name}: {key}", faults, letter) or float(definite)
+                read = read_number(one, {}, f"{name}: {key}", faults, letter)
+                value = float(definite) if read is None else read  # what cannot be read is told already
             if inputs is not None and key in inputs.names and key not in axis.names:
                 drives = ", ".join(axis.names)
                 instead = f"{key} controls where its joint has drive = false"

@@ -26,7 +26,7 @@ HALF = Fraction(1, 2)
 def wrong_energies(course: Course) -> Iterator[tuple[str, str, Energies]]:
     """Return energies in which one rule is broken, for each mass that it concerns, for all of a body, or of one size.
 
-    Each is made once.
+    Each is made once: a copy of what `tee` returns begins with those that are there, and makes the rest on demand.
     """
     kept = course.graph.found.setdefault("wrong energies", {})
     if not kept:
