@@ -198,9 +198,8 @@ def weight(
                 read = read_number(one, {}, f"{name}: {key}", faults, letter)
                 value = float(definite) if read is None else read  # what cannot be read is told already
             if inputs is not None and key in inputs.names and key not in axis.names:
-                drives = ", ".join(axis.names)
-                instead = f"{key} controls where its joint has drive = false"
-                faults.add(name, f"{key} disturbs, as there is a drive to control by: {drives}; {instead}")
+                told = f"there is a drive to control by: {', '.join(axis.names)}; {key} controls where its joint has"
+                faults.add(name, f"{key} disturbs, as {told} drive = false")
             elif key not in axis.names:
                 outputs = "; outputs are weighed by Q = lin.C.T @ W @ lin.C" if name == "Q" else ""
                 faults.add(name, f"{key} is not known; {suggestion(key, axis.names)}{outputs}")
