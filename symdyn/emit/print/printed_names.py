@@ -122,13 +122,12 @@ def latex_symbols(scene: Scene, others: Iterable[str] = (), moving: Iterable[str
         if letter.of:
             second = letter.of in scene.rates.values()
             found[letter.name] = entered[letter.of].accented("ddot" if second else "dot")
-    for state in scene.states:
-        found[acceleration_name(state.name)] = PrintName(found[state.name]).accented("dot")
-    for drive in scene.drives:
-        if drive and drive not in found:
-            enter(drive)
-    for name in others:
-        enter(name)
+    rates = {acceleration_name(name): name for name in entered}
+    for name in (*(acceleration_name(state.name) for state in scene.states), *filter(None, scene.drives), *others):
+        if name in rates:
+            found.setdefault(name, entered[rates[name]].accented("dot"))
+        elif name not in found:
+            enter(name)
     for name in moving:
         shown, rate = enter(name), velocity_name(name)
         found |= {rate: shown.accented("dot"), acceleration_name(rate): shown.accented("ddot")}
