@@ -107,6 +107,8 @@ def _why(name: str, use: Use, scene: Scene, motion: dict[str, None]) -> str:
     if name == CLOCK:
         return "uses t, the time; only forces, loads and prescribed motions may depend on it"
     if name in motion:
+        if use.key == "motion":
+            return f'uses {name}, which moves; write mimic = {{ joint = "leader", ratio = 2 }} for what follows a joint'
         return f"uses {name}, which moves; only the force of a joint, loads and rows may depend on what moves"
     for one in scene.inputs:
         if name in (of := (f"{one.name}_dot", f"{one.name}_ddot")):
