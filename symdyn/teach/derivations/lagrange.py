@@ -37,6 +37,7 @@ from symdyn.teach.derivations.equation_steps import (
 from symdyn.teach.derivations.meaning import axes_of, meaning_steps
 from symdyn.teach.derivations.rotations import rotation_steps
 from symdyn.teach.derivations.solved import solved_steps
+from symdyn.teach.derivations.uniform import uniform_steps
 from symdyn.teach.derivations.velocities import energy_steps, position_steps, velocity_steps
 from symdyn.teach.document import Bar, Block, Document, Formula, Letter, Name, Picture, Section, Shares, Step, Words
 from symdyn.teach.lesson import Lesson, Mass, Prose, called, named, silent_steps, together
@@ -410,7 +411,7 @@ def lagrange_walkthrough(scene: Scene, language: str = "en", until: str = "numbe
     if last >= 2:
         sections.append(lesson.section("equations", [*equation_steps(lesson, page), *kane_steps(lesson, page, chosen)]))
     if last >= 3:
-        if solved := solved_steps(lesson, chosen):
+        if solved := [*solved_steps(lesson, chosen), *uniform_steps(lesson, chosen)]:
             sections.append(lesson.section("explicit", solved))
         steps = coefficient_steps(lesson, page)
         meanings = meaning_steps(lesson, page, found)
