@@ -53,9 +53,7 @@ def _letter(lesson: Lesson, below: str, dots: int = 0) -> Symbol:
 
 
 def _held(lesson: Lesson, gain: Expr) -> Words:
-    """Return what has to be so meanwhile: contacts open, the drive constant."""
-    if lesson.scene.unilaterals:
-        return lesson.say("uniform.open")
+    """Return what has to be constant, the drive."""
     drives = [Symbol(x) for x in lesson.scene.drives if x and lesson.graph.symbol(x) in reachable([gain])]
     return lesson.say("uniform.held", drives=together(drives)) if drives else Words(())
 
