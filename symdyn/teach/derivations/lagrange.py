@@ -34,10 +34,10 @@ from symdyn.teach.derivations.equation_steps import (
     name_coefficients,
     node_of,
 )
+from symdyn.teach.derivations.forced import uniform_steps
 from symdyn.teach.derivations.meaning import axes_of, meaning_steps
 from symdyn.teach.derivations.rotations import rotation_steps
 from symdyn.teach.derivations.solved import solved_steps
-from symdyn.teach.derivations.uniform import uniform_steps
 from symdyn.teach.derivations.velocities import energy_steps, position_steps, velocity_steps
 from symdyn.teach.document import Bar, Block, Document, Formula, Letter, Name, Picture, Section, Shares, Step, Words
 from symdyn.teach.lesson import Lesson, Mass, Prose, called, named, silent_steps, together
