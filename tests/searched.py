@@ -84,6 +84,7 @@ const read = (name, more = "") => vm.runInContext(fs.readFileSync(`${site}/${nam
 world.window = world;
 read("_static/searchtools.js", "\\nthis.Search = Search;");
 read("_static/language_data.js");
+read("_static/search_phrases.js");
 read("searchindex.js");
 const ranked = word => world.Search._performSearch(...world.Search._parseQuery(word)).reverse();
 const found = words.map(word => [word, ranked(word).slice(0, 5).map(hit => hit[0] + hit[2])]);
