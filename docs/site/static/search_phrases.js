@@ -31,7 +31,7 @@
     }
     for (const { file, id, words } of sections.values()) {
       const share = [...words.values()].reduce((sum, weight) => sum + weight, 0) / terms.size;
-      if (share < 0.5) continue;
+      if (share < 0.3) continue;
       const hit = [docnames[file], titles[file], id && `#${id}`, null, 70 * share, filenames[file], SearchResultKind.index];
       hit[4] = Scorer.score(hit);
       results.push(hit);
