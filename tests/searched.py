@@ -85,7 +85,7 @@ SEARCHES = {
     "scenes#ropes": ("rope over a pulley",),
     "scenes#gears-racks-screws-worms": ("belt drive",),
     "scenes#springs-dampers-friction-and-loads": ("viscous friction", "friction model", "bearing friction"),
-    "scenes#states-of-one-s-own": ("hydraulic cylinder",),
+    "scenes#user-defined-states-actuators-filters-controllers": ("hydraulic cylinder",),
     "words#top-level": ("gravity direction",),
     "robots#coordinates-poses-base": ("floating base",),
     "scenes#joints": ("generalized coordinates",),
