@@ -411,20 +411,22 @@ def _ways(scene: Scene, way: Array) -> str:
 
 
 def singular(system: StateEquations, x: Array) -> str:
-    """Return which velocity moves no mass at a state, shape (nx,), "" if all do; of a tree."""
+    """Return which velocity moves no mass at a state, shape (nx,), "" if all that no motion prescribes do; of a tree."""
     scene, graph, n = system.scene, system.mass[0].graph, system.nv
+    free = np.setdiff1d(np.arange(n), scene.prescribed_velocities)
     known = zip((*scene.coordinates, *scene.first_order), x.tolist(), strict=False)  # work stands behind them
     values = values_on(graph, {**system.opened.values, **dict(known)})
     M = np.array(evaluate(system.mass, Floats(), values), dtype=np.float64).reshape(n, n)
     if not np.all(np.isfinite(M)):
         return "the mass matrix has no finite value at the start"
+    M = M[np.ix_(free, free)]
     size = np.sqrt(np.abs(np.diag(M)))
     if np.any(size == 0):
-        return f"{scene.velocities[int(size.argmin())]} moves no mass at the start"
+        return f"{scene.velocities[free[size.argmin()]]} moves no mass at the start"
     eigenvalues, vectors = np.linalg.eigh(M / np.outer(size, size))
-    if eigenvalues[0] > SINGULAR:
+    if eigenvalues.min(initial=1) > SINGULAR:
         return ""
-    velocity = scene.velocities[int(np.abs(vectors[:, 0]).argmax())]
+    velocity = scene.velocities[free[np.abs(vectors[:, 0]).argmax()]]
     return (
         f"the mass matrix is singular at the start, a motion with {velocity} moves no mass; "
         "give another start, or a mass or an inertia"
