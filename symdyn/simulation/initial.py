@@ -411,7 +411,7 @@ def _ways(scene: Scene, way: Array) -> str:
 
 
 def singular(system: StateEquations, x: Array) -> str:
-    """Return which velocity moves no mass at a state, shape (nx,), "" if all that no motion prescribes do; of a tree."""
+    """Return which velocity moves no mass at a state, shape (nx,), "" if all but prescribed ones do; of a tree."""
     scene, graph, n = system.scene, system.mass[0].graph, system.nv
     free = np.setdiff1d(np.arange(n), scene.prescribed_velocities)
     known = zip((*scene.coordinates, *scene.first_order), x.tolist(), strict=False)  # work stands behind them

@@ -146,7 +146,7 @@ def _given(scene: Scene, at: At, faults: Faults) -> tuple[dict[str, Array], str]
     found: dict[str, Array] = {}
     for name, said in entries.items():
         if isinstance(said, str):
-            number = read_number(said, values, f"at: {name}", faults, units.letter(str(name)))
+            number = read_number(said, values, f"at: {name}", faults, units.letter(str(name)), units.scene)
             found[str(name)] = np.asarray(np.nan if number is None else number)
         else:
             array = _array(said)

@@ -113,7 +113,8 @@ class Layout:
         known_names("bounds", bounds, columns, faults, scene)
         units, known = SceneUnits(scene), [name for name in bounds if name in columns]
         given = [
-            (name, read_range(bounds[name], f"bounds: {name}", faults, units.letter(name), values)) for name in known
+            (name, read_range(bounds[name], f"bounds: {name}", faults, units.letter(name), values, scene))
+            for name in known
         ]
         for name, (least, most) in [*_limits(scene, self.names, values), *given]:
             if name not in columns:
@@ -162,7 +163,7 @@ class Layout:
                 faults.add(where, f"{name} is a velocity; give it by {argument('end_rates', {name: given[name]})}")
             known_names(where, [name for name in given if name not in odd], names, faults, self.scene)
             for name, text in given.items():
-                x = read_number(text, values, f"{where}: {name}", faults, units.letter(name))
+                x = read_number(text, values, f"{where}: {name}", faults, units.letter(name), self.scene)
                 if name in names and x is not None:
                     self._fix(node, *names[name], name, x, where, lower, upper, faults)
         if faults.lines:
@@ -350,7 +351,9 @@ def collocation(
     functions = source(scene, free, tuple(formulas.items()))
     rates, resting = _resting(scene, end or {}, end_rates)
     limits = [
-        read_range(one, f"path: {name}", faults, Parameter("", unit=SceneUnits(scene).of_formula(formula, {})), values)
+        read_range(
+            one, f"path: {name}", faults, Parameter("", unit=SceneUnits(scene).of_formula(formula, {})), values, scene
+        )
         for (name, one), formula in zip((path or {}).items(), formulas["path"], strict=False)
     ]
     given = {"start": problem.start, "start rates": problem.start_rates, "end": end, "end rates": rates}

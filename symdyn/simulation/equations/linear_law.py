@@ -147,7 +147,7 @@ def numbers_by_signal(
     for name, one in by_signal(given, names, where, faults).items():
         if scene and isinstance(one, str):
             letter = SceneUnits(scene).letter(name)
-            found[name] = read_number(one, parameter_values(scene), f"{where}: {name}", faults, letter) or 0.0
+            found[name] = read_number(one, parameter_values(scene), f"{where}: {name}", faults, letter, scene) or 0.0
             continue
         try:
             found[name] = float(one)  # type: ignore[arg-type]
