@@ -348,7 +348,7 @@ def read_locks(joints: Sequence[Entry], faults: Faults) -> dict[str, Quantity]:
             faults.add(entry.where, f"locked = {show(locked)} is neither true nor false")
         elif raw is not None:
             meant = "a place in space is its origin" if isinstance(raw, list | tuple) else "write locked = true"
-            faults.add(entry.where, f"position is where a locked joint stands; {meant}, or leave it out")
+            faults.add(entry.where, f"position is where a locked joint stands; {meant}, or motion where it moves")
     return positions
 
 

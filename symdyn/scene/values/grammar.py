@@ -36,6 +36,7 @@ import re
 from collections.abc import Container, Iterator
 from functools import cache
 
+from symdyn.errors import hint
 from symdyn.frozen import dataclass
 
 LONGEST_WORDS = 200
@@ -294,14 +295,38 @@ _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 
 LONGEST = 60
 
+_FUNCTION = rf"\b({'|'.join(FORMULA_NAMES[1:])})"
+
+PRODUCTS = (
+    (r"(?<![\w.])(\d+\.?\d*|\.\d+)(?![eE][+-]?\d)([^\W\d_])", r"\1*\2"),  # 2t
+    (rf"{_FUNCTION} \(", r"\1("),
+    (rf"{_FUNCTION} (\w+)", r"\1(\2)"),  # sin x
+    (r"(?<=[\w)]) (?=[\w(])|(?<=\))(?=[\w(])", "*"),  # w t, (a)(b)
+)
+"""What stands for products and functions on paper, and in formulas."""
+
 
 def meant(text: str) -> str:
-    """Return what to write in a formula that breaks off: 2*t for 2t, another name for a keyword of Python; else ""."""
+    """Return what to write in a formula that breaks off: 2*sin(w*t) for 2 sin(w t), no keyword of Python; else ""."""
     known = {"and", "or", "not", "if", "else"}
     for word in (one for one in re.findall(r"\b[A-Za-z_]\w*", text) if keyword.iskeyword(one) and one not in known):
         return f', where "{word}" {check_name(word)}'
-    near = re.search(r"(?<![\w.])([\d.]+)(?![eE][+-]?\d)([^\W\d_]\w*)", text)
-    return f"; write {near[1]}*{near[2]}" if near else ""
+    if re.fullmatch(r"[+-]?\d+,\d+[^,()]*", text):
+        return f"; write {text.replace(',', '.')}"
+    for pattern, product in PRODUCTS:
+        text = re.sub(pattern, product, text)
+    try:
+        compile(text, "", "eval")
+    except (SyntaxError, ValueError, MemoryError, RecursionError):
+        return ""
+    return f"; write {text.replace('if_(', 'if(')}"
+
+
+def foreign_sign(sign: str, text: str) -> str:
+    """Return what is said of a sign that no formula has, and what to write in its place, in a text."""
+    power = re.sub(r"\b([a-z]+)\*\*(\d+)(\([^()]*\))", r"\1\3**\2", text.replace("^", "**"))
+    told = hint("characters", sign).replace("{}", power)
+    return f"{sign!r} has no place in a formula{'; ' * bool(told)}{told}"
 
 
 def check_name(name: object, letter: bool = False) -> str | None:
