@@ -326,7 +326,7 @@ def foreign_sign(sign: str, text: str) -> str:
     """Return what is said of a sign that no formula has, and what to write in its place, in a text."""
     power = re.sub(r"\b([a-z]+)\*\*(\d+)(\([^()]*\))", r"\1\3**\2", text.replace("^", "**"))
     told = hint("characters", sign).replace("{}", power)
-    return f"{sign!r} has no place in a formula{'; ' * bool(told)}{told}"
+    return told if sign in told else f"{sign!r} has no place in a formula{'; ' * bool(told)}{told}"
 
 
 def check_name(name: object, letter: bool = False) -> str | None:

@@ -23,7 +23,7 @@ from symdyn.algebra import Array, Batches
 from symdyn.arguments import F, argument, checked
 from symdyn.bounds import BOUNDS
 from symdyn.dynamics.mechanism import TIME
-from symdyn.errors import SceneError, SimulateError, SymdynError, suggestion
+from symdyn.errors import SceneError, SimulateError, SymdynError, hint, suggestion
 from symdyn.frozen import dataclass, field
 from symdyn.graph import Expr, Graph, evaluate, reachable
 from symdyn.scene import Quantity, Scene, SceneUnits, parse, read_bounded
@@ -71,7 +71,7 @@ def read_formula(
     unknown = [name for name in formula.symbols if name not in known]
     for name in unknown:
         more = f", {told}" if advice and (told := advice(name)) else ""
-        near = suggestion(name, known, scene) if known else "give a number"
+        near = hint("characters", name) or (suggestion(name, known, scene) if known else "give a number")
         faults.add(where, f'"{text}" uses {name}, which is not known here; {near}{more}')
     if scene is not None and unit and not unknown:
         SceneUnits(scene).check(formula, where, faults, unit=unit)
