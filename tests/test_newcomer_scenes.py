@@ -85,7 +85,9 @@ def test_a_tip_that_was_meant_as_a_child_origin_is_told_where_the_start_shows_it
     assert right in text
     bar = read_text(text.replace(right, wrong))
     for notes in (symdyn.inverse(bar, {"phi": "2*pi*t"}, until=0.1).notes, Numbers(bar).closed_position().notes):
-        assert any("the loop hinge open: its gap along y is 6.19 m" in note and note.endswith(MIRRORED) for note in notes)
+        assert any(
+            "the loop hinge open: its gap along y is 6.19 m" in note and note.endswith(MIRRORED) for note in notes
+        )
     (moved, told) = Numbers(read_text(text.replace(right, ""))).closed_position().notes
     assert "had to move" in moved
     assert told.endswith("the joint hinge is at the origin of rocker's frame: if it is not, write child_origin")
