@@ -93,7 +93,6 @@ def _closes(numbers: Numbers, q: Array, held: Sequence[int]) -> bool:
 def _guessed(
     numbers: Numbers, closed: Array, places: dict[int, int], kept: Sequence[int], lost: Sequence[int]
 ) -> list[str]:
-    """Return what is said of coordinates that were given and not kept."""
     if not lost:
         return []
     coordinates = numbers.scene.coordinates
@@ -350,7 +349,6 @@ def _value(
 def _prescribe(
     scene: Scene, q: Array, u: Array, given: Sequence[int], inputs: Mapping[str, Quantity], faults: Faults
 ) -> None:
-    """Put prescribed motions at t = 0 in their places."""
     graph = Graph()
     motion = prescribed(scene, graph)
     if not motion.place:

@@ -157,7 +157,6 @@ def _given(scene: Scene, at: At, faults: Faults) -> tuple[dict[str, Array], str]
 
 
 def _array(specified: Any) -> Array | None:
-    """Return numbers, shape () or (S,); None of what is none."""
     try:
         found = np.asarray(specified)
     except ValueError:  # rows of several lengths
@@ -315,7 +314,6 @@ def _chunk(
     values: Array,
     found: Array,
 ) -> None:
-    """Put measures of a few parameter sets into `found`, shape (n, measures)."""
     columns = {name: values[:, k] for k, name in enumerate(names)}
     arguments, count, places = [], len(values), len(at[TIME])
     for one, usual in zip(call.operands, fixed, strict=True):

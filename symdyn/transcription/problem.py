@@ -219,7 +219,6 @@ class Layout:
 def _limits(
     scene: Scene, drives: Sequence[str], values: Mapping[str, Quantity]
 ) -> list[tuple[str, tuple[float, float]]]:
-    """Return what joints may do, by the name of a coordinate, velocity or drive."""
     found: list[tuple[str, tuple[float, float]]] = []
     for joint in scene.moving:
         if len(joint.rates) != 1 or len(joint.coordinates) != 1:
@@ -384,7 +383,6 @@ def collocation(
 
 
 def _phased(scene: Scene, phases: Sequence[Mapping[str, object]] | None) -> tuple[Unilateral, ...]:
-    """Return what opens, closes and sticks in phases; SimulateError where phases have none of it, or it no phases."""
     replace(scene, elements=()).refuse_contacts("collocation", SimulateError)
     laws = unilaterals_of(scene) if phases is not None else ()
     if phases is None and scene.unilaterals:
@@ -404,7 +402,6 @@ def _read(
     values: Mapping[str, Quantity],
     faults: Faults,
 ) -> dict[str, tuple[Quantity, ...]]:
-    """Return formulas of the path, the cost and the cost of the end."""
     inputs, states = (tuple(one.name for one in some) for some in (scene.inputs, scene.states))
     state = (TIME, *scene.coordinates, *scene.velocities, *states, *values, *scene.definitions, *scene.point_names)
     instead = (

@@ -254,13 +254,11 @@ class Numbers:
 
     @cached_property
     def _forbids_velocity(self) -> npt.NDArray[np.bool_]:
-        """Which rows forbid a velocity, m/s."""
         wrenches = (one.wrench for one in self.constraints.labels)
         return np.array([one is None or not all(x.is_zero for x in one[0]) for one in wrenches], dtype=bool)
 
     @cached_property
     def _turning(self) -> npt.NDArray[np.bool_]:
-        """Which entries of G stand in columns of turns."""
         return np.isin(self._rows.columns, self.angular_velocities)
 
     @cached_property

@@ -91,10 +91,7 @@ def analysed(scene: Scene, uses: Iterable[Use], more: Mapping[str, str] | None =
 
 
 def check_dimensions(scene: Scene, uses: Iterable[Use], faults: Faults) -> None:
-    """Report terms of letters alone that measure something else than what is asked for, or than each other.
-
-    A parameter whose unit fits in no place, alone in one of them, is told once, where it is declared.
-    """
+    """Report terms that measure something else than is asked for; a parameter that fits nowhere at its own line."""
     uses = tuple(uses)
     found = analysed(scene, uses)
     ratios = [(pair, pair.ratio) for pair in found.pairs] if found.wrong else []
@@ -374,12 +371,10 @@ def _unit_of(name: str, known: Analysis) -> str:
 
 @lru_cache(16)
 def _analysis(scene: Scene) -> Analysis:
-    """Return what the formulas of a scene tell of the dimensions of its letters."""
     return analysed(scene, (use for use in uses(draft_of(scene)) if use.quantity.symbols))
 
 
 def _looked_at(scene: Scene, formula: Quantity, units: Mapping[str, str]) -> str:
-    """Return the unit that the dimensions of a formula tell, "" where they do not."""
     if not formula.symbols:
         return ""
     found = analysed(scene, (), units).of(formula)

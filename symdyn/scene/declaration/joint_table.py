@@ -154,7 +154,6 @@ COORDINATES = KeyGroup(
 
 
 def _drives(table: EntryReader, at: Standing) -> tuple[str | None, ...]:
-    """Return the names of the drives, one a velocity, None where it is passive."""
     default = at.drives
     key = _either(table, *DRIVES.keys)
     raw = plain(table.raw.get(key, True))
@@ -204,7 +203,6 @@ DRIVES = KeyGroup(
 
 
 def _acting(forces: tuple[Quantity, ...]) -> tuple[Quantity, ...]:
-    """Return forces, none where all are zero."""
     return forces if any(force != Quantity.ZERO for force in forces) else ()
 
 
@@ -288,7 +286,6 @@ def acts(friction: object) -> TypeGuard[Mapping[str, object]]:
 
 
 def _friction(table: EntryReader, at: Standing) -> dict[str, Any]:
-    """Return dry friction as data, and as it enters the equations."""
     raw = table.raw.get("friction")
     if not acts(raw):
         return {"friction": DRY.declared(table), "dry": None}
@@ -415,7 +412,6 @@ def _type(table: EntryReader) -> str:
 
 
 def _placed(table: EntryReader, kind: str, shape: tuple[tuple[str, Any], ...]) -> Joint:
-    """Return a joint of its type and frames, without coordinates."""
     return Joint(table.entry.name, kind, shape=shape, **fields_of((DESCRIBED, PARENT, CHILD, ORIGIN, BEHIND), table))
 
 

@@ -160,7 +160,6 @@ def _inertia(table: EntryReader, key: str, nothing: Inertia) -> Inertia:
 
 
 def _said_inertia(inertia: Inertia) -> object:
-    """Return a diagonal, or a table of the entries that are not zero."""
     if not any(entry != Quantity.ZERO for entry in inertia[3:]):
         return inertia[:3]
     return {key: entry for key, entry in zip(INERTIA_KEYS, inertia, strict=True) if entry != Quantity.ZERO}
@@ -217,7 +216,6 @@ def _particles(table: EntryReader, key: str, usual: tuple[Particle, ...]) -> tup
 
 
 def _outline(table: EntryReader, key: str, usual: Outline | None) -> Outline | None:
-    """Return what a body looks like, from a word or a table with sizes."""
     raw = plain(table.raw.get(key, usual))
     if raw is None or isinstance(raw, Outline):
         return raw
@@ -244,7 +242,6 @@ def _outline(table: EntryReader, key: str, usual: Outline | None) -> Outline | N
 
 
 def _said_outline(outline: Outline | None) -> object:
-    """Return a word, or a table where more than that is given."""
     assert outline is not None, "what is none is not written"
     more = dict(outline.sizes) | ({"axis": outline.axis} if outline.axis else {})
     return {"type": outline.type, **more} if more else outline.type

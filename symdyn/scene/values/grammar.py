@@ -180,21 +180,18 @@ class _Reader:
         self.depth -= 1
 
     def _next(self) -> str | None:
-        """Return the next token that is no space, None at the end."""
         while self.at < len(self.tokens) and self.tokens[self.at] == " ":
             self.at += 1
         self.at += 1
         return self.tokens[self.at - 1] if self.at <= len(self.tokens) else None
 
     def _ahead(self) -> str | None:
-        """Return the token that `_next` would."""
         return next((token for token in self.tokens[self.at :] if token != " "), None)
 
     def _inside(self, end: str) -> str:
         return "".join(part.text for part in self.parts(end, SIGNS))
 
     def _scripted(self, token: str) -> SymbolPart:
-        """Return a base and its scripts, the lower one first."""
         base, scripts, primes = self._base(token), {"_": "", "^": ""}, ""
         if re.search(r"[_^']", base) and base.startswith("{") and self._ahead() in ("_", "^", "'"):
             raise LatexError(f"has a script on braces that hold scripts; give such as k_{{a,b}}; {HELP}")
@@ -225,7 +222,6 @@ class _Reader:
         return self._single(token)
 
     def _single(self, token: str) -> str:
-        """Return a token that is one character in print."""
         name = token.removeprefix("\\")
         if token == name and token.isalnum():
             self.letters |= token.isalpha()
@@ -258,7 +254,6 @@ class _Reader:
         return token if token in SIGNS else self._single(token)
 
     def _words(self, of: str) -> str:
-        """Return upright words, which stand in braces."""
         closing = self.tokens.index("}", self.at) if "}" in self.tokens[self.at :] else len(self.tokens)
         text = "".join(self.tokens[self.at : closing]).lstrip(" ")
         if not _WORDS.fullmatch(text[1:]) or text[0] != "{":
@@ -303,7 +298,6 @@ PRODUCTS = (
     (rf"{_FUNCTION} (\w+)", r"\1(\2)"),  # sin x
     (r"(?<=[\w)]) (?=[\w(])|(?<=\))(?=[\w(])", "*"),  # w t, (a)(b)
 )
-"""What stands for products and functions on paper, and in formulas."""
 
 
 def meant(text: str) -> str:

@@ -392,7 +392,6 @@ def _check_times(feedback: Feedback, until: float, faults: Faults) -> None:
 def _ranges(
     limits: Any, names: Sequence[str], faults: Faults, scene: Scene | None = None
 ) -> dict[str, tuple[float, float]]:
-    """Return smallest and largest value by input."""
     found = dict.fromkeys(names, (-math.inf, math.inf))
     letter, values = (SceneUnits(scene).letter, parameter_values(scene)) if scene else (Parameter, {})
     if len(names) == 1 and not isinstance(limits, Mapping):

@@ -256,7 +256,6 @@ def _measurable(scene: Scene, text: object, where: str, faults: Faults) -> Quant
 
 
 def _letters(scene: Scene) -> tuple[str, ...]:
-    """Return what signals and references may depend on."""
     parameters = (one.name for one in scene.parameters)
     states = (one.name for one in scene.states)
     return (TIME, *scene.coordinates, *scene.velocities, *states, *scene.point_names, *parameters)

@@ -351,7 +351,6 @@ def columns_of(source: str, times: Any, values: Mapping[str, Any], every: bool =
 
 
 def _array(values: Any, name: str, faults: Faults) -> Array | None:
-    """Return finite numbers, shape (N,), None after a fault."""
     try:
         found = np.asarray(values)
     except ValueError:  # rows of several lengths
