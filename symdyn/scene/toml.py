@@ -124,7 +124,6 @@ def _refuse_long_keys(text: str, source: str) -> None:
 
 
 def _refuse_many_values(root: Mapping[str, object], source: str) -> None:
-    """Refuse more values, and deeper ones, than any mechanism has."""
     count, level = 0, cast("list[object]", [root])
     for _ in range(DEEPEST):
         inner: list[object] = []

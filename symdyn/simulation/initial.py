@@ -32,8 +32,10 @@ from symdyn.simulation.equations.monitors import values_on
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.prescribed.formulas_in_time import bound, number_of, parameter_values, read_formula, words
 
-CONSISTENT = 1e-9
-"""By how much a start is moved without a note, rad, m and per s."""
+CONSISTENT, FAR = 1e-9, 1.0
+"""By how much a start is moved without a note, rad, m and per s; and from where on it may be that of another place."""
+
+TIP = "tip is the child's frame seen from the joint, child_origin the joint from it"
 
 NOTHING = 1e-9
 """Singular values of columns of N that are zero."""
@@ -379,7 +381,9 @@ def _closed(
     closed = np.array(assembly.q)
     ways = _ways(numbers.scene, q, closed)
     if ways and not any("follow: " in note for note in notes):
-        notes.append(f"{numbers.left_open(q)}; the start was moved so that the loops close, {ways}")
+        far = np.abs(closed - q).max() > FAR and any(loop.tip.steps for loop in numbers.scene.loops)
+        meant = f"; if that is not what was meant: {TIP}" if far else ""
+        notes.append(f"{numbers.left_open(q)}; the start was moved so that the loops close, {ways}{meant}")
     try:
         u, more = closed_rates(numbers, closed, u, given_u, moved)
     except DerivationError as fault:

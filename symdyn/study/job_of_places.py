@@ -104,7 +104,6 @@ def _entries(scene: Scene, function: str, faults: Faults) -> tuple[str, ...]:
 
 
 def _checked(scene: Scene, one: Measured, call: Called, places: int, faults: Faults) -> Measured | None:
-    """Return a measure that can be read, as a statistic where there is but one point."""
     known = {*call.letters, *(p.name for p in scene.parameters)}
     found = Measure.read(scene, one.formula, faults, more=call.letters, alone="end" if places == 1 else "")
     for name in [] if found is None else dict.fromkeys(n for inside in found.insides for n in inside.symbols):

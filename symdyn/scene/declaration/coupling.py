@@ -199,7 +199,6 @@ def couple(joints: Sequence[Joint], mimics: Sequence[Mimic | None], tables: Sequ
 
 
 def _leaders(mimic: Mimic, joints: Sequence[Joint], table: EntryReader) -> list[_Leader]:
-    """Return what a joint follows; with a fault, and no number, where it cannot be followed."""
     index = {joint.name: i for i, joint in reversed(list(enumerate(joints)))}
     found = []
     for name, ratio in mimic.ratios:

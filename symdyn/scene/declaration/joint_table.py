@@ -398,7 +398,6 @@ def _shape(table: EntryReader, kind: str) -> tuple[tuple[str, Any], ...]:
 
 
 def _type(table: EntryReader) -> str:
-    """Return a key of `JOINTS`; `STAND_IN` for what is none."""
     kind = str(place_keys()[0].fields(table, None)["type"])
     if kind in JOINTS:
         own = {key.name for key in JOINTS[kind].keys}
