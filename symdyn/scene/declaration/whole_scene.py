@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 
-from symdyn.errors import listed, nearest, suggestion
+from symdyn.errors import hint, listed, nearest, suggestion
 from symdyn.graph import Graph, Op
 from symdyn.scene.declaration.dimensions import check_dimensions
 from symdyn.scene.declaration.draft import KINDS, Draft, Use, judge, uses
@@ -119,6 +119,8 @@ def _why(name: str, use: Use, scene: Scene, motion: dict[str, None]) -> str:
     over_time = f", or [inputs.{name}] over time" if CLOCK in use.allowed else ""
     near = nearest(name, sorted(use.allowed))
     known += [near] if near and near not in known else []
+    if constant := hint("characters", name):
+        return f"uses the undefined symbol {name}; {constant}"
     return f"uses the undefined symbol {name}; declare it in parameters ({suggestion(name, known)}){over_time}"
 
 

@@ -147,7 +147,7 @@ def numbers_by_signal(
     for name, one in by_signal(given, names, where, faults).items():
         if scene and isinstance(one, str):
             letter = SceneUnits(scene).letter(name)
-            found[name] = read_number(one, parameter_values(scene), f"{where}: {name}", faults, letter) or 0.0
+            found[name] = read_number(one, parameter_values(scene), f"{where}: {name}", faults, letter, scene) or 0.0
             continue
         try:
             found[name] = float(one)  # type: ignore[arg-type]
@@ -256,7 +256,6 @@ def _measurable(scene: Scene, text: object, where: str, faults: Faults) -> Quant
 
 
 def _letters(scene: Scene) -> tuple[str, ...]:
-    """Return what signals and references may depend on."""
     parameters = (one.name for one in scene.parameters)
     states = (one.name for one in scene.states)
     return (TIME, *scene.coordinates, *scene.velocities, *states, *scene.point_names, *parameters)
