@@ -280,7 +280,7 @@ def suggesting(function: F) -> F:
         except TypeError as error:
             if isinstance(error, ArgumentError) or (at := error.__traceback__) is None or at.tb_next is not None:
                 raise  # from inside
-            told = str(error).replace(".__init__", "").rpartition(".")[2]
+            told = re.sub(r"\.__(init|call)__", "", str(error)).rpartition(".")[2]
         _refuse_unknown(function, keywords, values[0] if values else None)
         takes = [one for one in inspect.signature(function).parameters.values() if one.name not in ("self", "cls")]
         loose = {one.name: _read(function).get(one.name) for one in takes if one.kind is one.KEYWORD_ONLY}
@@ -304,13 +304,13 @@ def _keys(function: Callable[..., object], one: inspect.Parameter) -> Sequence[s
 
 def _called(function: Callable[..., object]) -> str:
     """Return the name by which a function is called; a class by its own."""
-    return function.__qualname__.removesuffix(".__init__").rpartition(".")[2]
+    return re.sub(r"\.__(init|call)__$", "", function.__qualname__).rpartition(".")[2]
 
 
 def _refuse_unknown(function: Callable[..., object], keywords: Mapping[str, object], noun: object) -> None:
     """Raise ArgumentError for a keyword that a function, called with a scene or another noun, does not have."""
     takes = inspect.signature(function).parameters.values() if keywords else ()
-    known = [name for one in takes if one.name != "self" for name in _keys(function, one) or [one.name]]
+    known = [name for one in takes if one.name not in ("self", "cls") for name in _keys(function, one) or [one.name]]
     for name in (one for one in keywords if one not in known):
         needed, told = hint("keywords", name) or ("", "")
         fits = needed in (*known, name, _called(function)) and not {name[:-1], f"{name}es"} & {*known}
@@ -356,7 +356,7 @@ def check_arguments(
 def _way_out(function: Callable[..., object], name: str, given: Mapping[str, Any]) -> str:
     """Return what does what an argument was given for, or the names that it takes; "" where neither is known."""
     (needed, told), noun = hint("arguments", name) or ("", ""), given.get("self", given.get("scene"))
-    if needed in given:
+    if needed in inspect.signature(function).parameters:
         return f"; {with_own_names(told, noun).replace('$', quoted(given[name]))}"
     names, first = names_of(noun, HELD.get(name, f"{name}s")), KINDS["bool"].takes(given[name])  # of several, by number
     others = [k for k, one in _read(function).items() if k not in given and one.takes(given[name]) and not first]

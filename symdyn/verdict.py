@@ -17,6 +17,7 @@ from enum import StrEnum, nonmember
 from typing import Any
 
 from symdyn.frozen import asdict, dataclass
+from symdyn.shown import Suggesting
 
 
 class Verdict(StrEnum):
@@ -85,7 +86,7 @@ class NotLookedAt(Unclaimed):
     __slots__ = ()
 
 
-class Claims:
+class Claims(Suggesting):
     """Whatever makes claims: its verdict is the worst of theirs, and of no claims nothing is shown.
 
     Attributes:

@@ -22,7 +22,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import argument
+from symdyn.arguments import argument, suggesting
 from symdyn.errors import IdentifyError
 from symdyn.frozen import dataclass, replace
 from symdyn.identification.filtered import Flags, Indices, Motion
@@ -58,6 +58,7 @@ HARDLY = 0.2
 """Standard error, in parts of a gain, from which on it is reported as hardly identifiable."""
 
 
+@suggesting
 @dataclass(frozen=True)
 class Gain:
     """What the column of a drive is multiplied by to become its force.
