@@ -10,7 +10,7 @@ import contextlib
 import importlib.util
 import io
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,6 +25,7 @@ from symdyn.extras import install
 from symdyn.frozen import dataclass
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 
@@ -131,6 +132,28 @@ SETTINGS: dict[str, Any] = {"svg.fonttype": "path", "axes.formatter.useoffset": 
 
 
 @dataclass(frozen=True)
+class _Given:
+    """Axes of a user's figure, in the place of one that has none yet."""
+
+    axes: Any
+
+    def subplots(self, rows: int = 1, columns: int = 1, squeeze: bool = True, **_: object) -> Any:
+        """Return them as `Figure.subplots` does, shape (rows, columns)."""
+        given = np.ravel(np.asarray(self.axes, dtype=object))
+        if len(given) != rows * columns or not all(hasattr(one, "get_xlim") for one in given):
+            many = f"one for each of {rows * columns} panels, shape ({rows}, {columns})" if rows * columns > 1 else "one"
+            raise DrawError(f"axes: give axes of matplotlib, {many}, as of pyplot.subplots({rows}, {columns})[1]")
+        found = given.reshape(rows, columns)
+        return found.squeeze()[()] if squeeze else found
+
+    @property
+    def figure(self) -> Figure:
+        """Return whose they are."""
+        found: Figure = np.ravel(np.asarray(self.axes, dtype=object))[0].figure
+        return found
+
+
+@dataclass(frozen=True)
 class FilledFigure:
     """A plot, for which matplotlib must be installed.
 
@@ -158,8 +181,15 @@ class FilledFigure:
         with settings(self.settings):
             return saved(self._made(), kind, DPI)
 
-    def figure(self, points: int) -> Figure:
-        """Return a figure that a notebook shows: as SVG, or as PNG where it has many points."""
+    def figure(self, points: int, axes: Axes | Sequence[Axes] | None = None) -> Figure:
+        """Return a figure that a notebook shows: as SVG, or as PNG where it has many points; or that of given axes.
+
+        Raises:
+            DrawError: another number of axes than the plot has.
+        """
+        if axes is not None:
+            self.fill(given := _Given(axes))
+            return given.figure
         with settings(self.settings):
             found = self._made()
         kind = ("svg", "image/svg+xml") if points <= MOST_POINTS else ("png", "image/png")

@@ -20,6 +20,7 @@ from symdyn.shown import Shown
 from symdyn.table import Table
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from symdyn.linear.modes import Complexes
@@ -60,9 +61,16 @@ class Plotted(Answer):
     def _figure(self) -> FilledFigure:
         raise NotImplementedError
 
-    def plot(self) -> Figure:
-        """Return the plot, a Figure of matplotlib; its axes can be changed, and `.savefig(...)` writes it."""
-        return self._figure().figure(0)
+    def plot(self, axes: Axes | Sequence[Axes] | None = None) -> Figure:
+        """Return the plot, a Figure of matplotlib; its axes can be changed, and `.savefig(...)` writes it.
+
+        Args:
+            axes: of a figure of yours, as many as the plot has, to draw into; its figure is returned.
+
+        Raises:
+            DrawError: matplotlib is not installed, or another number of axes.
+        """
+        return self._figure().figure(0, axes)
 
     @checked(LinearizeError)
     def picture(self, kind: str) -> bytes:
