@@ -139,18 +139,14 @@ class _Given:
 
     def subplots(self, rows: int = 1, columns: int = 1, squeeze: bool = True, **_: object) -> Any:
         """Return them as `Figure.subplots` does, shape (rows, columns)."""
-        given = np.ravel(np.asarray(self.axes, dtype=object))
+        given = np.ravel(np.asarray(self.axes))
         if len(given) != rows * columns or not all(hasattr(one, "get_xlim") for one in given):
-            many = f"one for each of {rows * columns} panels, shape ({rows}, {columns})" if rows * columns > 1 else "one"
+            many = (
+                f"one for each of {rows * columns} panels, shape ({rows}, {columns})" if rows * columns > 1 else "one"
+            )
             raise DrawError(f"axes: give axes of matplotlib, {many}, as of pyplot.subplots({rows}, {columns})[1]")
         found = given.reshape(rows, columns)
         return found.squeeze()[()] if squeeze else found
-
-    @property
-    def figure(self) -> Figure:
-        """Return whose they are."""
-        found: Figure = np.ravel(np.asarray(self.axes, dtype=object))[0].figure
-        return found
 
 
 @dataclass(frozen=True)
@@ -182,14 +178,10 @@ class FilledFigure:
             return saved(self._made(), kind, DPI)
 
     def figure(self, points: int, axes: Axes | Sequence[Axes] | None = None) -> Figure:
-        """Return a figure that a notebook shows: as SVG, or as PNG where it has many points; or that of given axes.
-
-        Raises:
-            DrawError: another number of axes than the plot has.
-        """
+        """Return a figure that a notebook shows: as SVG, or as PNG where it has many points; or that of given axes."""
         if axes is not None:
-            self.fill(given := _Given(axes))
-            return given.figure
+            self.fill(_Given(axes))  # DrawError of another number
+            return np.ravel(np.asarray(axes))[0].figure  # type: ignore[no-any-return]
         with settings(self.settings):
             found = self._made()
         kind = ("svg", "image/svg+xml") if points <= MOST_POINTS else ("png", "image/png")

@@ -62,14 +62,7 @@ class Plotted(Answer):
         raise NotImplementedError
 
     def plot(self, axes: Axes | Sequence[Axes] | None = None) -> Figure:
-        """Return the plot, a Figure of matplotlib; its axes can be changed, and `.savefig(...)` writes it.
-
-        Args:
-            axes: of a figure of yours, as many as the plot has, to draw into; its figure is returned.
-
-        Raises:
-            DrawError: matplotlib is not installed, or another number of axes.
-        """
+        """Return the plot, a Figure of matplotlib whose axes can be changed; `axes` of yours as of `Trajectory.plot`."""
         return self._figure().figure(0, axes)
 
     @checked(LinearizeError)

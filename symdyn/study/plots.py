@@ -18,7 +18,6 @@ from symdyn.simulation import CHECKS, write_picture
 from symdyn.study.design import SALTELLI
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from symdyn.study.runs import Runs
@@ -226,12 +225,7 @@ def check_study_plot(path: Path | None, kind: str | None) -> None:
         raise SimulateError(f"plot: {kind} is not known; {suggestion(kind, PLOTS)}")
 
 
-def figure(
-    runs: Runs,
-    measures: Sequence[str] = (),
-    kind: str | None = None,
-    axes: Axes | Sequence[Axes] | None = None,
-) -> Figure:
+def figure(runs: Runs, measures: Sequence[str] = (), kind: str | None = None, axes: Any = None) -> Figure:
     """Return a plot of measures, or of all, as a figure of matplotlib, which a notebook shows.
 
     Raises:
