@@ -141,10 +141,8 @@ class _Given:
         """Return them as `Figure.subplots` does, shape (rows, columns)."""
         given = np.ravel(np.asarray(self.axes))
         if len(given) != rows * columns or not all(hasattr(one, "get_xlim") for one in given):
-            many = (
-                f"one for each of {rows * columns} panels, shape ({rows}, {columns})" if rows * columns > 1 else "one"
-            )
-            raise DrawError(f"axes: give axes of matplotlib, {many}, as of pyplot.subplots({rows}, {columns})[1]")
+            many = f"{rows * columns} axes" if rows * columns > 1 else "one axes"
+            raise DrawError(f"axes: give {many} of matplotlib, such as pyplot.subplots({rows}, {columns})[1]")
         found = given.reshape(rows, columns)
         return found.squeeze()[()] if squeeze else found
 

@@ -62,7 +62,7 @@ class Plotted(Answer):
         raise NotImplementedError
 
     def plot(self, axes: Axes | Sequence[Axes] | None = None) -> Figure:
-        """Return the plot, a Figure of matplotlib whose axes can be changed; `axes` of yours as of `Trajectory.plot`."""
+        """Return the plot, a Figure of matplotlib that can be changed; or draw it into `axes` as of `Trajectory.plot`."""
         return self._figure().figure(0, axes)
 
     @checked(LinearizeError)

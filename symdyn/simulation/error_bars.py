@@ -280,7 +280,7 @@ class Uncertainty(Shown):
         return _filled(self, ()).picture(kind)
 
     def plot(self, *names: str | Sequence[str], axes: Axes | Sequence[Axes] | None = None) -> Figure:
-        """Return a figure of matplotlib, which a notebook shows: each column with bands of one and two deviations; `axes` as of runs.
+        """Return a figure of matplotlib: each column with bands of one and two deviations; `axes` as of runs.
 
         Raises:
             UnknownNameError: there is no such column.
