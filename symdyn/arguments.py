@@ -202,7 +202,8 @@ def _function(inside: Sequence[ast.expr], known: Mapping[str, object]) -> Argume
 
     def takes(value: Any) -> bool:
         try:
-            return callable(value) and inspect.signature(value).bind(*range(many)) is not None
+            said = inspect.signature(value)
+            return said.return_annotation != "NoReturn" and said.bind(*range(many)) is not None
         except (TypeError, ValueError) as fault:  # what is written in C may have no signature
             return isinstance(fault, ValueError)
 
@@ -312,8 +313,8 @@ def _refuse_unknown(function: Callable[..., object], keywords: Mapping[str, obje
     takes = inspect.signature(function).parameters.values() if keywords else ()
     known = [name for one in takes if one.name not in ("self", "cls") for name in _keys(function, one) or [one.name]]
     for name in (one for one in keywords if one not in known):
-        needed, told = hint("keywords", name) or ("", "")
-        fits = needed in (*known, name, _called(function)) and not {name[:-1], f"{name}es"} & {*known}
+        needed, told = hint("keywords", name, (*known, name, _called(function))) or ("", "")
+        fits = needed and not {name[:-1], f"{name}es"} & {*known}
         told = told.replace("$", name).replace("{}", repr(keywords[name])) if fits else choice(name, known)
         if {"values", "start"} <= {*known} and told.startswith("there"):
             told = f"{('values', 'over')['over' in known]}={{'NAME': ...}} gives a parameter; {told}"

@@ -9,13 +9,13 @@ pole map    poles ×, zeros ○, and the edge of stability: the imaginary axis, 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
 from symdyn.arguments import checked
 from symdyn.draw import FilledFigure
-from symdyn.errors import LinearizeError
+from symdyn.errors import LinearizeError, hint, quoted, with_own_names
 from symdyn.shown import Shown
 from symdyn.table import Table
 
@@ -61,8 +61,13 @@ class Plotted(Answer):
     def _figure(self) -> FilledFigure:
         raise NotImplementedError
 
+    def __call__(self, at: object) -> NoReturn:
+        """Raise LinearizeError: it is no function."""
+        told = hint("attributes", "()", dir(self)).replace("$", quoted(at)) or "it is no function"
+        raise LinearizeError(f"{type(self).__name__}: {with_own_names(told, self)}")
+
     def plot(self, axes: Axes | Sequence[Axes] | None = None) -> Figure:
-        """Return the plot, a Figure of matplotlib that can be changed; or draw it into `axes` as of `Trajectory.plot`."""
+        """Return the plot, a Figure of matplotlib that can be changed; or draw into `axes` as of `Trajectory.plot`."""
         return self._figure().figure(0, axes)
 
     @checked(LinearizeError)

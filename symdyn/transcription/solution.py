@@ -13,14 +13,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.algebra import Array
 from symdyn.dynamics.mechanism import TIME
-from symdyn.errors import SimulateError, listed
+from symdyn.errors import SimulateError, listed, quoted
 from symdyn.frozen import dataclass, field
 from symdyn.graph import gradient, tangents
 from symdyn.rounding import in_digits
@@ -144,6 +144,12 @@ class Solution(Shown):
     def __getitem__(self, name: str | Sequence[str]) -> Array:
         """Return a column of its run, or several; errors as there."""
         return self.run[name]
+
+    def __call__(self, t: object) -> NoReturn:
+        """Raise SimulateError: what is between its points is for a simulation to tell."""
+        raise SimulateError(
+            f".run has numbers at .run.t; .simulated()({quoted(t)}) is the simulated motion at any time"
+        )
 
     @property
     def optima(self) -> tuple[Solution, ...]:
