@@ -155,8 +155,7 @@ KINDS = {
     "Callable": ArgumentKind(("a function", "functions"), callable),
     "Mapping": ArgumentKind(("values by name, as in {'NAME': 0.3}", "mappings"), _named),
     "Array": ArgumentKind(("an array", "arrays"), lambda value: hasattr(value, "__array__")),
-    "PathLike": ArgumentKind(("a path", "paths"), _path),
-    "Path": ArgumentKind(("a path", "paths"), _path),
+    **dict.fromkeys(("PathLike", "Path"), ArgumentKind(("a path", "paths"), _path)),
 }
 """What stands by itself; a series of pandas has items, too."""
 

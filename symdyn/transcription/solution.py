@@ -147,9 +147,7 @@ class Solution(Shown):
 
     def __call__(self, t: object) -> NoReturn:
         """Raise SimulateError: what is between its points is for a simulation to tell."""
-        raise SimulateError(
-            f".run has numbers at .run.t; .simulated()({quoted(t)}) is the simulated motion at any time"
-        )
+        raise SimulateError(f".run has numbers at .run.t; .simulated()({quoted(t)}) is the motion at any time")
 
     @property
     def optima(self) -> tuple[Solution, ...]:
