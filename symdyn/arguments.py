@@ -41,9 +41,6 @@ F = TypeVar("F", bound=Callable[..., Any])
 FIELDS = "fields"
 """What a function calls the keywords that are fields of a noun, `**fields`."""
 
-MEASURED = re.compile(r"[0-9.]+ *[A-Za-z]+")
-"""A number with its unit."""
-
 _NOUNS: dict[Callable[..., object], tuple[type, ...]] = {}
 """The nouns of such functions."""
 
@@ -345,7 +342,9 @@ def check_arguments(
     lines, given = [], {**arguments, **fields}
     for name, kind in _read(function).items():
         if name in given and not kind.takes(value := given[name]):
-            measured = isinstance(value, str) and MEASURED.fullmatch(value) and "number" in kind.words[0]
+            measured = (
+                isinstance(value, str) and re.fullmatch("[0-9.]+ *[A-Za-z]+", value) and "number" in kind.words[0]
+            )
             unit = ", in SI" if measured else ""
             lines.append(f"{name} = {quoted(value)}: give {kind.words[0]}{unit}{_way_out(function, name, given)}")
     if lines:
@@ -358,8 +357,9 @@ def _way_out(function: Callable[..., object], name: str, given: Mapping[str, Any
     (needed, told), noun = hint("arguments", name) or ("", ""), given.get("self", given.get("scene"))
     if needed in inspect.signature(function).parameters:
         return f"; {with_own_names(told, noun).replace('$', quoted(given[name]))}"
-    names, first = names_of(noun, HELD.get(name, f"{name}s")), KINDS["bool"].takes(given[name])  # of several, by number
-    others = [k for k, one in _read(function).items() if k not in given and one.takes(given[name]) and not first]
+    names, value = names_of(noun, HELD.get(name, f"{name}s")), given[name]
+    whole = KINDS["bool"].takes(value) or hasattr(value, "keys")  # one of several, by number, or several by name
+    others = [k for k, one in _read(function).items() if k not in given and one.takes(value) and not whole]
     told = "".join([f", or {k}={quoted(given[name])}" for k in others[:1]])
     return f"{told}; names are {listed(names)}" * bool(names)
 

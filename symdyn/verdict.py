@@ -17,7 +17,6 @@ from enum import StrEnum, nonmember
 from typing import Any
 
 from symdyn.frozen import asdict, dataclass
-from symdyn.shown import Suggesting
 
 
 class Verdict(StrEnum):
@@ -86,7 +85,7 @@ class NotLookedAt(Unclaimed):
     __slots__ = ()
 
 
-class Claims(Suggesting):
+class Claims:
     """Whatever makes claims: its verdict is the worst of theirs, and of no claims nothing is shown.
 
     Attributes:
@@ -141,7 +140,7 @@ class Claims(Suggesting):
         """The same as lines of text."""
         return [f"{word.capitalize()}: {what}: {why}" for word, rows in self.apart.items() for what, why in rows]
 
-    def verdicts(self) -> dict[str, Any]:
+    def _verdicts(self) -> dict[str, Any]:
         """Return what JSON says of all claims together."""
         failed, not_shown = ([asdict(one) for one in some] for some in (self.failed, self.not_shown))
         return {"failed": failed, "not_shown": not_shown, "verdict": self.verdict, "passed": self.passed}

@@ -38,6 +38,11 @@ class Answer(Shown):
 
     __slots__ = ()
 
+    def __call__(self, *at: object, **_: object) -> NoReturn:
+        """Raise LinearizeError: it is no function."""
+        told = hint("attributes", "()", dir(self)).replace("$", quoted(*at[:1] or "s")) or "it is no function"
+        raise LinearizeError(f"{type(self).__name__}: {with_own_names(told, self)}")
+
     def tables(self) -> Sequence[Table[Any]]:
         """Return the tables that a notebook shows."""
         return ()
@@ -60,11 +65,6 @@ class Plotted(Answer):
 
     def _figure(self) -> FilledFigure:
         raise NotImplementedError
-
-    def __call__(self, at: object) -> NoReturn:
-        """Raise LinearizeError: it is no function."""
-        told = hint("attributes", "()", dir(self)).replace("$", quoted(at)) or "it is no function"
-        raise LinearizeError(f"{type(self).__name__}: {with_own_names(told, self)}")
 
     def plot(self, axes: Axes | Sequence[Axes] | None = None) -> Figure:
         """Return the plot, a Figure of matplotlib that can be changed; or draw into `axes` as of `Trajectory.plot`."""

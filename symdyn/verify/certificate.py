@@ -163,7 +163,7 @@ class Certificate(Shown, Claims):
         facts: dict[str, Any] = asdict(self)
         for name, rows in (("accuracy", self.accuracy), ("blocks", self.blocks), ("written", self.written)):
             facts[name] = [{**asdict(one), "verdict": one.verdict, "passed": one.passed} for one in rows]
-        told: dict[str, Any] = finite(facts | self.verdicts())
+        told: dict[str, Any] = finite(facts | self._verdicts())
         return told
 
     @classmethod
