@@ -19,7 +19,14 @@ from symdyn.transcription import Solution, along
 
 CART = symdyn.example("cart_pole")
 
-NAMES = [name for names in catalogue().values() for name in names]
+BESIDE = (
+    *("dynamics.derive", "program.lower", "emit.emit", "runtime.second_derivatives", "scene.with_contacts"),
+    *("linear.track", "linear.linearize_at_rest", "linear.linearize_along", "linear.animate_modes"),
+    "transcription.along",
+)
+"""What pages name beside the reference."""
+
+NAMES = [*(name for names in catalogue().values() for name in names), *(f"symdyn.{name}" for name in BESIDE)]
 
 
 def called(name: str) -> dict[str, Callable[..., object]]:
@@ -33,7 +40,9 @@ def called(name: str) -> dict[str, Callable[..., object]]:
     methods = {key: partial(each, None) for key, each in found.items() if inspect.isfunction(each)}
     loose = {key for key, each in methods.items() if "**" in str(inspect.signature(each))}
     both = {key: each for key, each in (methods | bound).items() if key not in loose}
-    return {f"{name}.{key}": each for key, each in both.items()} | ({name: one} if one.__name__ in CONSTRUCTED else {})
+    return {f"{name}.{key}": each for key, each in both.items()} | (
+        {name: one} if one.__name__ in (*CONSTRUCTED, "StateSpace") else {}
+    )
 
 
 CALLED = {key: one for name in NAMES for key, one in called(name).items()}
@@ -107,6 +116,11 @@ TOLD: dict[str, tuple[type[SymdynError], Callable[[], object]]] = {
         LinearizeError,
         lambda: linear().lqg(None, None, None, {"x_dot": 1}),
     ),
+    "-K @ x are its forces, x from its point": (LinearizeError, lambda: linear().lqr()(0.0, [0, 0], [0, 0])),
+    "or a Start or None; names are x, theta": (
+        SimulateError,
+        lambda: symdyn.simulate(CART, until=1, start=run()),  # type: ignore[arg-type]
+    ),
     "by zero at t = 0 s, given x = 0, theta = 0.1, x_dot = 0, theta_dot = 0": (
         SimulateError,
         lambda: symdyn.simulate(CART, until=1, start={"theta": 0.1}, feedback=lambda t, q, u: 1 / t),
@@ -120,6 +134,12 @@ def test_what_is_no_argument_column_or_function_is_told_with_where_it_is(told: s
     error, asked = TOLD[told]
     with pytest.raises(error, match=re.escape(told)):
         asked()
+
+
+def test_parts_of_a_scene_are_by_name_in_brackets() -> None:
+    with pytest.raises(AttributeError, match=r'^Named has no attribute \'mc\'; write \["mc"\]$'):
+        _ = CART.parameters.mc  # type: ignore[attr-defined]
+    assert dict(CART.parameters)["mc"] is CART.parameters[0]  # type: ignore[call-overload]
 
 
 LETTERS = {

@@ -13,6 +13,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache, partial
 from pathlib import Path
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -132,22 +133,6 @@ SETTINGS: dict[str, Any] = {"svg.fonttype": "path", "axes.formatter.useoffset": 
 
 
 @dataclass(frozen=True)
-class _Given:
-    """Axes of a user's figure, in the place of one that has none yet."""
-
-    axes: Any
-
-    def subplots(self, rows: int = 1, columns: int = 1, squeeze: bool = True, **_: object) -> Any:
-        """Return them as `Figure.subplots` does, shape (rows, columns)."""
-        given = np.ravel(np.asarray(self.axes))
-        if len(given) != rows * columns or not all(hasattr(one, "get_xlim") for one in given):
-            many = f"{rows * columns} axes" if rows * columns > 1 else "one axes"
-            raise DrawError(f"axes: give {many} of matplotlib, such as pyplot.subplots({rows}, {columns})[1]")
-        found = given.reshape(rows, columns)
-        return found.squeeze()[()] if squeeze else found
-
-
-@dataclass(frozen=True)
 class FilledFigure:
     """A plot, for which matplotlib must be installed.
 
@@ -178,7 +163,7 @@ class FilledFigure:
     def figure(self, points: int, axes: Axes | Sequence[Axes] | None = None) -> Figure:
         """Return a figure that a notebook shows: as SVG, or as PNG where it has many points; or that of given axes."""
         if axes is not None:
-            self.fill(_Given(axes))  # DrawError of another number
+            self.fill(SimpleNamespace(subplots=partial(_given, axes)))
             return np.ravel(np.asarray(axes))[0].figure  # type: ignore[no-any-return]
         with settings(self.settings):
             found = self._made()
@@ -196,6 +181,16 @@ class FilledFigure:
         if self.headed:
             made.suptitle(self.title, x=0.01, ha="left").set_parse_math(False)
         return made
+
+
+def _given(axes: Any, rows: int = 1, columns: int = 1, squeeze: bool = True, **_: object) -> Any:
+    """Return axes of a user's figure as `Figure.subplots` does, shape (rows, columns)."""
+    given = np.ravel(np.asarray(axes))
+    if len(given) != rows * columns or not all(hasattr(one, "get_xlim") for one in given):
+        many = f"{rows * columns} axes" if rows * columns > 1 else "one axes"
+        raise DrawError(f"axes: give {many} of matplotlib, such as pyplot.subplots({rows}, {columns})[1]")
+    found = given.reshape(rows, columns)
+    return found.squeeze()[()] if squeeze else found
 
 
 def _bundle(

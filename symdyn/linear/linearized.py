@@ -34,7 +34,7 @@ import numpy as np
 from flint import fmpq, fmpq_mat
 
 from symdyn.algebra import Array, TrigonometricRing
-from symdyn.arguments import SympyExpression, argument, checked, native, with_fields
+from symdyn.arguments import SympyExpression, argument, checked, native, suggesting, with_fields
 from symdyn.errors import DerivationError, LinearizeError, SimulateError
 from symdyn.graph import Expr, evaluate, substitute
 from symdyn.linear.contact_mode import read_mode
@@ -203,6 +203,7 @@ def linearize(
     return settled(asked, asked.at(start.q, start.moving, t, start.notes), anywhere)
 
 
+@suggesting
 def linearize_at_rest(
     scene: SceneLike | Problem,
     *,
@@ -220,6 +221,7 @@ def linearize_at_rest(
     return found.systems, found
 
 
+@suggesting
 def linearize_along(
     scene: SceneLike | Problem,
     run: Trajectory,

@@ -299,6 +299,7 @@ def files(one: Linearization, path: str | Path, reel: Reel | None = None) -> lis
     return [(path.with_name(f"{path.stem}-{k + 1}{path.suffix}"), mode) for k, mode in enumerate(modes)]
 
 
+@suggesting
 def animate_modes(
     one: Linearization, path: str | Path, reel: Reel | None = None, note: Callable[[str], None] | None = None
 ) -> Sequence[tuple[Path, Mode]]:

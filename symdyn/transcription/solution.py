@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.algebra import Array
+from symdyn.arguments import suggesting
 from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import SimulateError, listed, quoted
 from symdyn.frozen import dataclass, field
@@ -42,6 +43,7 @@ Weighing = Mapping[str, float] | Sequence[float] | float | Array | None
 """A weight of states or of drives, as of `lqr`."""
 
 
+@suggesting
 def along(problem: Collocation, motion: Trajectory) -> Array:
     """Return z of a motion, shape (size,), by cubic splines between its samples; multipliers are those that fit best.
 
