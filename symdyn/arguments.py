@@ -199,7 +199,8 @@ def _function(inside: Sequence[ast.expr], known: Mapping[str, object]) -> Argume
     def takes(value: Any) -> bool:
         try:
             said = inspect.signature(value)
-            return said.return_annotation != "NoReturn" and said.bind(*range(many)) is not None
+            uncalled = said.return_annotation == "NoReturn" and hasattr(value, "_repr_mimebundle_")  # a noun of ours
+            return not uncalled and said.bind(*range(many)) is not None
         except (TypeError, ValueError) as fault:  # what is written in C may have no signature
             return isinstance(fault, ValueError)
 
@@ -342,10 +343,8 @@ def check_arguments(
     lines, given = [], {**arguments, **fields}
     for name, kind in _read(function).items():
         if name in given and not kind.takes(value := given[name]):
-            measured = (
-                isinstance(value, str) and re.fullmatch("[0-9.]+ *[A-Za-z]+", value) and "number" in kind.words[0]
-            )
-            unit = ", in SI" if measured else ""
+            measured = isinstance(value, str) and re.fullmatch("[0-9.]+ *[A-Za-z]+", value)
+            unit = ", in SI" if measured and "number" in kind.words[0] else ""
             lines.append(f"{name} = {quoted(value)}: give {kind.words[0]}{unit}{_way_out(function, name, given)}")
     if lines:
         raise error(lines if hasattr(error(""), "faults") else "\n".join(lines))
