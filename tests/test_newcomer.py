@@ -273,7 +273,7 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
         lambda: symdyn.linearize(CART).transmissibility,  # type: ignore[attr-defined]
     ),
     "did you mean gravity_forces?": (AttributeError, lambda: symdyn.load(CART, "gravity_forces").gravity),
-    "it makes a figure of its own": (
+    "did you mean axes? (there are axes)": (
         ArgumentError,
         lambda: symdyn.linearize(CART).bode("x", "F").plot(ax=0),  # type: ignore[call-arg]
     ),

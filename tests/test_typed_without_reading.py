@@ -338,8 +338,9 @@ def test_hints_stand_once_and_none_is_of_what_is_there() -> None:
         idle = {name for name in names if all(name in fields[one] for one in nouns)}
         assert not idle, f"{has}: {idle} are there"
     assert {*KINDS} <= {*fields}
-    for kind in ("functions", "keywords", "names"):
-        names = [name for some in rows[kind] for name in some.split()]
+    rows_of = {"keywords": [(name, has) for some, (has, _) in rows["keywords"].items() for name in some.split()]}
+    rows_of |= {kind: [(name, "") for some in rows[kind] for name in some.split()] for kind in ("functions", "names")}
+    for kind, names in rows_of.items():
         assert len(names) == len({*names}), kind
     assert not {*dir(symdyn)} & {name for some in rows["functions"] for name in some.split()}
 

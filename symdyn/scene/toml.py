@@ -14,7 +14,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any, cast
 
-from symdyn.arguments import check_arguments
+from symdyn.arguments import checked
 from symdyn.bounds import BOUNDS
 from symdyn.errors import SceneError, hint, suggestion
 from symdyn.scene.declaration.declare import SECTIONS, Declaration, reading_of
@@ -66,6 +66,7 @@ def read(path: Path | Opened, options: ReadOptions) -> Reading:
     return _reading(text, Faults(str(path)), options)
 
 
+@checked(SceneError)
 def read_text(text: str, source: str = "scene.toml") -> Scene:
     """Return the scene in TOML text.
 
@@ -76,7 +77,6 @@ def read_text(text: str, source: str = "scene.toml") -> Scene:
     Raises:
         SceneError: with every fault of the text, one line each.
     """
-    check_arguments(read_text, locals(), SceneError)
     return _reading(text, Faults(source), ReadOptions()).scene
 
 

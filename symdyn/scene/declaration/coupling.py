@@ -19,7 +19,7 @@ from collections.abc import Mapping, Sequence
 from functools import reduce
 from typing import Any
 
-from symdyn.arguments import check_arguments
+from symdyn.arguments import checked
 from symdyn.errors import SceneError, listed, suggestion
 from symdyn.frozen import dataclass, replace
 from symdyn.scene.declaration.dimensions import analysed
@@ -347,6 +347,7 @@ def read_locks(joints: Sequence[Entry], faults: Faults) -> dict[str, Quantity]:
     return positions
 
 
+@checked(SceneError)
 def lock(scene: Scene, positions: Mapping[str, Quantity | str | float], faults: Faults | None = None) -> Scene:
     """Return the scene with some joints fixed.
 
@@ -358,7 +359,6 @@ def lock(scene: Scene, positions: Mapping[str, Quantity | str | float], faults: 
     Raises:
         SceneError: a position that is no constant or no formula, or nothing left that moves.
     """
-    check_arguments(lock, locals(), SceneError)
     faults = faults or Faults(scene.source or scene.name)
     parameters = {parameter.name for parameter in scene.parameters}
     known: dict[str, Quantity] = {}
