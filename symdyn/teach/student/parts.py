@@ -69,6 +69,21 @@ class Atoms:
             pairs = [values[b] / values[a] if not p else (values[a] * values[b]) ** -p for a, b, p in self.pairs]
         return np.array(pairs)
 
+    @cached_property
+    def _slopes(self) -> tuple[Array, Array, Array]:
+        """Return quotients at the second point over those at the first, sorted, whose they are, and pairs without."""
+        first, second = self.quotients[:, 0], self.quotients[:, 1]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            slopes = second / first
+        order = np.argsort(slopes)
+        return slopes[order], order, np.flatnonzero((first == 0) & (second == 0))
+
+    def fitting(self, slope: float) -> Array:
+        """Return pairs by number, in order, whose quotients go that way from the first point to the second."""
+        slopes, order, neither = self._slopes
+        low, high = np.searchsorted(slopes, sorted((slope * (1 - 2 * CLOSE), slope * (1 + 2 * CLOSE))))
+        return np.sort(np.concatenate((order[low:high], neither)))
+
 
 @dataclass(frozen=True, order=True)
 class Found:
@@ -248,11 +263,10 @@ def _times(column: Column, mine: Sequence[float], atoms: Atoms) -> list[tuple[fl
     ratio = np.array([y / x for x, y in zip(t, mine, strict=True)])
     turned = STATES[column.kind][1] or "termsign"
     found = []
-    k = np.arange(len(atoms.pairs))
-    for few in (slice(2), slice(None)):  # most fail at the second point
-        n = atoms.quotients[k, few] * ratio[few]
-        held = (np.abs(n - n[:, :1]) <= CLOSE * np.abs(n[:, :1])).all(axis=1) & np.isfinite(n).all(axis=1)
-        k, n = k[held], n[held]
+    k = atoms.fitting(ratio[0] / ratio[1])
+    n = atoms.quotients[k] * ratio
+    held = (np.abs(n - n[:, :1]) <= CLOSE * np.abs(n[:, :1])).all(axis=1) & np.isfinite(n).all(axis=1)
+    k, n = k[held], n[held]
     for (a, b, both), by in zip((atoms.pairs[x] for x in k), map(float, n[:, 0]), strict=True):
         beside = [rule for rule, told in ((turned, by < 0), ("termfactor", abs(abs(by) - 1) > 1e-6)) if told]
         if len(beside) == 2:  # a chance
