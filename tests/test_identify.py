@@ -138,6 +138,7 @@ def test_friction_that_a_scene_lacks_is_told_beside_its_inertias() -> None:
         assert abs(found.after[place] - value) < 4 * found.errors[place] < 0.2
 
 
+@pytest.mark.slow  # test_identify_coverage.py holds that the truth is inside, in every run
 def test_an_interval_is_as_wide_as_it_says() -> None:
     """Twenty logs of a SCARA: the squares of errors over standard errors have the mean of their distribution."""
     scene, data = scara(), log(scara())

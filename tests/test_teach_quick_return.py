@@ -6,10 +6,10 @@ from math import cos, sin
 from typing import Any
 
 import pytest
+from lessons import lesson_of
 
 from symdyn.scene.toml import read_text
 from symdyn.teach.document import Formula
-from tests.lessons import lesson_of
 
 sympy = pytest.importorskip("sympy")
 
