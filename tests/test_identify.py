@@ -81,6 +81,7 @@ def test_a_delay_of_forces_is_estimated_and_told_where_it_is_one(seconds: float)
     assert [("after" in note, "before" in note) for note in told] == [(seconds > 0, seconds < 0)] * (seconds != 0)
 
 
+@pytest.mark.wide(2)
 @pytest.mark.parametrize("samples", [0, 4])
 def test_noise_of_positions_makes_no_delay_of_forces(samples: int) -> None:
     """Up to 60 standard errors off, with a slope of the forces that were computed from noisy positions."""

@@ -75,8 +75,8 @@ def number(node: Any, values: dict[str, float]) -> float:
     ("way", "slot", "at", "angle", "slide"),
     [
         (1, [1, 0, 0], [0, 0, 0], 1.3, 0.25),
-        (1, [1, 0, 0], [0, 0, 0], -1.8, -0.25),
-        (1, [0, 1, 0], [0, 0, 0], -0.3, 0.25),
+        pytest.param(1, [1, 0, 0], [0, 0, 0], -1.8, -0.25, marks=pytest.mark.slow),
+        pytest.param(1, [0, 1, 0], [0, 0, 0], -0.3, 0.25, marks=pytest.mark.slow),
         (-1, [1, 0, 0], [0.03, 0.04, 0], -1.1, 0.2),
     ],
 )
