@@ -15,6 +15,7 @@ from itertools import combinations, permutations
 from math import cos, isfinite, sin
 
 import numpy as np
+from numpy.typing import NDArray
 
 from symdyn.algebra import Array
 from symdyn.frozen import dataclass, replace
@@ -60,7 +61,7 @@ class Atoms:
         return [*((a, b, 0) for a, b in apart), *((a, b, power) for a, b in both for power in (1, -1))]
 
     @cached_property
-    def quotients(self) -> tuple[Array, Array, Array]:
+    def quotients(self) -> tuple[Array, Array, NDArray[np.intp]]:
         """Return one over what a term may be times, by pair and point, sorted by x2/x1; these slopes, and the pairs."""
         values = {one: np.array(one.values) for one in self.every}
         with np.errstate(divide="ignore", invalid="ignore"):  # where a factor vanishes at a point it explains nothing
