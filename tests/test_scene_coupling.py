@@ -214,6 +214,7 @@ def differential(one):
     return replace(one, joints=tuple(joints))
 
 
+@pytest.mark.wide(3)
 @pytest.mark.long
 @pytest.mark.parametrize("several", [False, True])
 @pytest.mark.parametrize("seed", range(6))

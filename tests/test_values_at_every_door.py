@@ -74,6 +74,7 @@ DOORS: dict[str, Callable[[Scene, Any], Any]] = {
 """What comes of a value of m, by the argument that takes it."""
 
 
+@pytest.mark.wide(3)
 @pytest.mark.runs("cc")
 @pytest.mark.parametrize("name", DOORS)
 def test_a_value_says_its_unit_or_is_asked(name: str) -> None:
