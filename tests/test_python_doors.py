@@ -22,7 +22,8 @@ CART = symdyn.example("cart_pole")
 BESIDE = (
     *("dynamics.derive", "program.lower", "emit.emit", "runtime.second_derivatives", "scene.with_contacts"),
     *("linear.track", "linear.linearize_at_rest", "linear.linearize_along", "linear.animate_modes"),
-    "transcription.along",
+    *("transcription.along", "runtime.build", "emit.write", "emit.read_program", "teach.walkthrough", "bench.bench"),
+    *("dynamics.unique_reactions", "dynamics.linear_parameters"),
 )
 """What pages name beside the reference."""
 

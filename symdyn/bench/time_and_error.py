@@ -12,7 +12,7 @@ from contextlib import contextmanager
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import argument
+from symdyn.arguments import argument, suggesting
 from symdyn.bench.implementations import Implementation, Timed, implementations, nanoseconds
 from symdyn.bench.measurements import Bench, Errors, Measured, motion, unbeaten
 from symdyn.bench.reference import (
@@ -46,6 +46,7 @@ MANY = 512
 """States of a call that is timed, where it takes many: they fit the nearest caches."""
 
 
+@suggesting
 def bench(
     scene: SceneLike,
     functions: Sequence[str] | None = None,

@@ -14,6 +14,7 @@ from pathlib import Path, PurePosixPath
 from stat import S_ISDIR
 from typing import IO
 
+from symdyn.arguments import suggesting
 from symdyn.errors import EmitError, SymdynError, quoted
 
 ELSEWHERE = "give a folder that you may write to"
@@ -30,6 +31,7 @@ IN_A_SHELL = "of a scene, symdyn generate SCENE --target c -o FOLDER writes code
 Contents = str | bytes | Callable[[IO[bytes]], None]
 
 
+@suggesting
 def write(files: Mapping[str, Contents], folder: str | Path) -> tuple[Path, ...]:
     """Write files into a folder and return the paths; all are filled before the first is renamed.
 

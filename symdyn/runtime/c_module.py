@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from symdyn.arguments import suggesting
 from symdyn.dynamics import Function
 from symdyn.dynamics.outputs import Counts
 from symdyn.emit import C, Entries, Sources, emit
@@ -112,6 +113,7 @@ def run_rows(
 Array = npt.NDArray[Any]
 
 
+@suggesting
 def build(
     what: Program | Sources,
     compiler: str | None = None,

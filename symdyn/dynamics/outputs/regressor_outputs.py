@@ -29,6 +29,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import partial
 
+from symdyn.arguments import suggesting
 from symdyn.dynamics.outputs import result_labels as labels
 from symdyn.dynamics.outputs.base_columns import (
     Base,
@@ -62,6 +63,7 @@ def _regressor(w: Workspace, forces: Callable[[Workspace], list[Expr]]) -> list[
     return substitute([one for row in rows for one in row], {}, w.graph)
 
 
+@suggesting
 def linear_parameters(scene: Scene, output: str = "regressor") -> tuple[tuple[str, Expr], ...]:
     """Return name and value of what the columns of a regressor are to be multiplied by, formulas of the scene's names.
 

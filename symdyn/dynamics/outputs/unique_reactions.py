@@ -25,6 +25,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from symdyn.algebra import Array, Floats
+from symdyn.arguments import suggesting
 from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.dynamics.loops.newton import generic_configurations, in_words, lever_of
 from symdyn.dynamics.loops.partition import LoopChoices
@@ -238,6 +239,7 @@ def _text(unknown: Unknown, act: Array, scene: Scene) -> str:
     return f"drive {name}" if name else f"drive along {joint.rates[unknown.number]}"
 
 
+@suggesting
 def unique_reactions(
     scene: Scene,
     axes: str = "body",

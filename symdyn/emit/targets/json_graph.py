@@ -18,6 +18,7 @@ from fractions import Fraction
 from math import prod
 from typing import Any, NoReturn
 
+from symdyn.arguments import suggesting
 from symdyn.bounds import BOUNDS
 from symdyn.dynamics import Argument, Function
 from symdyn.emit.code.spelling import Printer, Real
@@ -145,6 +146,7 @@ class ProgramError(SymdynError):
     """A file of a program that cannot be read; says where, and what was found."""
 
 
+@suggesting
 def read_program(text: str, source: str = "graph.json") -> Program:
     """Return the program that the target "json" has written.
 

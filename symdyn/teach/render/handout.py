@@ -10,7 +10,7 @@ from functools import partial
 from typing import ClassVar
 
 from symdyn.algebra import Form, Symbol
-from symdyn.arguments import argument
+from symdyn.arguments import argument, suggesting
 from symdyn.emit.print import latex_symbols, refuse_too_long
 from symdyn.errors import EmitError, NoValueError, TeachError, choice
 from symdyn.frozen import dataclass, replace
@@ -130,6 +130,7 @@ def _shorter() -> str:
     return f"ask for less of it ({less}), or for {argument('format', 'sliders')}; generated code has no such limit"
 
 
+@suggesting
 def walkthrough(
     scene: SceneLike, language: str = "en", detail: str = "brief", until: str = "", formulation: str = ""
 ) -> Document:
