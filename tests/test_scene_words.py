@@ -374,6 +374,26 @@ def test_time_has_no_place_in_a_mass():
         scene("x", bodies=[body("a", mass="t")], joints=[revolute("j", "ground", "a")])
 
 
+@pytest.mark.parametrize(
+    ("keys", "angle"),
+    [
+        ("start = 90", "90"),
+        ("origin = { xyz = [0, 0, 1], rpy = [0, 0, -45] }", "-45"),
+        ("limits = { lower = -30, upper = 30 }", "-30"),
+        ("start = 14", ""),
+        ('start = "90 deg"', ""),
+        ("limits = { lower = -1000, upper = 1000 }", ""),
+    ],
+)
+def test_degrees_where_radians_stand_are_noted(tmp_path, keys, angle):
+    path = tmp_path / "s.toml"
+    path.write_text(BASE.replace("TYPE", "revolute").replace("KEYS", keys))
+
+    told = "".join(note for note in read_noting(path).notes if "in rad" in note)
+
+    assert (f'the angle {angle} is in rad, many turns; in degrees write "{angle} deg"' in told) == bool(angle)
+
+
 def test_plain_friction_is_noted_as_data_that_does_not_act(tmp_path):
     path = tmp_path / "s.toml"
     path.write_text(BASE.replace("TYPE", "revolute").replace("KEYS", "friction = 0.5"))

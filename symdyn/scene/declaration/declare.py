@@ -41,7 +41,7 @@ from symdyn.scene.declaration.scene_table import BODY, HEAD, INPUT, OUTPUT, PARA
 from symdyn.scene.declaration.spanning import span, turned
 from symdyn.scene.declaration.states import SIGNAL, STATE, derived_apart, signals_apart
 from symdyn.scene.declaration.tables import TABLE, curves_of, tabled
-from symdyn.scene.declaration.whole_scene import check
+from symdyn.scene.declaration.whole_scene import check, note_angles
 from symdyn.scene.forces.flows import with_flows
 from symdyn.scene.forces.force_kind import ForceKind, Scope
 from symdyn.scene.forces.force_table import kinds_of, read_elements, sections
@@ -185,6 +185,7 @@ def assemble(
     draft = Draft(scene, where | {"elements": tuple(place for place, _ in elements)})
     positions = read_locks(joints, faults)
     _note_friction(scene, faults)
+    note_angles(scene, faults)
     excused = check(draft, faults, allow_invalid_inertia)
     faults.close()
     carried = {body.name: body for body in scene.bodies}

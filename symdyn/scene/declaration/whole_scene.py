@@ -10,10 +10,11 @@ Joints hang every body on ground, each on one joint; what closes a loop connects
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
+from fractions import Fraction
 
 from symdyn.errors import hint, listed, nearest, suggestion
 from symdyn.graph import Graph, Op
-from symdyn.scene.declaration.dimensions import check_dimensions
+from symdyn.scene.declaration.dimensions import SceneUnits, check_dimensions
 from symdyn.scene.declaration.draft import KINDS, Draft, Use, judge, uses
 from symdyn.scene.forces.force_table import FORCES
 from symdyn.scene.joints.joint_table import JOINTS, RESISTING
@@ -180,6 +181,23 @@ def _start(joint: Joint, stand: Stand) -> None:
     if all(stand.value(x) == 0 for x in joint.start[first : first + 4]):
         shift = "" if len(joint.start) == 4 else f", entries {first + 1} to {first + 4},"
         stand.fault(f"start: the quaternion (w, x, y, z){shift} has zero length; give one such as 1, 0, 0, 0")
+
+
+def note_angles(scene: Scene, faults: Faults) -> None:
+    """Note plain numbers of degrees where angles in radians stand: multiples of 15 beyond a turn."""
+    angles = {coordinate for _, coordinate, unit in SceneUnits(scene).each_coordinate() if unit == "rad"}
+    for joint in (*scene.joints, *scene.loops):
+        turned = [x for kind, x in (*joint.origin.steps, *joint.tip.steps) if kind.startswith("R")]
+        turned += [x for q, x in zip(joint.coordinates, joint.start, strict=False) if q in angles]
+        ends = (joint.limits.lower, joint.limits.upper) if angles.intersection(joint.coordinates) else ()
+        said = next((x for x in (*turned, *ends) if x and isinstance(x.value, Fraction) and _in_degrees(x.value)), None)
+        if said is not None:
+            told = f'the angle {shown(said)} is in rad, many turns; in degrees write "{shown(said)} deg"'
+            faults.note(f"joints.{joint.name}", told)
+
+
+def _in_degrees(angle: Fraction) -> bool:
+    return 7 < abs(angle) <= 360 and angle % 15 == 0
 
 
 def check_elements(draft: Draft, values: Mapping[str, Value], faults: Faults) -> None:
