@@ -40,6 +40,7 @@ from symdyn.simulation.prescribed.formulas_in_time import in_seconds, parameter_
 from symdyn.simulation.prescribed.motion_laws import Law as MotionLaw, read_function, read_law, required_arguments
 
 Law: TypeAlias = Callable[[float, Array, Array], Any]
+Size: TypeAlias = float | str | Sequence[float | str]
 
 LARGEST = 1e7
 """Samples of one run at most."""
@@ -82,7 +83,7 @@ class Feedback(Shown):
     inputs: Sequence[str] = ()
     period: float | None = None
     delay: float = 0.0
-    limits: Mapping[str, float | str | Sequence[float | str]] | Sequence[float] | float = field(default_factory=dict)
+    limits: Mapping[str, Size] | Size = field(default_factory=dict)
     initial: Sequence[float] = ()
     measures: Sequence[str] = ()
     reference: Mapping[str, object] | str | float | None = None

@@ -11,7 +11,7 @@ import numpy as np
 from symdyn.arguments import native
 from symdyn.errors import SimulateError
 from symdyn.scene.values import Faults
-from symdyn.simulation.equations.controller import Feedback
+from symdyn.simulation.equations.controller import Feedback, Size
 from symdyn.simulation.equations.linear_law import LinearLaw, numbers_by_signal
 from symdyn.simulation.prescribed import timed
 
@@ -88,7 +88,7 @@ def pid(
     *,
     reference: str | float = 0.0,
     filter: float | None = None,
-    limits: float | Sequence[float] | Mapping[str, float | Sequence[float]] | None = None,
+    limits: Mapping[str, Size] | Size | None = None,
     antiwindup: bool | float = True,
     period: float | None = None,
 ) -> Feedback:
