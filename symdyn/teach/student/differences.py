@@ -32,11 +32,12 @@ from symdyn.algebra import (
     Sum,
     TrigonometricRing,
 )
+from symdyn.algebra.generators import refused, turning
 from symdyn.dynamics import angle_groups
 from symdyn.dynamics.mechanism import State
 from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass
-from symdyn.graph import Expr, Graph, Op, evaluate
+from symdyn.graph import Expr, Graph, Op, evaluate, reachable, substitute
 from symdyn.scene import Scene
 
 KINDS = ("moved", "power", "sign", "factor", "rounded", "function", "angle", "other", "missing", "extra")
@@ -85,19 +86,24 @@ def differences(form: Form, right: Form, scene: Scene) -> list[Difference]:
 
 
 class Splitter:
-    """Takes formulas of a graph apart: those of some nodes over one ring, others over rings of their own."""
+    """Takes formulas of a graph apart: those of some nodes over one ring, others over rings of their own.
+
+    What is no trigonometric polynomial in them, such as the root of a distance or the law of dry friction, is one symbol.
+    """
 
     def __init__(self, nodes: Sequence[Expr], scene: Scene, state: State) -> None:
         self.state, self.groups = state, angle_groups(scene, nodes[0].graph)
-        self.over, self.known = self._over(nodes)
+        self.closed: dict[Expr, Expr] = {}
+        self.meant: dict[str, Form] = {}
+        self.over, self.known = self._over(list(map(self._closed, nodes)))
 
     def __call__(self, node: Expr) -> list[Form]:
         """Return the terms of a formula that is multiplied out: one for each product of what is no sine or cosine.
 
         Raises:
-            DerivationError: it is no trigonometric polynomial, or too large to be multiplied out.
+            DerivationError: it is too large to be multiplied out.
         """
-        over, known = self.over, self.known
+        over, known, node = self.over, self.known, self._closed(node)
         try:
             (value,) = evaluate([node], over.ring, known, known=known)
         except KeyError:  # it has a symbol or a function that the others have not
@@ -106,7 +112,21 @@ class Splitter:
         found = over.split(value)
         if len(found) > MOST_PARTS:
             raise DerivationError(f"the formula has {len(found)} terms, too many to be told apart")
-        return [over.form([item]) for item in found.items()]
+        return [over.form([item]).substitute(self.meant) for item in found.items()]
+
+    def _closed(self, node: Expr) -> Expr:
+        """Return a node with a symbol for each function, root or denominator that needs the motion, inner ones first."""
+        variables = (*self.state.q, *self.state.qd, *self.state.qdd)
+        node = substitute([node], self.closed)[0] if self.closed else node
+        while found := next(refused(order := reachable([node]), variables, turning(order, variables)), None):
+            one, is_quotient = found[0], found[0].op is Op.DIV
+            if one not in self.closed:
+                name = f"function {len(self.meant)}"
+                self.meant[name] = Form.of(one.args[1] if is_quotient else one).substitute(self.meant)
+                symbol = node.graph.symbol(name)
+                self.closed[one] = one.args[0] / symbol if is_quotient else symbol
+            node = substitute([node], {one: self.closed[one]})[0]
+        return node
 
     def _over(self, nodes: Sequence[Expr]) -> tuple[_Buckets, dict[Expr, Polynomial]]:
         found = _Buckets(nodes, self.state, self.groups)
