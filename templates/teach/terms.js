@@ -41,7 +41,7 @@ const Terms = (() => {
       const by = slope.map((b, k) => b / slopes[k]), cost = by.every(x => Math.abs(Math.abs(x) - 1) < CLOSE) ? 0 : dear;
       scaled.push([cost + untied * one.multipliers, by]);
     }
-    return scaled;
+    return [...scaled, ...one.common.map(by => [dear, by])];
   }
   function explained(one, of) {
     const {handles} = one, mine = apart.points.map(of), scaled = scales(one, of).map(([cost, by]) => [cost, mine.map((x, k) => x * by[k])]), found = [];
@@ -134,7 +134,8 @@ const Terms = (() => {
     return {cost, rules: special.length ? special : rules, columns: fine.map(one => one[2]), changes: (fine.length ? fine : whole.slice(0, 1)).map(([, c, k]) => [other(k, c) ? "function" : changed(c), k]), sure: true};
   }
   function states([kind, form, , , also], c) {
-    const [lost, turned, scaled] = apart.states[kind].map((rule, k) => rule || (form ? apart.plain[k] : ""));
+    const [lost, turned, factor] = apart.states[kind].map((rule, k) => rule || (form ? apart.plain[k] : ""));
+    const scaled = factor + (apart.round.some(x => Math.abs(1 + c - x) < CLOSE * x) ? " power" : "");
     if (!turned && c < -1 - CLOSE) return [];
     const vague = ["spring", "friction", "force"].includes(turned) ? [turned, "termsign"] : [turned];  // they say no sign
     return (Math.abs(c + 1) < CLOSE ? [lost, ...also.map(kind => apart.states[kind][0])] : Math.abs(c + 2) < CLOSE ? vague : c < -1 ? [turned, scaled] : [scaled]).join(" ").split(" ").filter(Boolean);

@@ -24,11 +24,11 @@ from symdyn.teach.mathematics import inner
 from symdyn.teach.practice.exercises import ENOUGH, ROUNDED, is_given, quantities
 from symdyn.teach.student.diagnosis import BOUND, DRAWN, SCALED, SCALES, TWINS, Diagnosis, Points, points_of
 from symdyn.teach.student.differences import KINDS
-from symdyn.teach.student.evidence import ALL_OF_IT, OF_ANGLES, PAIRED, PLAIN, STATES, SUITS, Column
+from symdyn.teach.student.evidence import PAIRED, Column
 from symdyn.teach.student.grammar import PAGE, Names
-from symdyn.teach.student.mistakes import FREE, MOST as MOST_WRONG, VAGUE
+from symdyn.teach.student.mistakes import ALL_OF_IT, FREE, MOST as MOST_WRONG, OF_ANGLES, PLAIN, STATES, SUITS, VAGUE
 from symdyn.teach.student.motions import Point, beside, rows_of
-from symdyn.teach.student.parts import BOTH, SCALED as SCALED_PRICE, UNTIED, WHOLE
+from symdyn.teach.student.parts import BOTH, ROUND, SCALED as SCALED_PRICE, UNTIED, WHOLE
 from symdyn.teach.student.statements import CALLED, SPEEDS
 
 SMALL, BUDGET = 4, 1000
@@ -196,6 +196,7 @@ def _terms(diagnosis: Diagnosis, left: str, known: dict[tuple[Any, ...], int]) -
             "alike": one.alike,
             "right": _row(one.right),
             "handles": [[_steps(x.steps), _row(x.right), x.parameter] for x in one.handles],
+            "common": list(map(_row, one.common)),
             "free": one.free,
             "tied": one.tied,
             "multipliers": one.how == "rows",
@@ -232,6 +233,7 @@ def _apart(diagnosis: Diagnosis) -> dict[str, Any] | None:
         "ratios": sorted(" ".join(names) for names in diagnosis.atoms.ratios),
         "times": WHOLE,
         "both": BOTH,
+        "round": ROUND,
         "prices": (SCALED_PRICE, UNTIED),
     }
 

@@ -53,6 +53,7 @@ class Parts:
         lone: K with no rates but those of the last joint, of the last two, …, J, of all but the first; then with the
             rate of the last hinge alone about its axle.
         rigid: whether it has a moment of inertia.
+        axes: ½ I ω² by axis of the body, of those about which it turns, if these are principal ones.
     """
 
     tag: str
@@ -63,6 +64,7 @@ class Parts:
     relative: tuple[Vec, Expr]
     lone: tuple[Expr, ...]
     rigid: bool
+    axes: tuple[Expr, ...]
 
 
 @dataclass(frozen=True)
@@ -147,7 +149,22 @@ class Course:
             w = sub(w, scale(dot(axle, w) - self.graph.total(alone.values()), axle))
             v = self._rate(mass.place, rates)
             lone.append((mass.m * dot(v, v) + dot(w, mass.inertia @ w)) / 2)
-        return Parts(mass.tag, mass.m, base, arm, spin, (self._rate(arm, alone), still), tuple(lone), mass.spins)
+        w = self._turning(mass, rates)
+        axes = tuple(x for k in range(3) if not (x := mass.inertia[k][k] * w[k] * w[k] / 2).is_zero)
+        principal = all(mass.inertia[j][k].is_zero for j in range(3) for k in range(j))
+        relative = self._rate(arm, alone), still
+        return Parts(mass.tag, mass.m, base, arm, spin, relative, tuple(lone), mass.spins, axes if principal else ())
+
+    @cached_property
+    def carried(self) -> list[list[Parts]]:
+        """Return the masses that one joint carries, where these are several, and not all."""
+        found: dict[str, list[Parts]] = {}
+        for part, mass in zip(self.parts, masses(self.scene, self.graph, self.placed), strict=True):
+            joint = self.joints.get(mass.body.name)
+            while joint is not None:
+                found.setdefault(joint.name, []).append(part)
+                joint = self.joints.get(joint.parent)
+        return [some for some in found.values() if 1 < len(some) < len(self.parts)]
 
     def _hinge(self, joint: Joint | None) -> Joint | None:
         """Return the nearest joint that turns a body, at it or on the ground's side of it."""

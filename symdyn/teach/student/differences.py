@@ -88,7 +88,7 @@ def differences(form: Form, right: Form, scene: Scene) -> list[Difference]:
 class Splitter:
     """Takes formulas of a graph apart: those of some nodes over one ring, others over rings of their own.
 
-    What is no trigonometric polynomial in them, such as the root of a distance or the law of dry friction, is one symbol.
+    What is no trigonometric polynomial in them, such as a distance or a law of dry friction, is one symbol.
     """
 
     def __init__(self, nodes: Sequence[Expr], scene: Scene, state: State) -> None:
@@ -115,7 +115,7 @@ class Splitter:
         return [over.form([item]).substitute(self.meant) for item in found.items()]
 
     def _closed(self, node: Expr) -> Expr:
-        """Return a node with a symbol for each function, root or denominator that needs the motion, inner ones first."""
+        """Return a node with a symbol for each function, root or denominator of the motion, inner ones first."""
         variables = (*self.state.q, *self.state.qd, *self.state.qdd)
         node = substitute([node], self.closed)[0] if self.closed else node
         while found := next(refused(order := reachable([node]), variables, turning(order, variables)), None):

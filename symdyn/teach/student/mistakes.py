@@ -9,7 +9,7 @@ one term.
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
 from itertools import islice, permutations
 
@@ -213,6 +213,50 @@ RULES = (
 
 VAGUE = ("term", "termsign", "termfactor", "turned")
 """Rules that say less than another one of the same result."""
+
+STATES: Mapping[str, tuple[str, str, str]] = {
+    "gravity": ("weightless", "gravity", "termfactor"),
+    "weight": ("weightless", "gravity", "termfactor"),
+    "spring": ("spring", "spring", "termfactor"),
+    "springs": ("term", "spring", "termfactor"),  # all of it; "spring" is what a free length makes
+    "friction": ("friction", "friction", "termfactor"),
+    "force": ("force", "force", "termfactor"),
+    "flow": ("term", "termsign", "termfactor"),
+    "rates": ("velocities", "termsign", "termfactor"),
+    "slope": ("slope", "slope", ""),
+    "cancelling": ("slope extra", "slope", ""),  # a term is left that the slope would take away
+    "product": ("product", "", ""),
+    "static": ("", "energies", ""),
+    "spin": ("inertia", "", "inertia"),
+    "steiner": ("steiner", "", ""),
+    "body": ("body", "", ""),
+    "carried": ("carried", "", ""),
+    "hung": ("carried", "gravity", "termfactor"),
+    "coupling": ("coupling", "termsign", "termfactor"),
+    "cross": ("cross", "cross", "termfactor"),
+    "inertia": ("term", "termsign", "termfactor"),
+    "drive": ("drive", "termsign", "termfactor"),
+    "row": ("untied", "termsign", "termfactor"),
+    "prescribed": ("prescribed", "", ""),
+    "relative": ("relative", "", ""),
+    "along": ("carried relative", "", ""),  # a moment of inertia by the relative acceleration alone
+    "absolute": ("absolute", "", ""),
+}
+"""Rules that a column of a kind tells where it is lost, turned, or has another factor; "" for none."""
+PLAIN = ("term", "termsign", "termfactor")
+"""What a term tells whose kind has no rule for it."""
+OF_ANGLES = ("relative", "absolute")
+"""Kinds of what an angle from elsewhere would take away: no term is missing then."""
+SUITS: Mapping[str, tuple[str, ...]] = {
+    "gravity": ("height", "direction", "weightless"),
+    "rates": ("product", "slope", "chain", "cross", "relative"),
+    **dict.fromkeys(("inertia", "body", "carried", "cross"), ("half", "carried", "relative", "cross", "arm")),
+    "coupling": ("carried", "relative", "cross"),
+    "drive": ("body", "half"),  # with a factor: all the rest has one
+}
+"""Rules found otherwise that explain what differs in a term of a kind."""
+ALL_OF_IT = ("turned", "factor", "half", "ratio")
+"""Rules found otherwise that say more than terms do."""
 
 FREE = ("P:", "L:")
 """What keys of quantities begin with that hold a constant which is free."""
