@@ -329,6 +329,7 @@ NAMES: Mapping[str, str] = {
     "extra": "extra-term",
     "drive": "drive-missing",
     "untied": "constraint-ignored",
+    "steady": "missing-term",
     "prescribed": "prescribed-motion-ignored missing-term",
 }
 """Which causes of a sealed list a rule names."""

@@ -328,8 +328,12 @@ def _equations(course: Course, weights: Sequence[Expr], joints: Sequence[int]) -
     for angles in from_ground(course):
         off = gravity - course.put(gravity, angles)
         yield ("absolute", None, [(course.slope(off, state.q[j]), j) for j in joints])
+    every = [(course.balance(j, kinetic, graph.total([gravity, e.P["E"]]), e.Q), j) for j in joints]
+    for name, rate in course.scene.definitions.items():  # of a state
+        x, f = graph.symbol(name.removesuffix("_dot")), rate.express(graph)
+        if x in reachable([node for node, _ in every]) and not (by := course.slope(f, x)).is_zero:
+            yield ("steady", None, [(node - course.put(node, {x: x - f / by}), j) for node, j in every])
     for angles in from_slope(course):
-        every = [(course.balance(j, kinetic, graph.total([gravity, e.P["E"]]), e.Q), j) for j in joints]
         yield ("absolute", None, [(node - course.put(node, angles), j) for node, j in every])
     yield from _bodies(course, lambda K: [(course.steps(j, K, zero)[0], j) for j in joints])
     yield from _bodies(course, lambda K: [(course.balance(j, K, zero, course.still), j) for j in joints], turning=True)

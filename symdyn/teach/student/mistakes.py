@@ -207,7 +207,7 @@ RULES = (
     "weightless", "energies", "index", "product", "slope", "chain", "convention", "friction", "coupling", "body",
     "factor", "variable", "undifferentiated", "undivided", "squared", "clockwise", "velocities", "spring", "turned",
     "term", "termsign", "termfactor", "direction", "dimension", "nothing", "multiplier", "other",
-    "power", "extra", "drive", "untied", "prescribed", "row", "ratio", "force",
+    "power", "extra", "drive", "untied", "prescribed", "row", "ratio", "force", "steady",
 )  # fmt: skip
 """Rules by name; what each says stands in the languages' table of answers under `mistake.` and the name."""
 
@@ -238,6 +238,7 @@ STATES: Mapping[str, tuple[str, str, str]] = {
     "drive": ("drive", "termsign", "termfactor"),
     "row": ("untied", "termsign", "termfactor"),
     "prescribed": ("prescribed", "", ""),
+    "steady": ("steady", "", ""),
     "relative": ("relative", "", ""),
     "along": ("carried relative", "", ""),  # a moment of inertia by the relative acceleration alone
     "absolute": ("absolute", "", ""),
