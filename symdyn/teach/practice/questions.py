@@ -26,7 +26,17 @@ from symdyn.teach.student.diagnosis import BOUND, DRAWN, SCALED, SCALES, TWINS, 
 from symdyn.teach.student.differences import KINDS
 from symdyn.teach.student.evidence import PAIRED, Column
 from symdyn.teach.student.grammar import PAGE, Names
-from symdyn.teach.student.mistakes import ALL_OF_IT, FREE, MOST as MOST_WRONG, OF_ANGLES, PLAIN, STATES, SUITS, VAGUE
+from symdyn.teach.student.mistakes import (
+    ALL_OF_IT,
+    FREE,
+    MOST as MOST_WRONG,
+    OF_ANGLES,
+    PLAIN,
+    STATES,
+    SUITS,
+    UPRIGHT,
+    VAGUE,
+)
 from symdyn.teach.student.motions import Point, beside, rows_of
 from symdyn.teach.student.parts import BOTH, ROUND, SCALED as SCALED_PRICE, UNTIED, WHOLE
 from symdyn.teach.student.statements import CALLED, SPEEDS
@@ -228,6 +238,7 @@ def _apart(diagnosis: Diagnosis) -> dict[str, Any] | None:
         "vague": [*VAGUE, "coupling"],
         "plain": PLAIN,
         "angles": OF_ANGLES,
+        "upright": UPRIGHT,
         "paired": PAIRED,
         "whole": ALL_OF_IT,
         "ratios": sorted(" ".join(names) for names in diagnosis.atoms.ratios),

@@ -191,6 +191,8 @@ def _evidence(
             continue
         same = [k for k, one in enumerate(columns) if one.is_worth(row)]
         for k in same:
+            if kind == "body" and columns[k].kind == "spin":  # it has no other share
+                columns[k] = replace(columns[k], kind="turner")
             if form is None and kind in OF_BODIES and columns[k].form is not None and columns[k].kind in OWN:
                 columns[k] = replace(columns[k], kind=kind)
         if form is not None or not same:

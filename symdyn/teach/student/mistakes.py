@@ -43,7 +43,10 @@ def _of_equations(course: Course, key: str) -> Iterator[Wrong]:
     yield from (("slope", right + times * x) for x in (kinetic, *slopes) for times in (1, 2))
     yield from (("slope", right + x) for x in rates)
     yield "velocities", inertial + static
-    yield from (("gravity", right - 2 * potential), ("weightless", right - potential))
+    elastic = course.slope(course.right.P["E"], state.q[i])
+    for both, one, part in (("gravity", "weightless", potential - elastic), ("spring", "spring", elastic)):
+        yield from () if part.is_zero else ((both, right - 2 * part), (one, right - part))
+    yield "energies", right - 2 * potential
     for rule, of in course.beside.items():
         yield from ((rule, right + times * of[i]) for times in (1, 2))
     for load in (course.loads[i], 2 * course.loads[i]):
@@ -228,6 +231,7 @@ STATES: Mapping[str, tuple[str, str, str]] = {
     "product": ("product", "", ""),
     "static": ("", "energies", ""),
     "spin": ("inertia", "", "inertia"),
+    "turner": ("body", "", "inertia"),  # a body that turns and no more
     "steiner": ("steiner", "", ""),
     "body": ("body", "", ""),
     "carried": ("carried", "", ""),
@@ -256,6 +260,8 @@ SUITS: Mapping[str, tuple[str, ...]] = {
     "drive": ("body", "half"),  # with a factor: all the rest has one
 }
 """Rules found otherwise that explain what differs in a term of a kind."""
+UPRIGHT = ("arm", "trig")
+"""Rules that an angle of zero gives as well as one that is counted from elsewhere."""
 ALL_OF_IT = ("turned", "factor", "half", "ratio")
 """Rules found otherwise that say more than terms do."""
 
