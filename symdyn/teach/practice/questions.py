@@ -22,23 +22,13 @@ from symdyn.teach.languages import fill, language_of
 from symdyn.teach.lesson import called
 from symdyn.teach.mathematics import inner
 from symdyn.teach.practice.exercises import ENOUGH, ROUNDED, is_given, quantities
+from symdyn.teach.student import mistakes, parts
 from symdyn.teach.student.diagnosis import BOUND, DRAWN, SCALED, SCALES, TWINS, Diagnosis, Points, points_of
 from symdyn.teach.student.differences import KINDS
 from symdyn.teach.student.evidence import PAIRED, Column
 from symdyn.teach.student.grammar import PAGE, Names
-from symdyn.teach.student.mistakes import (
-    ALL_OF_IT,
-    FREE,
-    MOST as MOST_WRONG,
-    OF_ANGLES,
-    PLAIN,
-    STATES,
-    SUITS,
-    UPRIGHT,
-    VAGUE,
-)
+from symdyn.teach.student.mistakes import FREE, MOST as MOST_WRONG
 from symdyn.teach.student.motions import Point, beside, rows_of
-from symdyn.teach.student.parts import BOTH, ROUND, SCALED as SCALED_PRICE, UNTIED, WHOLE
 from symdyn.teach.student.statements import CALLED, SPEEDS
 
 SMALL, BUDGET = 4, 1000
@@ -233,19 +223,19 @@ def _apart(diagnosis: Diagnosis) -> dict[str, Any] | None:
     return {
         "points": points,
         "atoms": atoms,
-        "states": STATES,
-        "suits": SUITS,
-        "vague": [*VAGUE, "coupling"],
-        "plain": PLAIN,
-        "angles": OF_ANGLES,
-        "upright": UPRIGHT,
+        "states": mistakes.STATES,
+        "suits": mistakes.SUITS,
+        "vague": [*mistakes.VAGUE, "coupling"],
+        "plain": mistakes.PLAIN,
+        "angles": mistakes.OF_ANGLES,
+        "upright": mistakes.UPRIGHT,
         "paired": PAIRED,
-        "whole": ALL_OF_IT,
+        "whole": mistakes.ALL_OF_IT,
         "ratios": sorted(" ".join(names) for names in diagnosis.atoms.ratios),
-        "times": WHOLE,
-        "both": BOTH,
-        "round": ROUND,
-        "prices": (SCALED_PRICE, UNTIED),
+        "times": parts.WHOLE,
+        "both": parts.BOTH,
+        "round": parts.ROUND,
+        "prices": (parts.SCALED, parts.UNTIED),
     }
 
 

@@ -149,22 +149,10 @@ class Course:
             w = sub(w, scale(dot(axle, w) - self.graph.total(alone.values()), axle))
             v = self._rate(mass.place, rates)
             lone.append((mass.m * dot(v, v) + dot(w, mass.inertia @ w)) / 2)
-        w = self._turning(mass, rates)
-        axes = tuple(x for k in range(3) if not (x := mass.inertia[k][k] * w[k] * w[k] / 2).is_zero)
-        principal = all(mass.inertia[j][k].is_zero for j in range(3) for k in range(j))
+        w, principal = self._turning(mass, rates), all(mass.inertia[j][k].is_zero for j in range(3) for k in range(j))
+        axes = tuple(mass.inertia[k][k] * w[k] * w[k] / 2 for k in range(3) if principal)
         relative = self._rate(arm, alone), still
-        return Parts(mass.tag, mass.m, base, arm, spin, relative, tuple(lone), mass.spins, axes if principal else ())
-
-    @cached_property
-    def carried(self) -> list[list[Parts]]:
-        """Return the masses that one joint carries, where these are several, and not all."""
-        found: dict[str, list[Parts]] = {}
-        for part, mass in zip(self.parts, masses(self.scene, self.graph, self.placed), strict=True):
-            joint = self.joints.get(mass.body.name)
-            while joint is not None:
-                found.setdefault(joint.name, []).append(part)
-                joint = self.joints.get(joint.parent)
-        return [some for some in found.values() if 1 < len(some) < len(self.parts)]
+        return Parts(mass.tag, mass.m, base, arm, spin, relative, tuple(lone), mass.spins, axes)
 
     def _hinge(self, joint: Joint | None) -> Joint | None:
         """Return the nearest joint that turns a body, at it or on the ground's side of it."""

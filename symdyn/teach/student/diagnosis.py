@@ -311,13 +311,12 @@ class Diagnosis:
         ]
         loose = any(one.how == "rows" and not tied for one, _ in ways)
         evidence, told = min(ways, key=lambda way: way[1].price, default=(every[0], None))
-        unlike = found and told and not told.sure and found.rule not in told.rules
-        beside = (
-            [found.rule] if found and unlike and found.rule in UPRIGHT and told and "absolute" in told.rules else []
-        )
-        if told is None or (unlike and not beside):
+        unlike = found is not None and told is not None and not told.sure and found.rule not in told.rules
+        if told is None or (unlike and not (found and found.rule in UPRIGHT and "absolute" in told.rules)):
             return found
-        rules = list(dict.fromkeys((*beside, *told.rules, *(["untied"] if loose and told.sure else []))))
+        rules = list(dict.fromkeys((*told.rules, *(["untied"] if loose and told.sure else []))))
+        if found and unlike:
+            rules.insert(0, found.rule)
         kinds = [evidence.every[k].kind for k in told.terms]
         if found and set(rules) <= {*VAGUE, "coupling"} and any(found.rule in SUITS.get(kind, ()) for kind in kinds):
             rules.insert(0, found.rule)

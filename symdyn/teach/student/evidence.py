@@ -27,8 +27,6 @@ from symdyn.unlocked import cached_property
 
 MOST, PAIRED = 80, 24
 """Terms of a result that is taken apart; and while it is looked at as well what is wrong alike in two of them."""
-MOST_COMMON = 9
-"""Products that an equation may have been divided by, and one."""
 FEW_JOINTS = 3
 """Joints, while terms of other equations are looked at."""
 CLOSE = 1e-7
@@ -207,7 +205,7 @@ def _evidence(
         how = ""
     names = frozenset(p.name for p in course.scene.parameters)
     alike, powers = _alike(columns, names), common([one.form for one in columns if one.form], names) if handles else {}
-    ways_to = list(product(*(range(n + 1) for n in powers.values())))[1:MOST_COMMON]
+    ways_to = list(product(*(range(n + 1) for n in powers.values())))[1:9]
     divided = tuple(tuple(prod(p[x] ** n for x, n in zip(powers, of, strict=True)) for p in points) for of in ways_to)
     return Evidence(points, tuple(columns), right, handles, key in ("P:", "L:"), tied, beside, how, alike, divided)
 
@@ -339,11 +337,10 @@ def _equations(course: Course, weights: Sequence[Expr], joints: Sequence[int]) -
         yield ("absolute", None, [(node - course.put(node, angles), j) for node, j in every])
     yield from _bodies(course, lambda K: [(course.steps(j, K, zero)[0], j) for j in joints])
     yield from _bodies(course, lambda K: [(course.balance(j, K, zero, course.still), j) for j in joints], turning=True)
-    for part, mass in zip(course.parts, masses(course.scene, graph, course.placed), strict=True):
-        others = set(course.scene.coordinates) - set(course.joints[mass.body.name].coordinates)
-        rest = {a: zero for q, a in zip(state.q, state.qdd, strict=True) if str(q.value) in others}
-        inertial = course.steps(j, part.spin, zero)[0]
-        yield ("along", None, [(inertial - course.put(inertial, rest), j)] if len(joints) == 1 else [])
+    for part in course.parts if len(joints) == 1 else ():
+        own, inertial = set(reachable([part.relative[1]])), course.steps(joints[0], part.spin, zero)[0]
+        rest = {a: zero for u, a in zip(state.qd, state.qdd, strict=True) if u not in own}
+        yield ("along", None, [(inertial - course.put(inertial, rest), joints[0])])
 
 
 def _bodies(course: Course, of: Callable[[Expr], Shares], turning: bool = False) -> Iterator[Piece]:
@@ -366,7 +363,8 @@ def _bodies(course: Course, of: Callable[[Expr], Shares], turning: bool = False)
             yield ("relative", None, of(part.m * (dot(arm, arm) - dot(v, v)) / 2 + part.spin - spin))
         yield from (("relative", None, of(course.kinetic(part) - lone)) for lone in part.lone)
     yield from (("spin", None, of(K)) for name, K in course.right.K.items() if name.startswith("rotor "))
-    yield from (("body", None, of(course.graph.total(course.right.K[x.tag] for x in some))) for some in course.carried)
+    tails = (course.parts[k:] for k in range(1, len(course.parts) - 1))
+    yield from (("body", None, of(course.graph.total(course.right.K[x.tag] for x in some))) for some in tails)
 
 
 def _terms(course: Course, of: Sequence[tuple[str, Expr, int | None]]) -> Iterator[Piece]:

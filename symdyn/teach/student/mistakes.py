@@ -44,9 +44,8 @@ def _of_equations(course: Course, key: str) -> Iterator[Wrong]:
     yield from (("slope", right + x) for x in rates)
     yield "velocities", inertial + static
     elastic = course.slope(course.right.P["E"], state.q[i])
-    for both, one, part in (("gravity", "weightless", potential - elastic), ("spring", "spring", elastic)):
-        yield from () if part.is_zero else ((both, right - 2 * part), (one, right - part))
-    yield "energies", right - 2 * potential
+    stored = (("spring", elastic), ("gravity", potential - elastic), ("energies", potential))
+    yield from ((rule, right - 2 * x) for rule, x in stored if not x.is_zero)
     for rule, of in course.beside.items():
         yield from ((rule, right + times * of[i]) for times in (1, 2))
     for load in (course.loads[i], 2 * course.loads[i]):
