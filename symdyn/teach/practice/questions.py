@@ -55,16 +55,11 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         language: of the answers.
 
     Returns:
-        symbols: the scene's name of every way to write one, dotted: what they are with dots, formulas: of names, short:
-        shorthands such as c12, quantities: names of results, points: see `symdyn.teach.student.diagnosis`, values: of
-        each question at every point, free: questions that a constant may be added to, rounded: those that a number
-        answers which is right to a part of itself, enough, balances: of equations what vanishes at every point, their
-        drive, the acceleration that they are solved for, and whether forces stand beside the drive in front of the
-        answer; alone: the drive where more than it stands there, which an answer may be for as well;
-        mistakes: of each question rules in turn, each with all that it gives at a few points (marks, pairs),
-        terms: see `Evidence`, with the numbers of their columns,
-        motions: groups of points on the motions, see `symdyn.teach.student.motions`, and by question what it is worth
-        there, or the number of its equation and what stands in front of its answer there; grammar, words.
+        names and how they are written; points, see `symdyn.teach.student.diagnosis`, with values of questions there;
+        those that a constant may be added to (free), or that a number answers which is right to a part of itself
+        (rounded); balances and alone: of equations what vanishes, and what stands in front of their answers; mistakes:
+        rules with what they give at a few points; terms: see `Evidence`, with the numbers of their columns; motions:
+        points on the motions, with what questions are worth there; grammar, words.
     """
     scene = scene.as_parameters()
     multipliers = beside(scene)
@@ -227,8 +222,7 @@ def _apart(diagnosis: Diagnosis) -> dict[str, Any] | None:
         "suits": mistakes.SUITS,
         "vague": [*mistakes.VAGUE, "coupling"],
         "plain": mistakes.PLAIN,
-        "angles": mistakes.OF_ANGLES,
-        "upright": mistakes.UPRIGHT,
+        "angles": ("relative", "absolute"),
         "paired": PAIRED,
         "whole": mistakes.ALL_OF_IT,
         "ratios": sorted(" ".join(names) for names in diagnosis.atoms.ratios),

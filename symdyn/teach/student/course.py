@@ -151,8 +151,7 @@ class Course:
             lone.append((mass.m * dot(v, v) + dot(w, mass.inertia @ w)) / 2)
         w, principal = self._turning(mass, rates), all(mass.inertia[j][k].is_zero for j in range(3) for k in range(j))
         axes = tuple(mass.inertia[k][k] * w[k] * w[k] / 2 for k in range(3) if principal)
-        relative = self._rate(arm, alone), still
-        return Parts(mass.tag, mass.m, base, arm, spin, relative, tuple(lone), mass.spins, axes)
+        return Parts(mass.tag, mass.m, base, arm, spin, (self._rate(arm, alone), still), tuple(lone), mass.spins, axes)
 
     def _hinge(self, joint: Joint | None) -> Joint | None:
         """Return the nearest joint that turns a body, at it or on the ground's side of it."""

@@ -26,7 +26,7 @@ from symdyn.scene.values import Unit, UnitError, acceleration_name
 from symdyn.teach.student.course import Course
 from symdyn.teach.student.evidence import Evidence, common, evidence_of
 from symdyn.teach.student.grammar import Names
-from symdyn.teach.student.mistakes import ALL_OF_IT, FREE, MOST, SUITS, UPRIGHT, VAGUE, Mistake, mistakes
+from symdyn.teach.student.mistakes import ALL_OF_IT, FREE, MOST, SUITS, VAGUE, Mistake, mistakes
 from symdyn.teach.student.motions import Motions, at_points, in_reach, motions_of, numbers
 from symdyn.teach.student.parts import Atoms, atoms_of, explained
 from symdyn.unlocked import cached_property
@@ -312,7 +312,7 @@ class Diagnosis:
         loose = any(one.how == "rows" and not tied for one, _ in ways)
         evidence, told = min(ways, key=lambda way: way[1].price, default=(every[0], None))
         unlike = found is not None and told is not None and not told.sure and found.rule not in told.rules
-        if told is None or (unlike and not (found and found.rule in UPRIGHT and "absolute" in told.rules)):
+        if told is None or (unlike and "absolute" not in told.rules):
             return found
         rules = list(dict.fromkeys((*told.rules, *(["untied"] if loose and told.sure else []))))
         if found and unlike:

@@ -86,10 +86,7 @@ def differences(form: Form, right: Form, scene: Scene) -> list[Difference]:
 
 
 class Splitter:
-    """Takes formulas of a graph apart: those of some nodes over one ring, others over rings of their own.
-
-    What is no trigonometric polynomial in them, such as a distance or a law of dry friction, is one symbol.
-    """
+    """Takes formulas of a graph apart, by one ring or others; what is no trigonometric polynomial is one symbol."""
 
     def __init__(self, nodes: Sequence[Expr], scene: Scene, state: State) -> None:
         self.state, self.groups = state, angle_groups(scene, nodes[0].graph)
@@ -117,16 +114,16 @@ class Splitter:
     def _closed(self, node: Expr) -> Expr:
         """Return a node with a symbol for each function, root or denominator of the motion, inner ones first."""
         variables = (*self.state.q, *self.state.qd, *self.state.qdd)
-        node = substitute([node], self.closed)[0] if self.closed else node
-        while found := next(refused(order := reachable([node]), variables, turning(order, variables)), None):
-            one, is_quotient = found[0], found[0].op is Op.DIV
-            if one not in self.closed:
-                name = f"function {len(self.meant)}"
-                self.meant[name] = Form.of(one.args[1] if is_quotient else one).substitute(self.meant)
-                symbol = node.graph.symbol(name)
-                self.closed[one] = one.args[0] / symbol if is_quotient else symbol
-            node = substitute([node], {one: self.closed[one]})[0]
-        return node
+        while True:
+            node = substitute([node], self.closed)[0]
+            order = reachable([node])
+            one = next((x for x, _ in refused(order, variables, turning(order, variables))), None)
+            if one is None:
+                return node
+            symbol = node.graph.symbol(f"function {len(self.meant)}")
+            above, of = (one.args[0], one.args[1]) if one.op is Op.DIV else (None, one)
+            self.meant[str(symbol.value)] = Form.of(of).substitute(self.meant)
+            self.closed[one] = above / symbol if above is not None else symbol
 
     def _over(self, nodes: Sequence[Expr]) -> tuple[_Buckets, dict[Expr, Polynomial]]:
         found = _Buckets(nodes, self.state, self.groups)

@@ -204,15 +204,6 @@ def _known(node: Expr | None) -> Expr:
     return node
 
 
-RULES = (
-    "half", "steiner", "inertia", "arm", "cross", "carried", "relative", "absolute", "height", "trig", "gravity",
-    "weightless", "energies", "index", "product", "slope", "chain", "convention", "friction", "coupling", "body",
-    "factor", "variable", "undifferentiated", "undivided", "squared", "clockwise", "velocities", "spring", "turned",
-    "term", "termsign", "termfactor", "direction", "dimension", "nothing", "multiplier", "other",
-    "power", "extra", "drive", "untied", "prescribed", "row", "ratio", "force", "steady",
-)  # fmt: skip
-"""Rules by name; what each says stands in the languages' table of answers under `mistake.` and the name."""
-
 VAGUE = ("term", "termsign", "termfactor", "turned")
 """Rules that say less than another one of the same result."""
 
@@ -249,8 +240,6 @@ STATES: Mapping[str, tuple[str, str, str]] = {
 """Rules that a column of a kind tells where it is lost, turned, or has another factor; "" for none."""
 PLAIN = ("term", "termsign", "termfactor")
 """What a term tells whose kind has no rule for it."""
-OF_ANGLES = ("relative", "absolute")
-"""Kinds of what an angle from elsewhere would take away: no term is missing then."""
 SUITS: Mapping[str, tuple[str, ...]] = {
     "gravity": ("height", "direction", "weightless"),
     "rates": ("product", "slope", "chain", "cross", "relative"),
@@ -259,8 +248,6 @@ SUITS: Mapping[str, tuple[str, ...]] = {
     "drive": ("body", "half"),  # with a factor: all the rest has one
 }
 """Rules found otherwise that explain what differs in a term of a kind."""
-UPRIGHT = ("arm", "trig")
-"""Rules that an angle of zero gives as well as one that is counted from elsewhere."""
 ALL_OF_IT = ("turned", "factor", "half", "ratio")
 """Rules found otherwise that say more than terms do."""
 
@@ -273,7 +260,7 @@ MOST = 600
 
 @dataclass(frozen=True)
 class Mistake:
-    """A wrong result and the rule of RULES that was forgotten on the way.
+    """A wrong result and the rule that was forgotten on the way.
 
     Attributes:
         rule: which.
