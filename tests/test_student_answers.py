@@ -187,18 +187,7 @@ SEEN = (
 )  # fmt: skip
 """List, scene, what is asked, an answer, whether it is right, and the rule that both doors tell of it."""
 LONG = dict.fromkeys(
-    (
-        "geartrain",
-        "hoist",
-        "backlash",
-        "carousel",
-        "rocker",
-        "scotch",
-        "gyroscope",
-        "gripper2",
-        "fly_press",
-        "chairoplane",
-    ),
+    "geartrain hoist backlash carousel rocker scotch gyroscope gripper2 fly_press chairoplane rimless_wheel".split(),
     pytest.mark.slow,
 )
 
