@@ -186,15 +186,15 @@ SEEN = (
      "½ [J + m (r - e)²] φ'² + ½ m1 [s'² + (r² + s² + 2 r s sin φ) φ'² - 2 r s' φ' cos φ]", False, "trig"),
 )  # fmt: skip
 """List, scene, what is asked, an answer, whether it is right, and the rule that both doors tell of it."""
-LONG = dict.fromkeys(
-    "geartrain hoist backlash carousel rocker scotch gyroscope gripper2 fly_press chairoplane rimless_wheel".split(),
-    pytest.mark.slow,
-)
+LATER = "geartrain hoist backlash carousel rocker scotch gyroscope gripper2 fly_press chairoplane rimless_wheel"
 
 
 @pytest.mark.runs("node")
 @pytest.mark.skipif(shutil.which("node") is None, reason="the page's program runs in node")
-@pytest.mark.parametrize("scene", [pytest.param(x, marks=LONG.get(x, ())) for x in dict.fromkeys(x[1] for x in SEEN)])
+@pytest.mark.parametrize(
+    "scene",
+    [pytest.param(x, marks=pytest.mark.slow if x in LATER.split() else ()) for x in dict.fromkeys(x[1] for x in SEEN)],
+)
 def test_page_and_shell_name_the_same_cause(scene: str, monkeypatch: pytest.MonkeyPatch) -> None:
     benchmark = _benchmark(monkeypatch)
     own = [row for row in SEEN if row[1] == scene]
