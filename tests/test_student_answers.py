@@ -177,7 +177,7 @@ SEEN = (
      "s² θ'' + ½ R² φ' ψ' sin θ - (s² - ¼ R²) φ'² sin θ cos θ - 9.81 s sin θ = 0", False, "inertia"),
     ("fourteenth", "gripper2", "mass h h", "0,5 + 0,4 + 0,08 + 0,05", False, "body"),
     ("fourteenth", "fly_press", "momentum phi", "(J + 2 mb R²) φ' + (M + ms + 2 mb) h² φ'/(2π)", False, "power"),
-    ("fourteenth", "rimless_wheel", "potential", "m g y cos(slope)", False, "weightless"),
+    ("fourteenth", "rimless_wheel", "potential", "m g y cos(slope)", False, "termgravity"),
     ("fourteenth", "chairoplane", "mass phi theta", "m R l cos θ", False, "extra"),
     ("fourteenth", "chairoplane", "kinetic", "½ J φ'² + ½ m [(R + l sin θ)² φ'² + l² θ'²] "
      "+ ½ mc [(R + ½ l sin θ)² φ'² + ⅓ l² θ'²]", False, "inertia"),

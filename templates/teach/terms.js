@@ -131,7 +131,7 @@ const Terms = (() => {
     const terms = sorted(false), whole = sorted(true);
     const fine = terms.length > 1 && terms[0][0] === terms[1][0] ? [] : terms.slice(0, 1);  // none is known to be the one
     const told = [...fine, ...whole.slice(0, 1)].flatMap(([, c, k]) => other(k, c) ? ["trig"] : states(columns[k], c)), rules = told.length ? told : ["termfactor"];
-    const special = rules.filter(rule => rule !== "term");
+    const special = rules.filter(rule => !["term", "termgravity"].includes(rule));
     return {cost, rules: special.length ? special : rules, columns: fine.map(one => one[2]), changes: (fine.length ? fine : whole.slice(0, 1)).map(([, c, k]) => [other(k, c) ? "function" : changed(c), k]), sure: true};
   }
   function states([kind, form, , , also], c) {

@@ -315,10 +315,9 @@ class Diagnosis:
         if told is None or (unlike and "absolute" not in told.rules):
             return found
         rules = list(dict.fromkeys((*told.rules, *(["untied"] if loose and told.sure else []))))
-        if found and unlike:
-            rules.insert(0, found.rule)
         kinds = [evidence.every[k].kind for k in told.terms]
-        if found and set(rules) <= {*VAGUE, "coupling"} and any(found.rule in SUITS.get(kind, ()) for kind in kinds):
+        suits = set(rules) <= {*VAGUE, "coupling"} and any(found and found.rule in SUITS.get(x, ()) for x in kinds)
+        if found and (unlike or suits):
             rules.insert(0, found.rule)
         if found and found.rule == rules[0]:  # with its mass
             return replace(found, more=tuple(rules[1:]))

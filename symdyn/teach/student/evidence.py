@@ -212,8 +212,7 @@ def _evidence(
 
 def common(forms: Sequence[Form], names: Collection[str]) -> dict[str, int]:
     """Return the powers of some symbols that all of some terms have."""
-    pairs = ([(x.base, x.exponent) if isinstance(x, Power) else (x, 1) for x in one.factors] for one in forms)
-    every: list[dict[Form, int]] = list(map(dict, pairs))
+    every = [{getattr(x, "base", x): getattr(x, "exponent", 1) for x in one.factors} for one in forms]
     return {x: n for x in sorted(names) if (n := min((one.get(Symbol(x), 0) for one in every), default=0)) > 0}
 
 

@@ -204,11 +204,11 @@ def _known(node: Expr | None) -> Expr:
     return node
 
 
-VAGUE = ("term", "termsign", "termfactor", "turned")
+VAGUE = ("term", "termgravity", "termsign", "termfactor", "turned")
 """Rules that say less than another one of the same result."""
 
 STATES: Mapping[str, tuple[str, str, str]] = {
-    "gravity": ("weightless", "gravity", "termfactor"),
+    "gravity": ("termgravity", "gravity", "termfactor"),
     "weight": ("weightless", "gravity", "termfactor"),
     "spring": ("spring", "spring", "termfactor"),
     "springs": ("term", "spring", "termfactor"),  # all of it; "spring" is what a free length makes

@@ -196,7 +196,7 @@ def _of_one(columns: Sequence[Column], singles: Sequence[tuple[float, int, tuple
     if len(fine) > 1 and fine[0][0] == fine[1][0]:  # none is known to be the one
         fine = []
     rules = [rule for _, _, told in (*fine[:1], *whole[:1]) for rule in told] or ["termfactor"]
-    special = [rule for rule in rules if rule != "term"]
+    special = [rule for rule in rules if rule not in ("term", "termgravity")]
     return Found(price, tuple(k for _, k, _ in fine[:1]), tuple(special or rules), True)
 
 
