@@ -183,10 +183,10 @@ def refuse_variables(nodes: Sequence[Expr], variables: Sequence[Expr], turned: C
 
 
 def refused(
-    nodes: Sequence[Expr], variables: Sequence[Expr], turned: Container[Expr] = ()
+    nodes: Sequence[Expr], variables: Sequence[Expr], turned: Container[Expr] | None = None
 ) -> Iterator[tuple[Expr, list[str]]]:
     """Yield the functions, roots and quotients that need some of `variables`, with their names; `turned` are angles."""
-    moving = set(variables)
+    moving, turned = set(variables), turning(nodes, variables) if turned is None else turned
     for node in nodes:
         if node.op is Op.SIN or node.op is Op.COS:
             guilty = [atom for atom, _ in node.args[0].linear_form().terms if atom.op is not Op.SYMBOL]

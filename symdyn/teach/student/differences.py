@@ -31,8 +31,8 @@ from symdyn.algebra import (
     Product,
     Sum,
     TrigonometricRing,
+    refused,
 )
-from symdyn.algebra.generators import refused, turning
 from symdyn.dynamics import angle_groups
 from symdyn.dynamics.mechanism import State
 from symdyn.errors import DerivationError
@@ -116,8 +116,7 @@ class Splitter:
         variables = (*self.state.q, *self.state.qd, *self.state.qdd)
         while True:
             node = substitute([node], self.closed)[0]
-            order = reachable([node])
-            one = next((x for x, _ in refused(order, variables, turning(order, variables))), None)
+            one = next((x for x, _ in refused(reachable([node]), variables)), None)
             if one is None:
                 return node
             symbol = node.graph.symbol(f"function {len(self.meant)}")
