@@ -152,6 +152,8 @@ SEEN = (
     ("seventh", "geartrain", "drive phi M", "(J1 + (J2 + m R^2)(r2/r1)^2) φ'' + b φ' + m g R r2/r1", False, "ratio"),
     ("ninth", "walker", "mass a a", "m l", False, "power"),  # where l is 1 m
     ("seventh", "backlash", "drive phi T", "T = (J1 + J2) φ'' + J2 ψ''", False, "force"),
+    ("seventh", "backlash", "drive phi T", "(J1 + J2) φ'' + J2 ψ'' + kp (φ + side ψ)", False, "friction"),
+    ("seventh", "backlash", "drive phi T", "(J1 + J2) φ'' + J2 ψ'' + kd φ' - kp (φ + side ψ)", False, "force"),
     ("eighth", "rocket", "equation x", "m x'' - c x' = -c ve sin φ - 2 c l φ' cos φ", False, ""),
     ("ninth", "walker", "potential", "(M + 2 m) g z - m g l (cos a + cos b)", False, "absolute"),  # of the slope
     ("twelfth", "scara", "drive q3 tau3", "τ3 = 0,9 (q3'' - 9,81)", False, "body"),  # without the gripper

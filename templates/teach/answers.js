@@ -45,7 +45,8 @@ const Answers = (() => {
     if (told.right || formulas.length > 1 || !has(drives, key)) return told;
     const alone = settledBy(key, [{of: p => p[drives[key]], decimals: []}, ...formulas], named);
     if (alone.right) return said(true, "answer.drive", drives[key]);
-    return alone.rule && (!rule || LOADS.includes(rule)) ? alone : told;
+    const other = alone.rules ? alone.rules[0] : alone.rule, twice = rule === "termfactor" && other !== rule;  // a load that stands in front, too
+    return other && (!rule || twice || LOADS.includes(rule)) ? alone : told;
   }
   const LOADS = ["friction", "force"];
   function settledBy(key, formulas, named) {

@@ -337,8 +337,8 @@ def _equations(course: Course, weights: Sequence[Expr], joints: Sequence[int]) -
     yield from _bodies(course, lambda K: [(course.steps(j, K, zero)[0], j) for j in joints])
     yield from _bodies(course, lambda K: [(course.balance(j, K, zero, course.still), j) for j in joints], turning=True)
     for part in course.parts if len(joints) == 1 else ():
-        own, inertial = set(reachable([part.relative[1]])), course.steps(joints[0], part.spin, zero)[0]
-        rest = {a: zero for u, a in zip(state.qd, state.qdd, strict=True) if u not in own}
+        turning, inertial = set(reachable([part.relative[1]])), course.steps(joints[0], part.spin, zero)[0]
+        rest = {a: zero for u, a in zip(state.qd, state.qdd, strict=True) if u not in turning}
         yield ("along", None, [(inertial - course.put(inertial, rest), joints[0])])
 
 
