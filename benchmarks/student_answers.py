@@ -316,6 +316,7 @@ NAMES: Mapping[str, str] = {
     "spring": "spring-sign spring-free-length",
     "turned": "sign gravity-sign spring-sign damping-sign",
     "term": "missing-term",
+    "termgravity": "gravity-missing missing-term",
     "termsign": "sign",
     "termfactor": "factor missing-factor arithmetic",
     "direction": "extra-term",
@@ -329,11 +330,12 @@ NAMES: Mapping[str, str] = {
     "extra": "extra-term",
     "drive": "drive-missing",
     "untied": "constraint-ignored",
+    "steady": "missing-term",
     "prescribed": "prescribed-motion-ignored missing-term",
 }
 """Which causes of a sealed list a rule names."""
 
-VAGUE = ("term", "termsign", "termfactor", "turned", "extra")
+VAGUE = ("term", "termgravity", "termsign", "termfactor", "turned", "extra")
 """Rules that say how a term differs and give no reason, so never a false one."""
 
 WHOLE = {"answer.factor": "termfactor", "answer.turned": "turned"}

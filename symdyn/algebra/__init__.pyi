@@ -22,12 +22,9 @@ from .form import (
     Sum as Sum,
     Symbol as Symbol,
 )
+from .generators import refused as refused
 from .numeric import Array as Array, Batches as Batches, Floats as Floats
 from .ratios import Nodes as Nodes, Ratio as Ratio, Ratios as Ratios
 from .sums_of_angles import AngleGroup as AngleGroup, rounded as rounded
-from .sympy_algebra import (
-    NAMES as NAMES,
-    graph_to_sympy as graph_to_sympy,
-    shared_to_sympy as shared_to_sympy,
-)
+from .sympy_algebra import NAMES as NAMES, graph_to_sympy as graph_to_sympy, shared_to_sympy as shared_to_sympy
 from .trigonometric import Polynomial as Polynomial, TrigonometricRing as TrigonometricRing

@@ -10,7 +10,7 @@ An angle is a multiple of π/12, which has an exact sine, plus multiples of atom
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from math import gcd, inf, isqrt, lcm
 
@@ -175,7 +175,18 @@ def turning(nodes: Iterable[Expr], variables: Iterable[Expr]) -> dict[Expr, tupl
 
 def refuse_variables(nodes: Sequence[Expr], variables: Sequence[Expr], turned: Container[Expr] = ()) -> None:
     """Raise DerivationError if a function, a root or a denominator needs one of `variables`; `turned` are angles."""
-    moving = set(variables)
+    for node, names in refused(nodes, variables, turned):
+        raise DerivationError(
+            f"{node.op.name.lower()} of an expression in {', '.join(names)} is no trigonometric "
+            "polynomial, so it has no closed form; generated code (NumPy, C) has no such limit"
+        )
+
+
+def refused(
+    nodes: Sequence[Expr], variables: Sequence[Expr], turned: Container[Expr] | None = None
+) -> Iterator[tuple[Expr, list[str]]]:
+    """Yield the functions, roots and quotients that need some of `variables`, with their names; `turned` are angles."""
+    moving, turned = set(variables), turning(nodes, variables) if turned is None else turned
     for node in nodes:
         if node.op is Op.SIN or node.op is Op.COS:
             guilty = [atom for atom, _ in node.args[0].linear_form().terms if atom.op is not Op.SYMBOL]
@@ -187,10 +198,7 @@ def refuse_variables(nodes: Sequence[Expr], variables: Sequence[Expr], turned: C
         for found in guilty:
             names = [str(n.value) for n in reachable([found]) if n in moving]
             if names:
-                raise DerivationError(
-                    f"{node.op.name.lower()} of an expression in {', '.join(names)} is no trigonometric "
-                    "polynomial, so it has no closed form; generated code (NumPy, C) has no such limit"
-                )
+                yield node, names
 
 
 def coprime_base(radicands: Iterable[int], order: int) -> tuple[int, ...]:

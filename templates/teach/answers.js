@@ -13,7 +13,7 @@ const Answers = (() => {
   }
 
   const said = (right, word, place = "") => ({right, text: words[word].replace("{text}", place).replace("{factor}", place)});
-  const whole = (word, place) => ({...said(false, word, place), whole: true});  // it says all that is wrong
+  const whole = (word, place) => ({...said(false, word, place), whole: word});  // it says all that is wrong
   // Whether a word calls what is asked, whatever the scene's symbols are
   const calls = (key, word) => has(called, key) && (called[key].includes(word) || (called[key].includes("p") && word.startsWith("p")));
   function judge(key, source) {
@@ -45,7 +45,8 @@ const Answers = (() => {
     if (told.right || formulas.length > 1 || !has(drives, key)) return told;
     const alone = settledBy(key, [{of: p => p[drives[key]], decimals: []}, ...formulas], named);
     if (alone.right) return said(true, "answer.drive", drives[key]);
-    return alone.rule && (!rule || LOADS.includes(rule)) ? alone : told;
+    const other = alone.rules ? alone.rules[0] : alone.rule, twice = rule === "termfactor" && other !== rule;  // a load that stands in front, too
+    return other && (!rule || twice || LOADS.includes(rule)) ? alone : told;
   }
   const LOADS = ["friction", "force"];
   function settledBy(key, formulas, named) {
@@ -97,7 +98,8 @@ const Answers = (() => {
     const rule = told.rule === "nothing" ? "" : told.rule;  // it gives way to every reason
     const [first, second] = formulas, {before} = motions.asked[key], front = before ? formula_of(before) : null;
     const whole = p => first.of(p) - (second ? second.of(p) : front ? front(p) : 0), found = Terms.told(key, whole, rule);
-    if (told.whole || QUESTIONS.apart.whole.includes(told.rule)) return found ? {...told, kinds: found.kinds, changes: found.changes} : told;
+    const reason = found && told.whole === "answer.factor" && found.rules.some(one => !QUESTIONS.apart.vague.includes(one));
+    if ((told.whole && !reason) || QUESTIONS.apart.whole.includes(told.rule)) return found ? {...told, kinds: found.kinds, changes: found.changes} : told;
     if (!found) {
       const minus = ({terms = []}) => terms.map(one => p => -one(p)), changes = told.rule === "nothing" ? [] : Terms.listed(key, whole, [...first.of.terms || [first.of], ...minus(second ? second.of : front || {})]);
       return {...(told.rule || !mixed(key, whole) ? told : forgot(["dimension", "", ""])), changes, kinds: changes.map(one => one[2]).filter(Boolean)};
@@ -204,7 +206,9 @@ const Answers = (() => {
     if (rule) return rule;
     if (near(1, ROUNDED)) return whole("answer.rounded");
     if (near(-1)) return whole("answer.turned");
-    const size = Math.max(...values[key].slice(0, drawn).map(Math.abs)), k = values[key].findIndex(x => Math.abs(x) > 0.1 * size);
+    const size = Math.max(...values[key].slice(0, drawn).map(Math.abs));
+    if (size <= 1e-12 * Math.max(...mine.slice(0, drawn).map(Math.abs))) return forgot(["extra", "", ""]);  // it is zero
+    const k = values[key].findIndex(x => Math.abs(x) > 0.1 * size);
     const factor = rounded.includes(key) ? 0 : mine[k] / values[key][k]; // of a number it would give away the result
     if (Math.abs(factor) > 1e-6 && near(factor)) return whole("answer.factor", String(Number(factor.toPrecision(6))).replace("-", "\u2212").replace(".", words.decimal));
     return united(key, mine) ? said(false, "answer.wrong") : forgot(["dimension", "", ""]);

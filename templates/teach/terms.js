@@ -26,8 +26,9 @@ const Terms = (() => {
     const ways = every.filter(one => one.multipliers || !tied).map(one => [one, explained(one, of)]).filter(([one, found]) => found && (tied || !one.multipliers || (found.sure && found.rules.includes("untied"))));
     if (!ways.length) return null;
     const [one, found] = ways.reduce((a, b) => a[1].cost <= b[1].cost ? a : b), rows = all(one);
-    if (rule && !found.sure && !found.rules.includes(rule)) return null;
-    const of_ = found.columns.flatMap(k => (rows[k][5] || [k]).map(n => rows[n])).filter(row => row[1]), loose = !tied && found.sure && ways.some(([one]) => one.multipliers), rules = [...new Set([...found.rules, ...(loose ? ["untied"] : [])])];
+    const beside = rule && found.rules.includes("absolute") ? [rule] : [];
+    if (rule && !found.sure && !found.rules.includes(rule) && !beside.length) return null;
+    const of_ = found.columns.flatMap(k => (rows[k][5] || [k]).map(n => rows[n])).filter(row => row[1]), loose = !tied && found.sure && ways.some(([one]) => one.multipliers), rules = [...new Set([...(found.sure ? [] : beside), ...found.rules, ...(loose ? ["untied"] : [])])];
     if (rule && rules.every(one => apart.vague.includes(one)) && of_.some(([kind]) => (apart.suits[kind] || []).includes(rule))) rules.unshift(rule);
     const changes = (found.changes || []).map(([change, k]) => [change, ...(rows[k] ? [(rows[k][5] || [k]).map(n => rows[n][1]).join("<mo>,</mo>"), rows[k][0]] : [""])]).filter(([change, term, kind]) => term || change !== "missing" || !apart.angles.includes(kind));
     return {rules, kinds: [...new Set(of_.map(([kind]) => kind))], changes};
@@ -41,7 +42,7 @@ const Terms = (() => {
       const by = slope.map((b, k) => b / slopes[k]), cost = by.every(x => Math.abs(Math.abs(x) - 1) < CLOSE) ? 0 : dear;
       scaled.push([cost + untied * one.multipliers, by]);
     }
-    return scaled;
+    return [...scaled, ...one.common.map(by => [dear, by])];
   }
   function explained(one, of) {
     const {handles} = one, mine = apart.points.map(of), scaled = scales(one, of).map(([cost, by]) => [cost, mine.map((x, k) => x * by[k])]), found = [];
@@ -130,11 +131,12 @@ const Terms = (() => {
     const terms = sorted(false), whole = sorted(true);
     const fine = terms.length > 1 && terms[0][0] === terms[1][0] ? [] : terms.slice(0, 1);  // none is known to be the one
     const told = [...fine, ...whole.slice(0, 1)].flatMap(([, c, k]) => other(k, c) ? ["trig"] : states(columns[k], c)), rules = told.length ? told : ["termfactor"];
-    const special = rules.filter(rule => rule !== "term");
+    const special = rules.filter(rule => !["term", "termgravity"].includes(rule));
     return {cost, rules: special.length ? special : rules, columns: fine.map(one => one[2]), changes: (fine.length ? fine : whole.slice(0, 1)).map(([, c, k]) => [other(k, c) ? "function" : changed(c), k]), sure: true};
   }
   function states([kind, form, , , also], c) {
-    const [lost, turned, scaled] = apart.states[kind].map((rule, k) => rule || (form ? apart.plain[k] : ""));
+    const [lost, turned, factor] = apart.states[kind].map((rule, k) => rule || (form ? apart.plain[k] : ""));
+    const scaled = factor + (apart.round.some(x => Math.abs(1 + c - x) < CLOSE * x) ? " power" : "");
     if (!turned && c < -1 - CLOSE) return [];
     const vague = ["spring", "friction", "force"].includes(turned) ? [turned, "termsign"] : [turned];  // they say no sign
     return (Math.abs(c + 1) < CLOSE ? [lost, ...also.map(kind => apart.states[kind][0])] : Math.abs(c + 2) < CLOSE ? vague : c < -1 ? [turned, scaled] : [scaled]).join(" ").split(" ").filter(Boolean);

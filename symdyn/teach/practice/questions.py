@@ -22,13 +22,13 @@ from symdyn.teach.languages import fill, language_of
 from symdyn.teach.lesson import called
 from symdyn.teach.mathematics import inner
 from symdyn.teach.practice.exercises import ENOUGH, ROUNDED, is_given, quantities
+from symdyn.teach.student import mistakes, parts
 from symdyn.teach.student.diagnosis import BOUND, DRAWN, SCALED, SCALES, TWINS, Diagnosis, Points, points_of
 from symdyn.teach.student.differences import KINDS
-from symdyn.teach.student.evidence import ALL_OF_IT, OF_ANGLES, PAIRED, PLAIN, STATES, SUITS, Column
+from symdyn.teach.student.evidence import PAIRED, Column
 from symdyn.teach.student.grammar import PAGE, Names
-from symdyn.teach.student.mistakes import FREE, MOST as MOST_WRONG, VAGUE
+from symdyn.teach.student.mistakes import FREE, MOST as MOST_WRONG
 from symdyn.teach.student.motions import Point, beside, rows_of
-from symdyn.teach.student.parts import BOTH, SCALED as SCALED_PRICE, UNTIED, WHOLE
 from symdyn.teach.student.statements import CALLED, SPEEDS
 
 SMALL, BUDGET = 4, 1000
@@ -55,16 +55,11 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         language: of the answers.
 
     Returns:
-        symbols: the scene's name of every way to write one, dotted: what they are with dots, formulas: of names, short:
-        shorthands such as c12, quantities: names of results, points: see `symdyn.teach.student.diagnosis`, values: of
-        each question at every point, free: questions that a constant may be added to, rounded: those that a number
-        answers which is right to a part of itself, enough, balances: of equations what vanishes at every point, their
-        drive, the acceleration that they are solved for, and whether forces stand beside the drive in front of the
-        answer; alone: the drive where more than it stands there, which an answer may be for as well;
-        mistakes: of each question rules in turn, each with all that it gives at a few points (marks, pairs),
-        terms: see `Evidence`, with the numbers of their columns,
-        motions: groups of points on the motions, see `symdyn.teach.student.motions`, and by question what it is worth
-        there, or the number of its equation and what stands in front of its answer there; grammar, words.
+        names and how they are written; points, see `symdyn.teach.student.diagnosis`, with values of questions there;
+        those that a constant may be added to (free), or that a number answers which is right to a part of itself
+        (rounded); balances and alone: of equations what vanishes, and what stands in front of their answers; mistakes:
+        rules with what they give at a few points; terms: see `Evidence`, with the numbers of their columns; motions:
+        points on the motions, with what questions are worth there; grammar, words.
     """
     scene = scene.as_parameters()
     multipliers = beside(scene)
@@ -196,6 +191,7 @@ def _terms(diagnosis: Diagnosis, left: str, known: dict[tuple[Any, ...], int]) -
             "alike": one.alike,
             "right": _row(one.right),
             "handles": [[_steps(x.steps), _row(x.right), x.parameter] for x in one.handles],
+            "common": list(map(_row, one.common)),
             "free": one.free,
             "tied": one.tied,
             "multipliers": one.how == "rows",
@@ -222,17 +218,18 @@ def _apart(diagnosis: Diagnosis) -> dict[str, Any] | None:
     return {
         "points": points,
         "atoms": atoms,
-        "states": STATES,
-        "suits": SUITS,
-        "vague": [*VAGUE, "coupling"],
-        "plain": PLAIN,
-        "angles": OF_ANGLES,
+        "states": mistakes.STATES,
+        "suits": mistakes.SUITS,
+        "vague": [*mistakes.VAGUE, "coupling"],
+        "plain": mistakes.PLAIN,
+        "angles": ("relative", "absolute"),
         "paired": PAIRED,
-        "whole": ALL_OF_IT,
+        "whole": mistakes.ALL_OF_IT,
         "ratios": sorted(" ".join(names) for names in diagnosis.atoms.ratios),
-        "times": WHOLE,
-        "both": BOTH,
-        "prices": (SCALED_PRICE, UNTIED),
+        "times": parts.WHOLE,
+        "both": parts.BOTH,
+        "round": parts.ROUND,
+        "prices": (parts.SCALED, parts.UNTIED),
     }
 
 

@@ -240,4 +240,5 @@ def boxed(text: str, target: Target, requested: str, diagnosis: Diagnosis, name:
     rule, other = (next((one.mistake.rule for one in some if one.mistake), "") for some in (answers, alone))
     if all(one.right for one in alone):
         return alone, drive
-    return (alone if other and rule in ("", "friction", "force") else answers), ""
+    twice = rule == "termfactor" != other  # a load that stands in front, too
+    return (alone if other and (twice or rule in ("", "friction", "force")) else answers), ""

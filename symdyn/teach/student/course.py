@@ -53,6 +53,7 @@ class Parts:
         lone: K with no rates but those of the last joint, of the last two, …, J, of all but the first; then with the
             rate of the last hinge alone about its axle.
         rigid: whether it has a moment of inertia.
+        axes: ½ I ω² by axis of the body, of those about which it turns, if these are principal ones.
     """
 
     tag: str
@@ -63,6 +64,7 @@ class Parts:
     relative: tuple[Vec, Expr]
     lone: tuple[Expr, ...]
     rigid: bool
+    axes: tuple[Expr, ...]
 
 
 @dataclass(frozen=True)
@@ -147,7 +149,9 @@ class Course:
             w = sub(w, scale(dot(axle, w) - self.graph.total(alone.values()), axle))
             v = self._rate(mass.place, rates)
             lone.append((mass.m * dot(v, v) + dot(w, mass.inertia @ w)) / 2)
-        return Parts(mass.tag, mass.m, base, arm, spin, (self._rate(arm, alone), still), tuple(lone), mass.spins)
+        w, principal = self._turning(mass, rates), all(mass.inertia[j][k].is_zero for j in range(3) for k in range(j))
+        axes = tuple(mass.inertia[k][k] * w[k] * w[k] / 2 for k in range(3) if principal)
+        return Parts(mass.tag, mass.m, base, arm, spin, (self._rate(arm, alone), still), tuple(lone), mass.spins, axes)
 
     def _hinge(self, joint: Joint | None) -> Joint | None:
         """Return the nearest joint that turns a body, at it or on the ground's side of it."""

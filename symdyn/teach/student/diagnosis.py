@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from math import isfinite
 from types import MappingProxyType
 
@@ -23,9 +24,9 @@ from symdyn.graph import Expr, Graph, Op, reachable, substitute
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import Unit, UnitError, acceleration_name
 from symdyn.teach.student.course import Course
-from symdyn.teach.student.evidence import ALL_OF_IT, SUITS, Evidence, evidence_of
+from symdyn.teach.student.evidence import Evidence, common, evidence_of
 from symdyn.teach.student.grammar import Names
-from symdyn.teach.student.mistakes import FREE, MOST, VAGUE, Mistake, mistakes
+from symdyn.teach.student.mistakes import ALL_OF_IT, FREE, MOST, SUITS, VAGUE, Mistake, mistakes
 from symdyn.teach.student.motions import Motions, at_points, in_reach, motions_of, numbers
 from symdyn.teach.student.parts import Atoms, atoms_of, explained
 from symdyn.unlocked import cached_property
@@ -257,11 +258,14 @@ class Diagnosis:
         return Mistake("dimension", node) if told else None
 
     def named(self, i: int) -> set[str]:
-        """Return the parameters that the equation of a joint has."""
+        """Return the parameters that the equation of a joint has, but those that all of it can be divided by."""
         assert self.course is not None, "equations are those of a course"
         node = self.course.value(f"tau:{i + 1}", self.course.right)
         held = {str(x.value) for x in reachable([node]) if x.op is Op.SYMBOL} if node is not None else set()
-        return held & {p.name for p in self.scene.parameters}
+        held &= {p.name for p in self.scene.parameters}
+        with suppress(DerivationError):
+            return held if self.scene.drives[i] or node is None else held - set(common(self.course.terms(node), held))
+        return held
 
     def moving(self, letters: set[str], forms: Sequence[Form]) -> Motions | None:
         """Return the motions that formulas are compared on: with the scene's values where a letter is left out."""
@@ -307,11 +311,13 @@ class Diagnosis:
         ]
         loose = any(one.how == "rows" and not tied for one, _ in ways)
         evidence, told = min(ways, key=lambda way: way[1].price, default=(every[0], None))
-        if told is None or (found and not told.sure and found.rule not in told.rules):
+        unlike = found is not None and told is not None and not told.sure and found.rule not in told.rules
+        if told is None or (unlike and "absolute" not in told.rules):
             return found
         rules = list(dict.fromkeys((*told.rules, *(["untied"] if loose and told.sure else []))))
         kinds = [evidence.every[k].kind for k in told.terms]
-        if found and set(rules) <= {*VAGUE, "coupling"} and any(found.rule in SUITS.get(kind, ()) for kind in kinds):
+        suits = set(rules) <= {*VAGUE, "coupling"} and any(found and found.rule in SUITS.get(x, ()) for x in kinds)
+        if found and (unlike or suits):
             rules.insert(0, found.rule)
         if found and found.rule == rules[0]:  # with its mass
             return replace(found, more=tuple(rules[1:]))

@@ -31,12 +31,13 @@ from symdyn.algebra import (
     Product,
     Sum,
     TrigonometricRing,
+    refused,
 )
 from symdyn.dynamics import angle_groups
 from symdyn.dynamics.mechanism import State
 from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass
-from symdyn.graph import Expr, Graph, Op, evaluate
+from symdyn.graph import Expr, Graph, Op, evaluate, reachable, substitute
 from symdyn.scene import Scene
 
 KINDS = ("moved", "power", "sign", "factor", "rounded", "function", "angle", "other", "missing", "extra")
@@ -85,19 +86,21 @@ def differences(form: Form, right: Form, scene: Scene) -> list[Difference]:
 
 
 class Splitter:
-    """Takes formulas of a graph apart: those of some nodes over one ring, others over rings of their own."""
+    """Takes formulas of a graph apart, by one ring or others; what is no trigonometric polynomial is one symbol."""
 
     def __init__(self, nodes: Sequence[Expr], scene: Scene, state: State) -> None:
         self.state, self.groups = state, angle_groups(scene, nodes[0].graph)
-        self.over, self.known = self._over(nodes)
+        self.closed: dict[Expr, Expr] = {}
+        self.meant: dict[str, Form] = {}
+        self.over, self.known = self._over(list(map(self._closed, nodes)))
 
     def __call__(self, node: Expr) -> list[Form]:
         """Return the terms of a formula that is multiplied out: one for each product of what is no sine or cosine.
 
         Raises:
-            DerivationError: it is no trigonometric polynomial, or too large to be multiplied out.
+            DerivationError: it is too large to be multiplied out.
         """
-        over, known = self.over, self.known
+        over, known, node = self.over, self.known, self._closed(node)
         try:
             (value,) = evaluate([node], over.ring, known, known=known)
         except KeyError:  # it has a symbol or a function that the others have not
@@ -106,7 +109,20 @@ class Splitter:
         found = over.split(value)
         if len(found) > MOST_PARTS:
             raise DerivationError(f"the formula has {len(found)} terms, too many to be told apart")
-        return [over.form([item]) for item in found.items()]
+        return [over.form([item]).substitute(self.meant) for item in found.items()]
+
+    def _closed(self, node: Expr) -> Expr:
+        """Return a node with a symbol for each function, root or denominator of the motion, inner ones first."""
+        variables = (*self.state.q, *self.state.qd, *self.state.qdd)
+        while True:
+            node = substitute([node], self.closed)[0]
+            one = next((x for x, _ in refused(reachable([node]), variables)), None)
+            if one is None:
+                return node
+            symbol = node.graph.symbol(f"function {len(self.meant)}")
+            above, of = (one.args[0], one.args[1]) if one.op is Op.DIV else (None, one)
+            self.meant[str(symbol.value)] = Form.of(of).substitute(self.meant)
+            self.closed[one] = above / symbol if above is not None else symbol
 
     def _over(self, nodes: Sequence[Expr]) -> tuple[_Buckets, dict[Expr, Polynomial]]:
         found = _Buckets(nodes, self.state, self.groups)

@@ -5,8 +5,9 @@ Columns are terms, and what belongs together: the mass of a body, its moment of 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from math import isfinite
+from collections.abc import Callable, Collection, Iterator, Sequence
+from itertools import product
+from math import isfinite, prod
 from typing import Union
 
 import numpy as np
@@ -31,53 +32,11 @@ FEW_JOINTS = 3
 CLOSE = 1e-7
 """Of the largest value: what is nothing."""
 
-STATES: Mapping[str, tuple[str, str, str]] = {
-    "gravity": ("term", "gravity", "termfactor"),
-    "weight": ("weightless", "gravity", "termfactor"),
-    "spring": ("spring", "spring", "termfactor"),
-    "springs": ("term", "spring", "termfactor"),  # all of it; "spring" is what a free length makes
-    "friction": ("friction", "friction", "termfactor"),
-    "force": ("force", "force", "termfactor"),
-    "flow": ("term", "termsign", "termfactor"),
-    "rates": ("velocities", "termsign", "termfactor"),
-    "slope": ("slope", "slope", ""),
-    "cancelling": ("slope extra", "slope", ""),  # a term is left that the slope would take away
-    "product": ("product", "", ""),
-    "static": ("", "energies", ""),
-    "spin": ("inertia", "", "inertia"),
-    "steiner": ("steiner", "", ""),
-    "body": ("body", "", ""),
-    "carried": ("carried", "", ""),
-    "hung": ("carried", "gravity", "termfactor"),
-    "coupling": ("coupling", "termsign", "termfactor"),
-    "cross": ("cross", "cross", "termfactor"),
-    "inertia": ("term", "termsign", "termfactor"),
-    "drive": ("drive", "termsign", "termfactor"),
-    "row": ("untied", "termsign", "termfactor"),
-    "prescribed": ("prescribed", "", ""),
-    "relative": ("relative", "", ""),
-    "absolute": ("absolute", "", ""),
-}
-"""Rules that a column of a kind tells where it is lost, turned, or has another factor; "" for none."""
-PLAIN = ("term", "termsign", "termfactor")
-"""What a term tells whose kind has no rule for it."""
 OF_BODIES = ("prescribed", "body", "spin", "steiner", "weight", "carried", "hung", "cross")
 """Kinds that say more of a term than its own, if that is one of `OWN`."""
 OWN = ("inertia", "gravity")
-OF_ANGLES = ("relative", "absolute")
-"""Kinds of what an angle from elsewhere would take away: no term is missing then."""
-BESIDE = ("relative", "prescribed")
+BESIDE = ("relative", "along", "prescribed")
 """Kinds that are told with another one of the same values."""
-SUITS: Mapping[str, tuple[str, ...]] = {
-    "gravity": ("height", "direction", "weightless"),
-    "rates": ("product", "slope", "chain", "cross", "relative"),
-    **dict.fromkeys(("inertia", "body", "carried", "cross"), ("half", "carried", "relative", "cross", "arm")),
-    "coupling": ("carried", "relative", "cross"),
-    "drive": ("body", "half"),  # with a factor: all the rest has one
-}
-"""Rules found otherwise that explain what differs in a term of a kind."""
-ALL_OF_IT = ("turned", "factor", "half", "ratio")
-"""Rules found otherwise that say more than terms do."""
 
 
 @dataclass(frozen=True)
@@ -126,6 +85,7 @@ class Evidence:
         tied: whether rows tie motions together, so that what is one term may be another one there.
         beside: terms of the equations of other joints.
         alike: columns by number that are alike, see `_alike`.
+        common: what all of an equation may have been divided by, by point.
         how: what is written: "rows" with multipliers, "solved" with no acceleration but that of its joint, else "".
     """
 
@@ -138,6 +98,7 @@ class Evidence:
     beside: tuple[Column, ...] = ()
     how: str = ""
     alike: tuple[tuple[int, ...], ...] = ()
+    common: tuple[tuple[float, ...], ...] = ()
 
     @cached_property
     def every(self) -> tuple[Column, ...]:
@@ -228,11 +189,13 @@ def _evidence(
             continue
         same = [k for k, one in enumerate(columns) if one.is_worth(row)]
         for k in same:
+            if kind == "body" and columns[k].kind == "spin":  # it has no other share
+                columns[k] = replace(columns[k], kind="turner")
             if form is None and kind in OF_BODIES and columns[k].form is not None and columns[k].kind in OWN:
                 columns[k] = replace(columns[k], kind=kind)
         if form is not None or not same:
             columns.append(Column(kind, form, row))
-        elif kind in BESIDE and i is not None:
+        elif kind in BESIDE and i is not None and (kind, columns[same[0]].kind) != ("along", "spin"):
             columns[same[0]] = replace(columns[same[0]], also=(*columns[same[0]].also, kind))
     handles = tuple(_handles(course, motions, i, ways, tied, how)) if i is not None else ()
     beside = () if i is None or tied or how else tuple(_beside(course, motions, i))
@@ -240,8 +203,17 @@ def _evidence(
         columns += _biased(motions, i, ways, columns)
     if how == "rows" and not any(one.kind == "row" for one in columns):  # no row acts in this equation
         how = ""
-    alike = _alike(columns, frozenset(p.name for p in course.scene.parameters))
-    return Evidence(points, tuple(columns), right, handles, key in ("P:", "L:"), tied, beside, how, alike)
+    names = frozenset(p.name for p in course.scene.parameters)
+    alike, powers = _alike(columns, names), common([one.form for one in columns if one.form], names) if handles else {}
+    ways_to = list(product(*(range(n + 1) for n in powers.values())))[1:9]
+    divided = tuple(tuple(prod(p[x] ** n for x, n in zip(powers, of, strict=True)) for p in points) for of in ways_to)
+    return Evidence(points, tuple(columns), right, handles, key in ("P:", "L:"), tied, beside, how, alike, divided)
+
+
+def common(forms: Sequence[Form], names: Collection[str]) -> dict[str, int]:
+    """Return the powers of some symbols that all of some terms have."""
+    every = [{getattr(x, "base", x): getattr(x, "exponent", 1) for x in one.factors} for one in forms]
+    return {x: n for x in sorted(names) if (n := min((one.get(Symbol(x), 0) for one in every), default=0)) > 0}
 
 
 def _alike(columns: Sequence[Column], parameters: frozenset[str]) -> tuple[tuple[int, ...], ...]:
@@ -355,11 +327,19 @@ def _equations(course: Course, weights: Sequence[Expr], joints: Sequence[int]) -
     for angles in from_ground(course):
         off = gravity - course.put(gravity, angles)
         yield ("absolute", None, [(course.slope(off, state.q[j]), j) for j in joints])
+    every = [(course.balance(j, kinetic, graph.total([gravity, e.P["E"]]), e.Q), j) for j in joints]
+    for name, rate in course.scene.definitions.items():  # of a state
+        x, f = graph.symbol(name.removesuffix("_dot")), rate.express(graph)
+        if x in reachable([node for node, _ in every]) and not (by := course.slope(f, x)).is_zero:
+            yield ("steady", None, [(node - course.put(node, {x: x - f / by}), j) for node, j in every])
     for angles in from_slope(course):
-        every = [(course.balance(j, kinetic, graph.total([gravity, e.P["E"]]), e.Q), j) for j in joints]
         yield ("absolute", None, [(node - course.put(node, angles), j) for node, j in every])
     yield from _bodies(course, lambda K: [(course.steps(j, K, zero)[0], j) for j in joints])
     yield from _bodies(course, lambda K: [(course.balance(j, K, zero, course.still), j) for j in joints], turning=True)
+    for part in course.parts if len(joints) == 1 else ():
+        turning, inertial = set(reachable([part.relative[1]])), course.steps(joints[0], part.spin, zero)[0]
+        rest = {a: zero for u, a in zip(state.qd, state.qdd, strict=True) if u not in turning}
+        yield ("along", None, [(inertial - course.put(inertial, rest), joints[0])])
 
 
 def _bodies(course: Course, of: Callable[[Expr], Shares], turning: bool = False) -> Iterator[Piece]:
@@ -370,7 +350,7 @@ def _bodies(course: Course, of: Callable[[Expr], Shares], turning: bool = False)
         turned = part.rigid and slides.isdisjoint(reachable([course.kinetic(part, base=0, cross=0, spin=0)]))
         lone = turned and all(node.is_zero for node, _ in of(course.kinetic(part, own=0, spin=0)))
         yield ("steiner" if lone else "body", None, of(course.kinetic(part, spin=0)))
-        yield ("spin", None, of(part.spin))
+        yield from (("spin", None, of(x)) for x in (part.spin, *(() if turning else part.axes)))
         yield ("body", None, of(course.right.K[part.tag]))
         yield ("carried", None, of(course.kinetic(part, cross=0, own=0, spin=0)))
         yield ("cross", None, of(course.kinetic(part, base=0, own=0, spin=0)))
@@ -382,6 +362,8 @@ def _bodies(course: Course, of: Callable[[Expr], Shares], turning: bool = False)
             yield ("relative", None, of(part.m * (dot(arm, arm) - dot(v, v)) / 2 + part.spin - spin))
         yield from (("relative", None, of(course.kinetic(part) - lone)) for lone in part.lone)
     yield from (("spin", None, of(K)) for name, K in course.right.K.items() if name.startswith("rotor "))
+    tails = (course.parts[k:] for k in range(1, len(course.parts) - 1))
+    yield from (("body", None, of(course.graph.total(course.right.K[x.tag] for x in some))) for some in tails)
 
 
 def _terms(course: Course, of: Sequence[tuple[str, Expr, int | None]]) -> Iterator[Piece]:

@@ -9,7 +9,7 @@ one term.
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
 from itertools import islice, permutations
 
@@ -43,7 +43,9 @@ def _of_equations(course: Course, key: str) -> Iterator[Wrong]:
     yield from (("slope", right + times * x) for x in (kinetic, *slopes) for times in (1, 2))
     yield from (("slope", right + x) for x in rates)
     yield "velocities", inertial + static
-    yield from (("gravity", right - 2 * potential), ("weightless", right - potential))
+    elastic = course.slope(course.right.P["E"], state.q[i])
+    stored = (("spring", elastic), ("gravity", potential - elastic), ("energies", potential))
+    yield from ((rule, right - 2 * x) for rule, x in stored if not x.is_zero)
     for rule, of in course.beside.items():
         yield from ((rule, right + times * of[i]) for times in (1, 2))
     for load in (course.loads[i], 2 * course.loads[i]):
@@ -202,17 +204,52 @@ def _known(node: Expr | None) -> Expr:
     return node
 
 
-RULES = (
-    "half", "steiner", "inertia", "arm", "cross", "carried", "relative", "absolute", "height", "trig", "gravity",
-    "weightless", "energies", "index", "product", "slope", "chain", "convention", "friction", "coupling", "body",
-    "factor", "variable", "undifferentiated", "undivided", "squared", "clockwise", "velocities", "spring", "turned",
-    "term", "termsign", "termfactor", "direction", "dimension", "nothing", "multiplier", "other",
-    "power", "extra", "drive", "untied", "prescribed", "row", "ratio", "force",
-)  # fmt: skip
-"""Rules by name; what each says stands in the languages' table of answers under `mistake.` and the name."""
-
-VAGUE = ("term", "termsign", "termfactor", "turned")
+VAGUE = ("term", "termgravity", "termsign", "termfactor", "turned")
 """Rules that say less than another one of the same result."""
+
+STATES: Mapping[str, tuple[str, str, str]] = {
+    "gravity": ("termgravity", "gravity", "termfactor"),
+    "weight": ("weightless", "gravity", "termfactor"),
+    "spring": ("spring", "spring", "termfactor"),
+    "springs": ("term", "spring", "termfactor"),  # all of it; "spring" is what a free length makes
+    "friction": ("friction", "friction", "termfactor"),
+    "force": ("force", "force", "termfactor"),
+    "flow": ("term", "termsign", "termfactor"),
+    "rates": ("velocities", "termsign", "termfactor"),
+    "slope": ("slope", "slope", ""),
+    "cancelling": ("slope extra", "slope", ""),  # a term is left that the slope would take away
+    "product": ("product", "", ""),
+    "static": ("", "energies", ""),
+    "spin": ("inertia", "", "inertia"),
+    "turner": ("body", "", "inertia"),  # a body that turns and no more
+    "steiner": ("steiner", "", ""),
+    "body": ("body", "", ""),
+    "carried": ("carried", "", ""),
+    "hung": ("carried", "gravity", "termfactor"),
+    "coupling": ("coupling", "termsign", "termfactor"),
+    "cross": ("cross", "cross", "termfactor"),
+    "inertia": ("term", "termsign", "termfactor"),
+    "drive": ("drive", "termsign", "termfactor"),
+    "row": ("untied", "termsign", "termfactor"),
+    "prescribed": ("prescribed", "", ""),
+    "steady": ("steady", "", ""),
+    "relative": ("relative", "", ""),
+    "along": ("carried relative", "", ""),  # a moment of inertia by the relative acceleration alone
+    "absolute": ("absolute", "", ""),
+}
+"""Rules that a column of a kind tells where it is lost, turned, or has another factor; "" for none."""
+PLAIN = ("term", "termsign", "termfactor")
+"""What a term tells whose kind has no rule for it."""
+SUITS: Mapping[str, tuple[str, ...]] = {
+    "gravity": ("height", "direction", "weightless"),
+    "rates": ("product", "slope", "chain", "cross", "relative"),
+    **dict.fromkeys(("inertia", "body", "carried", "cross"), ("half", "carried", "relative", "cross", "arm")),
+    "coupling": ("carried", "relative", "cross"),
+    "drive": ("body", "half"),  # with a factor: all the rest has one
+}
+"""Rules found otherwise that explain what differs in a term of a kind."""
+ALL_OF_IT = ("turned", "factor", "half", "ratio")
+"""Rules found otherwise that say more than terms do."""
 
 FREE = ("P:", "L:")
 """What keys of quantities begin with that hold a constant which is free."""
@@ -223,7 +260,7 @@ MOST = 600
 
 @dataclass(frozen=True)
 class Mistake:
-    """A wrong result and the rule of RULES that was forgotten on the way.
+    """A wrong result and the rule that was forgotten on the way.
 
     Attributes:
         rule: which.

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from itertools import combinations, permutations
-from math import cos, isfinite, sin
+from math import cos, isfinite, pi, sin
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,8 @@ from symdyn.frozen import dataclass, replace
 from symdyn.graph import Op
 from symdyn.scene import SceneUnits
 from symdyn.teach.student.course import Course
-from symdyn.teach.student.evidence import CLOSE, PAIRED, PLAIN, STATES, Column, Evidence, linear, moved
+from symdyn.teach.student.evidence import CLOSE, PAIRED, Column, Evidence, linear, moved
+from symdyn.teach.student.mistakes import PLAIN, STATES
 from symdyn.teach.student.motions import Motions, Point
 from symdyn.teach.student.wrong_energies import ratios
 from symdyn.unlocked import cached_property
@@ -31,6 +32,8 @@ FACTOR, SCALED, UNTIED = 1.5, 0.05, 0.1
 """Prices: of a wrong factor, of an equation times a factor, of multipliers in it or their absence."""
 BOTH = (-1.0, -2.0, 1.0, -0.5)
 """How a term is changed beside one in which something else stands: lost, turned, doubled, halved."""
+ROUND = tuple((n * pi) ** k for n in (1, 2) for k in (-2, -1, 1, 2))
+"""Factors of a constant that stands with another power."""
 WHOLE = ((-1.0, "turned"), (0.5, "factor"), (2.0, "factor"))
 """What all of a quantity is taken times where nothing else tells, and what it was then."""
 
@@ -97,6 +100,7 @@ def explained(evidence: Evidence, atoms: Atoms, value: Callable[[Point], float])
             by = [b / a for a, b in zip(slopes, handle.right, strict=True)]
             price = 0.0 if all(abs(abs(x) - 1) < CLOSE for x in by) else SCALED
             scaled.append((price + UNTIED * (evidence.how == "rows"), [x * y for x, y in zip(mine, by, strict=True)]))
+    scaled += [(SCALED, [x * y for x, y in zip(mine, by, strict=True)]) for by in evidence.common]
     told: list[Found] = []
     for deep in (False, True):  # two terms at once only where no single one tells
         ways = () if told else scaled
@@ -190,7 +194,7 @@ def _of_one(columns: Sequence[Column], singles: Sequence[tuple[float, int, tuple
     if len(fine) > 1 and fine[0][0] == fine[1][0]:  # none is known to be the one
         fine = []
     rules = [rule for _, _, told in (*fine[:1], *whole[:1]) for rule in told] or ["termfactor"]
-    special = [rule for rule in rules if rule != "term"]
+    special = [rule for rule in rules if rule not in ("term", "termgravity")]
     return Found(price, tuple(k for _, k, _ in fine[:1]), tuple(special or rules), True)
 
 
@@ -198,6 +202,7 @@ def _states(column: Column, c: float) -> tuple[str, ...]:
     """Return the rules that a column tells with a coefficient 1 + c."""
     plain = PLAIN if column.form is not None else ("", "", "")
     lost, turned, scaled = (own or other for own, other in zip(STATES[column.kind], plain, strict=True))
+    scaled += " power" * any(abs(1 + c - x) < CLOSE * x for x in ROUND)
     if abs(c + 2) < CLOSE:  # some say no sign
         told: tuple[str, ...] = (turned, "termsign" if turned in ("spring", "friction", "force") else "")
     else:
