@@ -331,8 +331,7 @@ def parameters(seed: int) -> Array:
 
 
 def _small(rng: np.random.Generator, shape: tuple[int, ...]) -> Array:
-    size: Array = rng.choice([-1.0, 1.0], shape) * 10 ** rng.uniform(-9, -1, shape)
-    return size
+    return rng.choice([-1.0, 1.0], shape) * 10 ** rng.uniform(-9, -1, shape)
 
 
 def near_singular(anywhere: Positions, matrices: Sequence[Callable[[Array], Any]], seed: int) -> Array:
@@ -357,8 +356,7 @@ def near_singular(anywhere: Positions, matrices: Sequence[Callable[[Array], Any]
         found.append(q[np.argsort(size)])
     if not found:
         return anywhere.singular
-    mixed: Array = np.stack(found, axis=1).reshape(-1, len(anywhere.units))
-    return mixed
+    return np.stack(found, axis=1).reshape(-1, len(anywhere.units))
 
 
 def _smallest(matrix: Callable[[Array], Any], q: Array) -> Array:

@@ -110,8 +110,7 @@ class Gains:
     @property
     def factors(self) -> Array:
         """What columns are multiplied by to become forces, those of what is known last: shape (b + 1,)."""
-        found: Array = np.append(self.forces, 1.0)
-        return found
+        return np.append(self.forces, 1.0)
 
     def linear(self, rows: Rows) -> Rows:
         """Return rows with a column a gain, of rows with what drives show, and the known forces as last column."""
@@ -220,8 +219,7 @@ def _fitted(rows: Rows, drives: Sequence[int], guess: Array) -> tuple[float, Arr
     weak = np.column_stack([np.zeros((len(drives), count)), WEAK * np.eye(len(drives))])  # for gains that hardly count
 
     def turned(x: Array) -> Array:
-        found: Array = alone + own @ (x[count:] / guess)
-        return found
+        return alone + own @ (x[count:] / guess)
 
     def off(x: Array) -> Array:
         found: Array = turned(x) * (Y @ x[:count] + known) - seen

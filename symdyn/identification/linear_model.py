@@ -71,8 +71,7 @@ class Unknowns:
 
     def ten(self, values: Array) -> Array:
         """Return the ten of every body out of values of all parameters, shape (bodies, 10)."""
-        found: Array = values[: TEN * len(self.scene.bodies)].reshape(-1, TEN)
-        return found
+        return values[: TEN * len(self.scene.bodies)].reshape(-1, TEN)
 
     def inertias(self, values: Array) -> list[tuple[float, Array, Array, Array]]:
         """Return mass, centre of mass, principal moments and spread of every body, as of `ten_of_body`."""
@@ -350,8 +349,7 @@ def linear_model(scene: Scene, terms: Sequence[str] = ()) -> LinearModel:
 
     @cache
     def every() -> Callable[..., Array]:
-        found: Callable[..., Array] = load(bound, ["regressor"]).regressor
-        return found
+        return load(bound, ["regressor"]).regressor
 
     def ten(q: Array, qd: Array, qdd: Array) -> Array:
         return forces(every(), q, qd, qdd, TEN * len(bound.bodies))

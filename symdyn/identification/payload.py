@@ -101,8 +101,7 @@ class Carried:
         both = np.column_stack([self.unknown[place], self.known[place]])
         if not both.any():
             return np.zeros((len(q), len(model.drives), both.shape[1]))
-        found: Array = model.ten(q, qd, qdd) @ both
-        return found
+        return model.ten(q, qd, qdd) @ both
 
 
 def check_payloads(model: LinearModel, payloads: Sequence[Payload], logs: Sequence[Log]) -> None:

@@ -164,8 +164,7 @@ class Regression:
     @property
     def residuals(self) -> Array:
         """τ - Y β, shape (M,)."""
-        found: Array = self.tau - self.Y @ self.estimate
-        return found
+        return self.tau - self.Y @ self.estimate
 
     @property
     def errors(self) -> Array:
@@ -285,8 +284,7 @@ def _pulled(weighted: Array, buried: Array, weights: Array, beta: Array, scale: 
     inside = np.eye(len(beta)) - null_space.T @ null_space
     S, N = weighted / scale, buried * weights[:, None] / scale
     inverse = np.linalg.pinv(inside @ S.T @ S @ inside, rcond=1e-15, hermitian=True)
-    found: Array = -inverse @ inside @ N.T @ N @ (beta * scale) / scale
-    return found
+    return -inverse @ inside @ N.T @ N @ (beta * scale) / scale
 
 
 def solved(

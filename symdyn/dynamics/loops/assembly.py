@@ -319,5 +319,4 @@ class Levels:
                     x[at] = apply[op](*operands) if op in apply else numbers.functions[op](*operands)
             except FloatingPointError as fault:
                 raise NoValueError(f"{fault} in a formula of the scene") from None
-        found: Array = x[self._outputs]
-        return found
+        return x[self._outputs]

@@ -77,8 +77,7 @@ def _gap(w: Workspace, name: str, by_recursion: bool) -> list[Expr]:
 
 def _free(w: Workspace, by_recursion: bool) -> list[Expr]:
     forward = (constrained.forward, constrained.lagrange_forward), (trees.forward_crba, trees.lagrange_forward)
-    found: list[Expr] = w.once(forward[not w.scene.is_constrained][not by_recursion])
-    return found
+    return w.once(forward[not w.scene.is_constrained][not by_recursion])
 
 
 def _impact_matrix(w: Workspace, name: str, by_recursion: bool) -> list[Expr]:

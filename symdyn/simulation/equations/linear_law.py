@@ -100,13 +100,11 @@ class LinearLaw:
 
     def command(self, z: Array, e: Array) -> Array:
         """Return v, shape (m,)."""
-        found: Array = np.asarray(self.initial) + self.C @ z + self.D @ e
-        return found
+        return np.asarray(self.initial) + self.C @ z + self.D @ e
 
     def moved(self, z: Array, e: Array, missed: Array) -> Array:
         """Return ż, or the states at the next sample, shape (n,), where `missed` is sat(v) - v, shape (m,)."""
-        found: Array = self.A @ z + self.B @ e + self.tracking @ missed
-        return found
+        return self.A @ z + self.B @ e + self.tracking @ missed
 
 
 def _numbers(name: str, given: object, faults: Faults) -> Array:

@@ -40,8 +40,7 @@ class ForceTable:
     def _curve(self) -> Callable[[Array], Array]:
         from scipy.interpolate import PchipInterpolator
 
-        found: Callable[[Array], Array] = PchipInterpolator(self.t, self.x)
-        return found
+        return PchipInterpolator(self.t, self.x)
 
     def __call__(self, times: Array) -> Array:
         """Return the numbers at `times`."""
