@@ -45,7 +45,6 @@ class LoopWorkspace:
     """Independent constraint rows of one scene on the workspace's graph, and decisions about them."""
 
     def __init__(self, workspace: Workspace) -> None:
-        """Begin with nothing decided."""
         self.w = workspace
 
     # Decisions

@@ -49,11 +49,7 @@ def every_touch(w: Workspace, by_recursion: bool = True) -> tuple[Touch, ...]:
 
 
 def _touch(w: Workspace, name: str, by_recursion: bool) -> Touch:
-    """Return a contact by its name.
-
-    Raises:
-        DerivationError: there is none of that name.
-    """
+    """Return a contact by its name; DerivationError where there is none so called."""
     every = every_touch(w, by_recursion)
     found = {one.law.name: one for one in every}
     if name not in found:

@@ -121,11 +121,7 @@ def _factors(w: Workspace) -> Held:
 
 
 def _regular(w: Workspace) -> Factored:
-    """Return the factors of Δ.
-
-    Raises:
-        DerivationError: rows hold the same when all are held.
-    """
+    """Return the factors of Δ; DerivationError where rows hold the same when all are held."""
     found: Held = w.once(_factors)
     graph, in_order = w.graph, range(-1, len(found.delta))
     all_held = dict.fromkeys(direction(graph, MASK, len(every_touch(w))), graph.one)

@@ -251,11 +251,7 @@ class Loop:
         return y, r
 
     def _said(self, t: float, q: Array, u: Array) -> Array:
-        """Return what the law says, shape (m,).
-
-        Raises:
-            ControllerError: it raised something, or returned what is no force.
-        """
+        """Return what the law says, shape (m,); ControllerError where it raised something, or returned no force."""
         names, when, title = self.placed.names, f"at t = {t:.9g} s", self.placed.title
         try:
             said = self.law(t, q.copy(), u.copy())
