@@ -159,10 +159,6 @@ class LoopWorkspace:
         """Return residuals of the independent constraints, shape (m,)."""
         return [rows.residual[k] for k in self.decisions.independent_rows]
 
-    def position_residual(self, rows: Constraints) -> list[Expr]:
-        """Return residuals of the independent holonomic constraints."""
-        return [rows.residual[k] for k in self.position_level[0]]
-
     def G(self, rows: Constraints) -> Matrix:
         """Return the rows of the independent constraints, shape (m, nv)."""
         return [list(rows.G[k]) for k in self.decisions.independent_rows]
