@@ -107,7 +107,6 @@ FOLDS: Mapping[str, Fold] = {
     "when_min": Fold("time of the smallest value, s", lambda s: s.when_least, lambda unit: "s", peak=-1),
     "settling_time": Fold("time from which it stays near its end, s", lambda s: s.settled, lambda unit: "s", True),
 }
-"""Folds by name."""
 
 
 @dataclass(frozen=True)

@@ -274,4 +274,3 @@ CONTACTS: Mapping[str, Output] = {
         formulations=_both(_in_mode),
     ),
 }
-"""Rows of the table of outputs."""

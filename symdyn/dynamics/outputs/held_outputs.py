@@ -284,4 +284,3 @@ HELD: Mapping[str, Output] = {
         size=Size((0, 40), 1.0),
     ),
 }
-"""Rows of the table of outputs."""

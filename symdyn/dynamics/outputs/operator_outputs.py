@@ -151,4 +151,3 @@ OPERATORS: dict[str, Output] = {
         },
     ),
 }  # fmt: skip
-"""Rows of the table of outputs."""
