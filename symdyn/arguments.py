@@ -41,9 +41,6 @@ F = TypeVar("F", bound=Callable[..., Any])
 FIELDS = "fields"
 """What a function calls the keywords that are fields of a noun, `**fields`."""
 
-MEASURED = re.compile(r"[0-9.]+ *[A-Za-z]+")
-"""A number with its unit."""
-
 _NOUNS: dict[Callable[..., object], tuple[type, ...]] = {}
 """The nouns of such functions."""
 
@@ -155,8 +152,7 @@ KINDS = {
     "Callable": ArgumentKind(("a function", "functions"), callable),
     "Mapping": ArgumentKind(("values by name, as in {'NAME': 0.3}", "mappings"), _named),
     "Array": ArgumentKind(("an array", "arrays"), lambda value: hasattr(value, "__array__")),
-    "PathLike": ArgumentKind(("a path", "paths"), _path),
-    "Path": ArgumentKind(("a path", "paths"), _path),
+    **dict.fromkeys(("PathLike", "Path"), ArgumentKind(("a path", "paths"), _path)),
 }
 """What stands by itself; a series of pandas has items, too."""
 
@@ -202,7 +198,9 @@ def _function(inside: Sequence[ast.expr], known: Mapping[str, object]) -> Argume
 
     def takes(value: Any) -> bool:
         try:
-            return callable(value) and inspect.signature(value).bind(*range(many)) is not None
+            said = inspect.signature(value)
+            uncalled = said.return_annotation == "NoReturn" and hasattr(value, "_repr_mimebundle_")  # a noun of ours
+            return not uncalled and said.bind(*range(many)) is not None
         except (TypeError, ValueError) as fault:  # what is written in C may have no signature
             return isinstance(fault, ValueError)
 
@@ -280,7 +278,7 @@ def suggesting(function: F) -> F:
         except TypeError as error:
             if isinstance(error, ArgumentError) or (at := error.__traceback__) is None or at.tb_next is not None:
                 raise  # from inside
-            told = str(error).replace(".__init__", "").rpartition(".")[2]
+            told = re.sub(r"\.__(init|call)__", "", str(error)).rpartition(".")[2]
         _refuse_unknown(function, keywords, values[0] if values else None)
         takes = [one for one in inspect.signature(function).parameters.values() if one.name not in ("self", "cls")]
         loose = {one.name: _read(function).get(one.name) for one in takes if one.kind is one.KEYWORD_ONLY}
@@ -304,16 +302,16 @@ def _keys(function: Callable[..., object], one: inspect.Parameter) -> Sequence[s
 
 def _called(function: Callable[..., object]) -> str:
     """Return the name by which a function is called; a class by its own."""
-    return function.__qualname__.removesuffix(".__init__").rpartition(".")[2]
+    return re.sub(r"\.__(init|call)__$", "", function.__qualname__).rpartition(".")[2]
 
 
 def _refuse_unknown(function: Callable[..., object], keywords: Mapping[str, object], noun: object) -> None:
     """Raise ArgumentError for a keyword that a function, called with a scene or another noun, does not have."""
     takes = inspect.signature(function).parameters.values() if keywords else ()
-    known = [name for one in takes if one.name != "self" for name in _keys(function, one) or [one.name]]
+    known = [name for one in takes if one.name not in ("self", "cls") for name in _keys(function, one) or [one.name]]
     for name in (one for one in keywords if one not in known):
-        needed, told = hint("keywords", name) or ("", "")
-        fits = needed in (*known, name, _called(function)) and not {name[:-1], f"{name}es"} & {*known}
+        needed, told = hint("keywords", name, (*known, name, _called(function))) or ("", "")
+        fits = needed and not {name[:-1], f"{name}es"} & {*known}
         told = told.replace("$", name).replace("{}", repr(keywords[name])) if fits else choice(name, known)
         if {"values", "start"} <= {*known} and told.startswith("there"):
             told = f"{('values', 'over')['over' in known]}={{'NAME': ...}} gives a parameter; {told}"
@@ -345,8 +343,8 @@ def check_arguments(
     lines, given = [], {**arguments, **fields}
     for name, kind in _read(function).items():
         if name in given and not kind.takes(value := given[name]):
-            measured = isinstance(value, str) and MEASURED.fullmatch(value) and "number" in kind.words[0]
-            unit = ", in SI" if measured else ""
+            measured = isinstance(value, str) and re.fullmatch("[0-9.]+ *[A-Za-z]+", value)
+            unit = ", in SI" if measured and "number" in kind.words[0] else ""
             lines.append(f"{name} = {quoted(value)}: give {kind.words[0]}{unit}{_way_out(function, name, given)}")
     if lines:
         raise error(lines if hasattr(error(""), "faults") else "\n".join(lines))
@@ -356,10 +354,11 @@ def check_arguments(
 def _way_out(function: Callable[..., object], name: str, given: Mapping[str, Any]) -> str:
     """Return what does what an argument was given for, or the names that it takes; "" where neither is known."""
     (needed, told), noun = hint("arguments", name) or ("", ""), given.get("self", given.get("scene"))
-    if needed in given:
+    if needed in inspect.signature(function).parameters:
         return f"; {with_own_names(told, noun).replace('$', quoted(given[name]))}"
-    names, first = names_of(noun, HELD.get(name, f"{name}s")), KINDS["bool"].takes(given[name])  # of several, by number
-    others = [k for k, one in _read(function).items() if k not in given and one.takes(given[name]) and not first]
+    names, value = names_of(noun, HELD.get(name, f"{name}s")), given[name]
+    whole = KINDS["bool"].takes(value) or hasattr(value, "keys")  # one of several, by number, or several by name
+    others = [k for k, one in _read(function).items() if k not in given and one.takes(value) and not whole]
     told = "".join([f", or {k}={quoted(given[name])}" for k in others[:1]])
     return f"{told}; names are {listed(names)}" * bool(names)
 

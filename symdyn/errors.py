@@ -305,7 +305,8 @@ def hint(kind: str, name: str, known: Iterable[str] = ()) -> Any:
     """Return the hint of a name, of an attribute or an option beside one of the known, "" where there is none."""
     rows = hints()[kind]
     groups = [rows[has] for has in rows if has in known] if kind in ("attributes", "options", "keys") else [rows]
-    return next((told for group in groups for names, told in group.items() if name in names.split()), "")
+    fits = (told for group in groups for names, told in group.items() if name in names.split())
+    return next((told for told in fits if kind != "keywords" or told[0] in known), "")
 
 
 def names_of(noun: object, kind: str) -> list[str]:

@@ -23,10 +23,12 @@ class Suggesting:
         """Let its methods say how they are called where a call does not fit."""
         super().__init_subclass__(**words)
         for name, method in list(vars(cls).items()):
-            if isinstance(method, FunctionType) and not name.startswith("_"):
+            own = getattr(method, "__func__", method)  # of a class method
+            if isinstance(own, FunctionType) and (name == "__call__" or not name.startswith("_")):
                 from symdyn.arguments import suggesting  # no noun is made where the package is only imported
 
-                setattr(cls, name, suggesting(method))
+                called = suggesting(own)
+                setattr(cls, name, called if own is method else type(method)(called))
 
     if not TYPE_CHECKING:  # else type checkers would take every name for an attribute
 

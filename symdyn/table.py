@@ -11,6 +11,7 @@ from unicodedata import combining, east_asian_width
 from symdyn.emit import in_html, in_latex, in_markdown
 from symdyn.frozen import dataclass
 from symdyn.rounding import in_digits
+from symdyn.shown import Suggesting
 
 C = TypeVar("C")
 
@@ -21,7 +22,7 @@ _BAR = re.compile(r"(?<!\\)\|")  # what ends a cell of Markdown, in a formula to
 
 
 @dataclass(frozen=True)
-class Table(Generic[C]):
+class Table(Suggesting, Generic[C]):
     """A table.
 
     Attributes:

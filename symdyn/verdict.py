@@ -140,7 +140,7 @@ class Claims:
         """The same as lines of text."""
         return [f"{word.capitalize()}: {what}: {why}" for word, rows in self.apart.items() for what, why in rows]
 
-    def verdicts(self) -> dict[str, Any]:
+    def _verdicts(self) -> dict[str, Any]:
         """Return what JSON says of all claims together."""
         failed, not_shown = ([asdict(one) for one in some] for some in (self.failed, self.not_shown))
         return {"failed": failed, "not_shown": not_shown, "verdict": self.verdict, "passed": self.passed}

@@ -8,6 +8,6 @@ import pages
 
 sys.path.insert(0, str(pages.DOCS / "site"))
 
-from api_catalogue import GROUPS, catalogue, examples, members, object_of  # type: ignore[import-not-found]
+from api_catalogue import CONSTRUCTED, GROUPS, catalogue, examples, members, object_of  # type: ignore[import-not-found]
 
-__all__ = ["GROUPS", "catalogue", "examples", "members", "object_of"]
+__all__ = ["CONSTRUCTED", "GROUPS", "catalogue", "examples", "members", "object_of"]

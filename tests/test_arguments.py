@@ -127,7 +127,7 @@ NUMBERS = [
 ]
 
 
-@pytest.mark.wide(3)
+@pytest.mark.wide(6)
 @pytest.mark.long
 @pytest.mark.runs("cc")
 @pytest.mark.filterwarnings("ignore")  # NumPy's, on what it makes a number of

@@ -182,6 +182,7 @@ def failing(folder: Path, way: str) -> str:
     return f"{folder}{os.pathsep}{os.environ['PATH']}"
 
 
+@pytest.mark.wide(2)
 @pytest.mark.heavy("what it opens is held")
 @pytest.mark.parametrize("way", WAYS)
 def test_however_compiling_fails_the_numpy_module_answers(

@@ -259,7 +259,7 @@ ALL: dict[str, Callable[[], Any]] = {
     "Observer": lambda: mechanism("cart_pole").kalman(),
     "Compensator": lambda: mechanism("arm").lqg(),
     "StateSpace": lambda: mechanism("arm").discretize(0.1),
-    "FrequencyResponse": lambda: mechanism("arm").bode(),
+    "FrequencyResponse": lambda: mechanism("cart_pole").bode("theta"),
     "TimeResponse": lambda: mechanism("arm").step(until=2),
     "RootLocus": lambda: mechanism("cart_pole").root_locus("theta"),
 }

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import sympy
+from lessons import lesson_of
 
 import symdyn
 from symdyn.emit.print.formula_text import text_of
@@ -10,7 +11,6 @@ from symdyn.errors import SceneError
 from symdyn.scene import bind, lock
 from symdyn.scene.scene_files import write_text
 from symdyn.scene.toml import read_text
-from tests.lessons import lesson_of
 
 PLANETARY = """
 name = "planetary"

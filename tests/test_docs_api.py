@@ -69,6 +69,7 @@ def test_examples_are_of_what_is_listed() -> None:
     assert [name for name in examples() if name not in LISTED or ">>>" in (inspect.getdoc(LISTED[name]) or "")] == []
 
 
+@pytest.mark.wide(4)  # `make doctest` runs them all
 @pytest.mark.runs("cc")
 @pytest.mark.long(2)
 @pytest.mark.usefixtures("numpy_alone")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import builtins
 import re
 from functools import cache
 from importlib import import_module
@@ -11,6 +12,9 @@ from pathlib import Path
 import pytest
 from pages import DOCS, ROOT
 from test_layers import statements
+from typed_pages import code
+
+import symdyn
 
 PACKAGE = ROOT / "symdyn"
 NAME = re.compile(r"\bsymdyn(?:\.[A-Za-z_]+)+")
@@ -59,6 +63,37 @@ def _is_there(name: str) -> bool:
         except ImportError:
             continue
     return False
+
+
+@pytest.mark.parametrize("page", [ROOT / "README.md", *sorted(DOCS.glob("*.md"))], ids=lambda page: page.name)
+def test_every_name_of_a_snippet_is_imported_or_made_on_its_page(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    assert unbound(code(text)) == []
+    bare = set(re.findall(r"`(\w+)\(", re.sub(r"(?ms)^ *```.*?^ *```", "", text))) & {*inside()} - {"table"}
+    assert [one for one in sorted(bare) if not re.search(rf"\.{one}\b|import [\w, ]*\b{one}\b", text)] == []
+
+
+def test_a_name_that_nobody_has_made_is_seen() -> None:
+    assert unbound("import a.b as c, d.e\nz = along(c, d, [k for k in z], lambda q: q + p)") == ["along", "p"]
+    assert "along" in inside()
+
+
+def unbound(source: str) -> list[str]:
+    """Return the names that a text uses, and neither imports nor makes."""
+    nodes = [*ast.walk(ast.parse(source))]
+    names = [node for node in nodes if isinstance(node, ast.Name)]
+    made = {*dir(builtins), *(node.id for node in names if isinstance(node.ctx, ast.Store))}
+    made |= {node.name for node in nodes if isinstance(node, ast.FunctionDef | ast.ClassDef)}
+    made |= {node.arg for node in nodes if isinstance(node, ast.arg)}
+    made |= {(node.asname or node.name).partition(".")[0] for node in nodes if isinstance(node, ast.alias)}
+    return sorted({node.id for node in names} - made)
+
+
+@cache
+def inside() -> frozenset[str]:
+    """Return the names that packages offer and `symdyn` does not; a formula's table(x) is one, too."""
+    fronts = [import_module(f"symdyn.{path.parent.name}") for path in PACKAGE.glob("*/__init__.pyi")]
+    return frozenset(name for front in fronts for name in front.__all__) - {*symdyn.__all__}
 
 
 def test_the_door_of_reactions_at_one_position_is_told() -> None:

@@ -148,6 +148,7 @@ def served_page(browser: Any, served: str) -> Iterator[Any]:
         ("quaternion", "scenes.html#joints"),
         ("lambdify", "api/symdyn.lambdify.html#symdyn.lambdify"),
         ("units", "units.html"),
+        ("rope over a pulley", "scenes.html#ropes"),
         ("dimensions", "units.html"),
     ],
 )

@@ -150,6 +150,7 @@ def test_many_angles_are_taken_as_one_is(count, real):
     assert np.array_equal(call(angles), np.hstack(apart))
 
 
+@pytest.mark.wide(3)
 @pytest.mark.parametrize("count", [2, 9])
 def test_huge_and_tiny_ones_among_many_spoil_nothing(count, real):
     call = build(lower(many_angles(count)), real=real).f

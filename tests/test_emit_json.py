@@ -52,6 +52,7 @@ def programs() -> list[Any]:
     return [*made, pytest.param("two_link", ("inverse_dynamics", "mass_matrix"), True, id="prepared")]
 
 
+@pytest.mark.wide(3)
 @pytest.mark.long
 @pytest.mark.parametrize(("scene", "functions", "first"), programs())
 def test_what_was_read_back_is_written_the_same_for_every_target(

@@ -98,6 +98,7 @@ def motion(scene: Scene) -> tuple[dict[str, float], list[list[float]]]:
     return values_of(scene, q.tolist(), u.tolist(), more), [q.tolist(), u.tolist(), tau, a.tolist()]
 
 
+@pytest.mark.heavy("ball")
 @pytest.mark.parametrize("name", ["heavy_top", "free_body", "euler", "ball"])
 def test_every_page_holds_along_a_motion(name: str) -> None:
     scene = scene_of(name)

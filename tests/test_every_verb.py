@@ -52,7 +52,7 @@ def test_every_verb_is_tried() -> None:
     assert set(WORDS) == set(VERBS)
 
 
-@pytest.mark.heavy("bench", "stress")
+@pytest.mark.heavy("bench", "stress", "info", "generate", "equations")  # on many scenes in tests of their own
 @pytest.mark.long(0)
 @pytest.mark.runs("cc")
 @pytest.mark.parametrize("verb", [verb for verb, lines in WORDS.items() if lines])

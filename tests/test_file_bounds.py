@@ -326,7 +326,7 @@ COMPILES = "blocks of a store"
 """What is made by a sweep, which looks for a compiler."""
 
 
-@pytest.mark.heavy("elements of an XML file")
+@pytest.mark.heavy("elements of an XML file", "values of a TOML file")
 @pytest.mark.long
 @pytest.mark.parametrize(
     "what", [pytest.param(what, marks=pytest.mark.runs("cc") if what == COMPILES else ()) for what in FILES]

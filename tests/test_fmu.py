@@ -298,7 +298,7 @@ def test_an_instance_has_no_state_outside_itself(tmp_path: Path) -> None:
         assert [line for line in symbols.splitlines() if re.search(r" [bBdDcC] ", line) and "NAMES" not in line] == []
 
 
-@pytest.mark.wide("pendulum-plain", "rolling_disc-prepared")
+@pytest.mark.wide("pendulum-plain")
 @pytest.mark.long
 @pytest.mark.runs("gcc")
 @pytest.mark.parametrize(

@@ -83,7 +83,7 @@ def test_what_is_exact_in_decimals_is_proved_to_have_the_same_dynamics(output):
     assert prove([claim])[1][0].verdict == Verdict.PROVED
 
 
-@pytest.mark.wide(2)
+@pytest.mark.wide(5)
 @pytest.mark.parametrize("seed", range(8))
 @pytest.mark.parametrize("make", [random_tree, coupled_tree])
 def test_any_tree_has_the_same_dynamics_when_it_is_read_again(make, seed):

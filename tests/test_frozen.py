@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import ast
 import dataclasses
 import inspect
 import pickle
+import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, ClassVar
@@ -107,7 +107,7 @@ def test_frozen_classes_are_all_made_here() -> None:
     taken = []
     for path in ROOT.rglob("*.py"):
         text = path.read_text(encoding="utf-8")
-        for node in ast.walk(ast.parse(text)) if "dataclass(frozen=True" in text and path.stem != "frozen" else ():
-            if isinstance(node, ast.ImportFrom) and node.module == "dataclasses":
-                taken += [str(path.relative_to(ROOT))] * ("dataclass" in [one.name for one in node.names])
+        names = re.findall(r"^\s*from dataclasses import (\([^)]*\)|.*)", text, re.MULTILINE)
+        if "dataclass(frozen=True" in text and path.stem != "frozen":
+            taken += [str(path.relative_to(ROOT))] * any(re.search(r"\bdataclass\b", one) for one in names)
     assert not taken, f"{taken}: take dataclass from symdyn.frozen, where it is made in a fifth of the time"

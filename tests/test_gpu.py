@@ -62,7 +62,7 @@ def given(routine: Any, n: int, real: str) -> tuple[list[np.ndarray], list[np.nd
     return rows, columns
 
 
-@pytest.mark.wide("every_op-double", "two_link-float", "four_bar-double")
+@pytest.mark.wide("every_op-double", "two_link-float")
 @pytest.mark.runs("g++", "gcc")
 @pytest.mark.parametrize("real", ["double", "float"])
 @pytest.mark.parametrize("name", ["every_op", "two_link", "two_link prepared", "four_bar", "arm7"])

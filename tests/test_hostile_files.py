@@ -333,7 +333,7 @@ EVERY += [pytest.param(*x, id=f"{x[0]}-{x[3]}-{x[2]}", marks=pytest.mark.slow) f
 EVERY += [pytest.param(*x, id=f"{x[0]}-{x[3]}-{x[2]}", marks=pytest.mark.targets) for x in SEEN_HEAVY]
 
 
-@pytest.mark.heavy("in_xml-fmu-script", "in_comment-fmu-comment of C")
+@pytest.mark.heavy("in_xml-fmu-script", "in_comment-fmu-comment of C", "in_code-ipynb-triple")
 @pytest.mark.wide(2)
 @pytest.mark.parametrize(("name", "instead", "payload", "door"), EVERY)
 def test_a_harness_sees_what_one_escape_holds_back(

@@ -81,6 +81,7 @@ def test_a_delay_of_forces_is_estimated_and_told_where_it_is_one(seconds: float)
     assert [("after" in note, "before" in note) for note in told] == [(seconds > 0, seconds < 0)] * (seconds != 0)
 
 
+@pytest.mark.wide(2)
 @pytest.mark.parametrize("samples", [0, 4])
 def test_noise_of_positions_makes_no_delay_of_forces(samples: int) -> None:
     """Up to 60 standard errors off, with a slope of the forces that were computed from noisy positions."""
@@ -138,6 +139,7 @@ def test_friction_that_a_scene_lacks_is_told_beside_its_inertias() -> None:
         assert abs(found.after[place] - value) < 4 * found.errors[place] < 0.2
 
 
+@pytest.mark.slow  # test_identify_coverage.py holds that the truth is inside, in every run
 def test_an_interval_is_as_wide_as_it_says() -> None:
     """Twenty logs of a SCARA: the squares of errors over standard errors have the mean of their distribution."""
     scene, data = scara(), log(scara())

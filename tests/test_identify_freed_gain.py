@@ -121,6 +121,7 @@ def said_of(arm: str, wrong: int | None, loaded: bool) -> Identification:
     return identify(driven.arm.scene, logs, friction=TERMS, units=units, payloads=payloads)
 
 
+@pytest.mark.wide(2)
 @pytest.mark.runs("cc")
 @pytest.mark.parametrize("wrong", [None, 0])
 @pytest.mark.parametrize(

@@ -153,6 +153,7 @@ def test_a_gain_that_was_said_wrongly_is_told(units: dict[str, str], loaded: boo
     assert [one for one in found.notes if re.search(words, one)], found.notes
 
 
+@pytest.mark.wide(3)
 @pytest.mark.parametrize(("wrong", "right"), [(0, 1), (1, 0)])
 @pytest.mark.parametrize("loaded", [True, False])
 def test_a_column_of_forces_that_is_off_is_told_and_not_the_gain_beside_it_alone(

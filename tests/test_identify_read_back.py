@@ -273,6 +273,7 @@ FEW = [(0, "tree"), (4, "urdf"), (4, "gains"), (2, "loop")]
 """Seeds of the normal run."""
 
 
+@pytest.mark.wide(2)
 @pytest.mark.long
 @pytest.mark.mends("30.robots.1")
 @pytest.mark.mends("30.class.joined")

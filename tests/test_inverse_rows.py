@@ -188,6 +188,7 @@ def test_a_dead_centre_where_no_force_gives_the_motion_ends_the_rows(tmp_path: P
     assert "nan" not in rows.read_text(encoding="utf-8")
 
 
+@pytest.mark.wide(2)
 @pytest.mark.parametrize(
     ("name", "start", "found"),
     [

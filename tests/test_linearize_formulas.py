@@ -54,6 +54,7 @@ def assert_same(found: Formulas, system: Linearization) -> None:
     assert np.hstack([A, B]) == pytest.approx(M @ right, rel=1e-9, abs=1e-10 * max(1, np.abs(right).max(initial=0)))
 
 
+@pytest.mark.wide(2)
 @pytest.mark.heavy("quadruped")
 @pytest.mark.parametrize("name", sorted(path.stem for path in EXAMPLES.glob("*.toml")))
 def test_formulas_have_the_numbers_as_values_at_the_point(name: str) -> None:
@@ -61,6 +62,7 @@ def test_formulas_have_the_numbers_as_values_at_the_point(name: str) -> None:
     assert_same(system.formulas, system)
 
 
+@pytest.mark.wide(2)
 @pytest.mark.parametrize("name", MOVING)
 def test_formulas_hold_in_motion_and_where_coordinates_have_no_exact_form(name: str) -> None:
     start, rates = MOVING[name]

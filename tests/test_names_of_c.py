@@ -202,6 +202,7 @@ def called(names: Sequence[str]) -> symdyn.program.Program:
     return replace(program, routines=tuple(functions))
 
 
+@pytest.mark.wide(2)
 @pytest.mark.long(0)
 @pytest.mark.runs("gcc", "g++")
 @pytest.mark.parametrize(

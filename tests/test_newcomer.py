@@ -128,10 +128,20 @@ def test_a_run_that_takes_long_warns_and_names_what_grows() -> None:
         ("5*(t<2 and t>1)", "a condition is not a number; write if(t < 2 and t > 1, 1, 0)"),
         ("clip(t, -1, 1)", "write max(-1, min(x, 1))"),
         ("np.sin(t)", "write sin(x) alone"),
-        ("0.1sin(t)", "write * before sin"),
+        ("0.1sin(t)", "write 0.1*sin(t)"),
+        ("A sin(w t)", "write A*sin(w*t)"),
+        ("0.1 sin(2 t)", "write 0.1*sin(2*t)"),
+        ("sin x + cos(2t)", "write sin(x) + cos(2*t)"),
+        ("2theta", "or write 2*theta"),
+        ("x(t)", "of a symbol write x alone"),
+        ("sin^2(theta)", "write sin(theta)**2"),
+        ("2·theta", "a product is *"),
+        ("PI*theta", "write pi"),
+        ("cot(theta)", "write 1/tan(x)"),
         ("smoothstep(t)", "s**3*(10 - 15*s + 6*s**2)"),
         ("interp(t, d)", 'write table("NAME", x)'),
-        ("hypot(t, 1)", "functions are sin, cos"),
+        ("hypot(t, 1)", "write sqrt(x**2 + y**2)"),
+        ("wobble(t)", "functions are sin, cos"),
     ],
 )
 def test_formulas_of_other_tools_are_told_how_they_are_written(formula: str, written: str) -> None:
@@ -263,7 +273,7 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
         lambda: symdyn.linearize(CART).transmissibility,  # type: ignore[attr-defined]
     ),
     "did you mean gravity_forces?": (AttributeError, lambda: symdyn.load(CART, "gravity_forces").gravity),
-    "it makes a figure of its own": (
+    "did you mean axes? (there are axes)": (
         ArgumentError,
         lambda: symdyn.linearize(CART).bode("x", "F").plot(ax=0),  # type: ignore[call-arg]
     ),
@@ -350,7 +360,7 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
         SceneError,
         lambda: read_text('[outputs]\nq1 = "2*t"\ngrip = "2*q1"', "s.toml"),
     ),
-    "breaks off at character 9; write 2*t; check": (
+    "breaks off at character 9; write 0.3*sin(2*t); check": (
         SimulateError,
         lambda: symdyn.simulate(CART, until=1, forces={"F": "0.3*sin(2t)"}),
     ),
@@ -386,7 +396,7 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
     "of symdyn.load(scene), .mass_matrix(q, ...)": (AttributeError, lambda: symdyn.mass_matrix),  # type: ignore[attr-defined]
     'symdyn.scene.bind(scene, {"mc": 0.2}) keeps them': (AttributeError, lambda: CART.replace),  # type: ignore[attr-defined]
     "'events'; did you mean stops?": (ArgumentError, lambda: symdyn.simulate(CART, events="x")),  # type: ignore[call-arg]
-    "give a vector such as [0, 0, -9.81]": (SceneError, lambda: _with("gravity = 9.81")),
+    "write gravity = [0, 0, -9.81]": (SceneError, lambda: _with("gravity = 9.81")),
     "of a ball [J, J, J]": (SceneError, lambda: _with(body="inertia = 3")),
     "a flat body has [J/2, J, J/2]": (SceneError, lambda: _with(body="inertia = [0, 1, 0]")),
     '[springs.j] joint = "j", stiffness = 100': (SceneError, lambda: _with(joint="stiffness = 3")),

@@ -15,14 +15,12 @@ import symdyn
 from symdyn.cli import main
 from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.emit import emit, write
-from symdyn.errors import (
-    IdentifyError,
-    SimulateError,
-)
+from symdyn.errors import IdentifyError, SimulateError, SymdynError
 from symdyn.linear import Linearization, root_locus
 from symdyn.scene import revolute
 from symdyn.scene.toml import read_text
 from symdyn.simulation import Trajectory
+from symdyn.simulation.initial import read_start
 
 pytestmark = pytest.mark.runs("cc")
 
@@ -85,12 +83,81 @@ def test_a_tip_that_was_meant_as_a_child_origin_is_told_where_the_start_shows_it
     assert right in text
     bar = read_text(text.replace(right, wrong))
     for notes in (symdyn.inverse(bar, {"phi": "2*pi*t"}, until=0.1).notes, Numbers(bar).closed_position().notes):
-        assert any("the loop hinge open by 6.19" in note and note.endswith(MIRRORED) for note in notes)
+        assert any(
+            "the loop hinge open: its gap along y is 6.19 m" in note and note.endswith(MIRRORED) for note in notes
+        )
     (moved, told) = Numbers(read_text(text.replace(right, ""))).closed_position().notes
     assert "had to move" in moved
-    assert told.endswith("its joint is at the origin of rocker's frame: if it is not, write child_origin")
+    assert told.endswith("the joint hinge is at the origin of rocker's frame: if it is not, write child_origin")
     for meant in (text, text.replace(right, wrong.replace("tip", "child_origin"))):
         assert Numbers(read_text(meant)).closed_position().notes == ()
+
+
+CRANK = """
+parameters = { a = 0.1, b = 0.3 }
+bodies.crank.particles = [{ mass = 0.5, at = ["a/2", 0, 0] }]
+bodies.rod.particles = [{ mass = 0.8, at = ["b/2", 0, 0] }]
+bodies.slider.mass = 1
+joints.A = { type = "revolute", parent = "ground", child = "crank", coordinate = "phi", start = 1 }
+joints.B = { type = "revolute", parent = "crank", child = "rod", origin = ["a", 0, 0], drive = false, start = -1 }
+joints.C = { type = "prismatic", parent = "ground", child = "slider", axis = [1, 0, 0], drive = false }
+[[loop]]
+name = "cut"
+type = "revolute"
+parent = "rod"
+child = "slider"
+origin = ["b", 0, 0]
+"""
+
+
+def test_a_start_that_leaves_a_loop_open_is_told_with_what_closes_it() -> None:
+    start = -np.arcsin(np.sin(1) / 3)
+    (note,) = read_start(read_text(CRANK)).notes
+    assert "the start leaves the loop cut open: its gap along x is 0.354 m; the start was moved so that" in note
+    assert "child_origin" not in note
+    moved = dict(re.findall(r"(\w+) by [\d.]+ to ([-\d.]+)", note))
+    assert float(moved["q2"]) == pytest.approx(start - 1, abs=1e-5)
+    assert float(moved["q3"]) == pytest.approx(0.1 * np.cos(1) + 0.3 * np.cos(start), abs=1e-5)
+
+
+def test_a_drive_keeps_its_start_where_another_guess_closes_the_loops() -> None:
+    other = read_text(CRANK.replace(", start = -1", ""))  # from zeros Newton's method ends at a folded place
+    found = read_start(other)
+    assert found.q[0] == 1
+    assert found.notes[0] == "the loops close from other guesses of the start alone"
+    short = Numbers(read_text(CRANK.replace("b = 0.3", "b = 0.05"))).closed_position().notes
+    assert "which had to move" in short[0]
+    assert short[1].endswith("the joint cut is at the origin of slider's frame: if it is not, write child_origin")
+
+
+LED = """
+gravity = [0, -9.81, 0]
+[bodies.trolley]
+[bodies.bob]
+particles = [{ mass = 1, at = [0, -1, 0] }]
+[joints.rail]
+type = "prismatic"
+parent = "ground"
+child = "trolley"
+axis = [1, 0, 0]
+coordinate = "x"
+motion = "0.3*sin(2*t)"
+[joints.pin]
+type = "revolute"
+parent = "trolley"
+child = "bob"
+coordinate = "phi"
+drive = false
+"""
+
+
+def test_what_a_motion_prescribes_may_be_without_mass() -> None:
+    light, heavy = (read_text(LED.replace("trolley]", f"trolley]{mass}", 1)) for mass in ("", "\nmass = 2"))
+    one, other = (symdyn.simulate(scene, until=1, every=0.1, method="dop853") for scene in (light, heavy))
+    assert one["phi"] == pytest.approx(other["phi"], abs=1e-9)
+    assert one["tau1"] == pytest.approx(other["tau1"] - 2 * other["x_ddot"], abs=1e-7)
+    with pytest.raises(SymdynError, match="bob, moves no mass"):
+        symdyn.simulate(read_text(LED.replace("mass = 1", "mass = 0")), until=1, method="dop853")
 
 
 def test_the_scene_of_an_identification_is_the_one_that_was_found() -> None:

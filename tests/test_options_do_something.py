@@ -48,6 +48,7 @@ def test_an_option_that_has_nothing_to_do_changes_nothing(option: str, verb: str
     assert first == second
 
 
+@pytest.mark.heavy("bench---no-snap")
 @pytest.mark.long(0)
 @pytest.mark.runs("cc")
 @pytest.mark.parametrize(("verb", "option"), ROWS[5::SHARE])

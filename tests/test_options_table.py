@@ -29,8 +29,9 @@ def test_the_table_is_what_functions_say(update_golden: bool) -> None:
     assert TABLE.read_text(encoding="utf-8") == text(made())
 
 
+@pytest.mark.wide(4)
 @pytest.mark.runs
-@pytest.mark.parametrize("words", [["--help"], *([verb, "--help"] for verb in VERBS), ["simulate", "--nothing"]])
+@pytest.mark.parametrize("words", [["simulate", "--nothing"], *([verb, "--help"] for verb in VERBS), ["--help"]])
 def test_help_and_messages_of_usage_import_nothing_heavy(words: list[str]) -> None:
     script = (
         "import sys\n"

@@ -49,7 +49,8 @@ def steps(page: str) -> dict[str, str]:
 @pytest.mark.parametrize(
     ("name", "language"),
     [
-        *FEW,
+        FEW[0],
+        pytest.param(*FEW[1], marks=pytest.mark.slow),
         *(
             pytest.param(name, "en", marks=pytest.mark.slow)
             for name in examples()

@@ -124,7 +124,7 @@ def test_rows_are_what_lines_compute(name: str) -> None:
     assert RowLoop.of(routine.function) is RowLoop.of(routine.function)
 
 
-@pytest.mark.wide("double-arm7", "float-carried")
+@pytest.mark.wide("double-arm7")
 @FEW
 @pytest.mark.long
 @pytest.mark.runs("cc")

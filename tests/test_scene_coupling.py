@@ -122,7 +122,7 @@ EDITS = [
     ("friction = 0.3", 'friction = "1 - 2"', "joints.wrist: friction = -1 is negative; give zero or more"),
     ("velocity = 2", "velocity = -2", "joints.wrist: limits.velocity = -2 is negative; give zero or more"),
     ("lower = -1", "lower = 3", "joints.wrist: limits.lower = 3 is above limits.upper = 1; swap them"),
-    ("lower = -1", "low = -1", 'joints.wrist: limits: unknown key "low"; did you mean lower?'),
+    ("lower = -1", "low = -1", 'joints.wrist: limits: unknown key "low"; it is lower'),
     ('{ upper = "pi/2" }', "1.5",
      "joints.tip: limits = 1.5 is not a table; write limits = { lower = -1, upper = 1, velocity = 2, effort = 50 }"),
     ('type = "prismatic"', 'type = "fixed"', "has no meaning for a fixed joint; leave it out"),
@@ -214,6 +214,7 @@ def differential(one):
     return replace(one, joints=tuple(joints))
 
 
+@pytest.mark.wide(3)
 @pytest.mark.long
 @pytest.mark.parametrize("several", [False, True])
 @pytest.mark.parametrize("seed", range(6))

@@ -72,7 +72,7 @@ EDITS = [
     ("axis = [0, 0, 1]\nforce", "axis = [0, 1]\nforce",
      "joints.elbow: axis = [0, 1] has 2 entries; three are needed, such as [0, 0, 1]"),
     ("axis = [0, 0, 1]\nforce", 'axis = "z"\nforce',
-     'joints.elbow: axis = "z" is not a list of three; give one such as [0, 0, 1]'),
+     'joints.elbow: axis = "z" is not a list of three; write axis = [0, 0, 1]'),
     ('parent = "link1"', 'parent = "lnk1"', 'joints.elbow: parent = "lnk1" is not a body; did you mean link1?'),
     ('child = "link2"', 'child = "forearm"', 'joints.elbow: child = "forearm" is not a body; known are link1, link2'),
     ('child = "link2"', 'child = "ground"',
@@ -94,8 +94,7 @@ EDITS = [
     ('type = "prismatic"', 'type = "fixed"',
      'joints.elbow: force = "-3*m1*q2_dot" has no meaning for a fixed joint; leave it out'),
     ("com = [0", "centre = [0",
-     'bodies.link1: unknown key "centre"; known are mass, com, first_moment, inertia, inertia_about, particles, '
-     "allow_invalid_inertia, shape, text"),
+     'bodies.link1: unknown key "centre"; it is com = [0, 0, 0.1]'),
     ("com = [0", "Com = [0", 'bodies.link1: unknown key "Com"; did you mean com?'),
     ("gravity", "gravty", 'unknown key "gravty"; did you mean gravity?'),
     ("mass = 1\n", "mass = -1\n", "bodies.link2: mass = -1 is negative; give a mass of zero or more"),

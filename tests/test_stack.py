@@ -134,7 +134,7 @@ KINDS = [("parts", "double"), ("rows", "double"), ("rows", "float"), ("pairs", "
 
 
 @pytest.mark.runs("gcc")
-@pytest.mark.wide("rows-double", "loops-double")
+@pytest.mark.wide("rows-double")
 @pytest.mark.parametrize(("kind", "real"), KINDS)
 def test_work_space_changes_no_bit_and_the_stack_stays_within_its_limit(kind: str, real: str, tmp_path: Path) -> None:
     found = []

@@ -122,6 +122,7 @@ HAND: Mapping[str, tuple[Rates, list[float], float]] = {
 }
 
 
+@pytest.mark.wide(3)
 @pytest.mark.runs("cc")
 @pytest.mark.parametrize("name", HAND)
 def test_an_example_runs_as_its_equations_by_hand(name: str) -> None:

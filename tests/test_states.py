@@ -222,6 +222,7 @@ def test_derivatives_of_rates_go_along_states_too(motor: Scene) -> None:
 ENDS = ("theta", "theta_dot", "i")
 
 
+@pytest.mark.heavy("gauss")
 @pytest.mark.runs("cc")
 @pytest.mark.parametrize("method", ["taylor", "dop853", "ida", "gauss"])
 def test_a_run_is_that_of_equations_by_hand(motor: Scene, method: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -81,11 +82,17 @@ CHANGED: Mapping[str, Callable[[Path], None]] = {
 }
 
 
-@pytest.mark.parametrize("change", CHANGED)
-def test_a_store_that_somebody_changed_is_refused(change: str, tmp_path: Path) -> None:
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     pytest.importorskip("zarr")
-    store = tmp_path / "a.zarr"
+    store = tmp_path_factory.mktemp("whole") / "a.zarr"
     swept(output=store)
+    return store
+
+
+@pytest.mark.parametrize("change", CHANGED)
+def test_a_store_that_somebody_changed_is_refused(change: str, whole: Path, tmp_path: Path) -> None:
+    store = shutil.copytree(whole, tmp_path / "a.zarr")
 
     CHANGED[change](store)
 

@@ -83,7 +83,7 @@ def told(name: str) -> tuple[symdyn.Scene, dict[str, float], dict[str, str]]:
     return (symdyn.read(scene) if isinstance(scene, Path) else read_text(scene)), start, forces
 
 
-@pytest.mark.heavy("slider_crank")
+@pytest.mark.heavy("slider_crank", "state_space-four_bar")
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize("way", ["state_space", "lambdify"])
 def test_scipy_moves_what_sympy_says_as_symdyn_does(name: str, way: str) -> None:

@@ -116,6 +116,7 @@ def test_inertia_and_stiffness_at_a_rest_are_second_derivatives_by_sympy(name: s
     assert seen == 4 * n * n
 
 
+@pytest.mark.wide(2)
 @pytest.mark.parametrize("name", ["pendulum", "two_link", "cart_pole", "double_pendulum", "elastic_pendulum"])
 def test_formulas_of_frequencies_are_roots_of_the_determinant(name: str) -> None:
     document, n = lesson(name), len(lesson(name).scene.velocities)
@@ -156,6 +157,7 @@ def test_a_rest_that_springs_hold_is_told_exactly() -> None:
     assert {row[-1] for row in table(step(document, "equilibria"))} == {"exactly"}
 
 
+@pytest.mark.wide(2)
 @pytest.mark.heavy("hoop_driven")
 @pytest.mark.parametrize("name", SCENES)
 def test_cyclic_coordinates_are_those_that_sympy_finds(name: str) -> None:

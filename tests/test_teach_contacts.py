@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from browser import opened
+from lessons import lesson_of
 
 import symdyn
 from symdyn.algebra import Floats, Form
@@ -24,7 +25,6 @@ from symdyn.teach.languages import languages
 from symdyn.teach.practice.variants import variant
 from symdyn.teach.render.html import html
 from symdyn.teach.render.markdown import markdown
-from tests.lessons import lesson_of
 
 pytestmark = pytest.mark.runs
 

@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from lessons import lesson_of
 
 from symdyn.scene import read
 from symdyn.teach.document import Document, Formula, Picture, Step, Words
-from tests.lessons import lesson_of
 
 sympy = pytest.importorskip("sympy")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from symdyn.emit.print.formula_text import text_of
 from symdyn.errors import EmitError
 from symdyn.scene import read
 from symdyn.teach import Handout
-from symdyn.teach.document import Blank
+from symdyn.teach.document import Blank, Document
 from symdyn.teach.mathematics import Spelling
 from symdyn.teach.practice.exercises import judge
 
@@ -82,9 +83,14 @@ def test_what_a_field_gives_is_judged_as_what_is_typed(name: str, tmp_path: Path
     page.context.close()
 
 
+@cache
+def exercises() -> Document:
+    return Handout(read(EXAMPLES / "two_link.toml"), exercises=True).document()
+
+
 @pytest.mark.parametrize("text", ["q_1^{\\doubleprime}", "q_1^{\\prime\\prime}", "q_1^\\doubleprime", "q_1''"])
 def test_primes_of_latex_are_dots(text: str) -> None:
-    lesson = Handout(read(EXAMPLES / "two_link.toml"), exercises=True).document()
+    lesson = exercises()
 
     given = [judge(lesson, "rate:1", f"{text} - q_1^{{\\prime}}") for text in (text, "\\ddot{q}_1")]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import tanh
 
 import pytest
+from lessons import lesson_of
 
 import symdyn
 from symdyn.algebra import Form, Symbol
@@ -14,7 +15,6 @@ from symdyn.graph import Op, evaluate, gradient, reachable
 from symdyn.scene import parse
 from symdyn.table import Table
 from symdyn.teach.document import Document, Formula, Step
-from tests.lessons import lesson_of
 
 
 def lesson(name: str) -> tuple[Document, dict[str, Step]]:

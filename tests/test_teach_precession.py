@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import pytest
+from lessons import lesson_of
 
 from symdyn.scene import read
 from symdyn.table import Table
 from symdyn.teach.document import Blank, Choice, Document, Formula, Step, Words
 from symdyn.teach.practice.exercises import with_exercises
-from tests.lessons import lesson_of
 
 sympy = pytest.importorskip("sympy")
 
@@ -30,6 +31,7 @@ def step_of(name: str, key: str) -> Step:
     return next(step for section in lesson(name).sections for step in section.steps if step.key == key)
 
 
+@cache
 def shown(name: str, key: str) -> list[Any]:
     """Return what stands on the right of the formulas of a step, and forms in its sentences."""
     found = []

@@ -6,10 +6,10 @@ from math import cos, sin
 from typing import Any
 
 import pytest
+from lessons import lesson_of
 
 from symdyn.scene.toml import read_text
 from symdyn.teach.document import Formula
-from tests.lessons import lesson_of
 
 sympy = pytest.importorskip("sympy")
 
@@ -75,8 +75,8 @@ def number(node: Any, values: dict[str, float]) -> float:
     ("way", "slot", "at", "angle", "slide"),
     [
         (1, [1, 0, 0], [0, 0, 0], 1.3, 0.25),
-        (1, [1, 0, 0], [0, 0, 0], -1.8, -0.25),
-        (1, [0, 1, 0], [0, 0, 0], -0.3, 0.25),
+        pytest.param(1, [1, 0, 0], [0, 0, 0], -1.8, -0.25, marks=pytest.mark.slow),
+        pytest.param(1, [0, 1, 0], [0, 0, 0], -0.3, 0.25, marks=pytest.mark.slow),
         (-1, [1, 0, 0], [0.03, 0.04, 0], -1.1, 0.2),
     ],
 )

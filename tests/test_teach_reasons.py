@@ -77,6 +77,7 @@ def test_axes_that_are_not_parallel_share_no_moment() -> None:
     assert "resultant" not in text
 
 
+@pytest.mark.wide(2)
 @pytest.mark.heavy("rrr")
 @pytest.mark.long
 @pytest.mark.mends("5.4")

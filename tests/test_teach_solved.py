@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from lessons import lesson_of
 
 from symdyn.algebra import Form
 from symdyn.scene import read
 from symdyn.teach.document import Document, Formula, Step, Words
-from tests.lessons import lesson_of
 
 sympy = pytest.importorskip("sympy")
 

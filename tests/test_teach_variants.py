@@ -35,6 +35,7 @@ def values(*nodes: Expr) -> list[float]:
     return [float(x) for x in evaluate(nodes, Floats(), point)]
 
 
+@pytest.mark.wide(2)
 @pytest.mark.heavy("spatial_3r", "slider_crank", "cart_pole", "heavy_top")
 @pytest.mark.long
 @pytest.mark.parametrize("name", NAMES)

@@ -382,7 +382,7 @@ c = { type = "rod", length = 0.5, orientation = "zyx", parent = "ground", child 
 """  # along axes of coordinates: in oblique ones its forms fill pages
 
 
-@pytest.mark.wide(2)
+@pytest.mark.wide(4)
 @pytest.mark.long
 @pytest.mark.parametrize("kind", [kind for kind in JOINTS if kind != "fixed"])
 def test_every_type_of_joint_goes_dalemberts_formulation(kind: str) -> None:

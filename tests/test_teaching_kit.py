@@ -73,7 +73,7 @@ def test_symdyn_judges_every_answer_key(form: str, number: str) -> None:
         assert item["wrong"]
 
 
-@pytest.mark.runs("cc")
+@pytest.mark.usefixtures("numpy_alone")
 @pytest.mark.parametrize("name", sorted(path.stem for path in KIT.glob("[ab]?.toml")))
 def test_the_equations_of_every_mechanism_are_derived_twice(name: str) -> None:
     assert symdyn.certify(scene(name)).passed

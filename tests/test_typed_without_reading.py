@@ -13,12 +13,13 @@ import pytest
 from sympy.physics.vector.printing import vlatex as latex
 
 import symdyn
-from symdyn.errors import ArgumentError, SimulateError, SymdynError, UnknownNameError, hints
+from symdyn.errors import ArgumentError, SceneError, SimulateError, SymdynError, UnknownNameError, hints
 from symdyn.identification import Identification
 from symdyn.identification.output_error import OutputFit
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.responses import FrequencyResponse, TimeResponse
 from symdyn.linear.system import track
+from symdyn.scene.toml import read_text
 from symdyn.shown import Suggesting
 from symdyn.simulation.panels import panels
 from symdyn.transcription import Collocation, Solution
@@ -208,6 +209,118 @@ def test_stiff_gains_along_a_motion_raise_no_warning(recwarn: pytest.WarningsRec
     assert not [one for one in recwarn if issubclass(one.category, RuntimeWarning)]
 
 
+SCENE = """
+gravity = [0, 0, -9.81]
+parameters = { m = "2 kg", l = "1 m", k = "100 N/m" }
+[bodies.rod]
+mass = "m"
+com = [0, "-l/2", 0]
+[joints.pin]
+type = "revolute"
+parent = "ground"
+child = "rod"
+axis = [1, 0, 0]
+coordinate = "phi"
+"""
+
+WORDS = {
+    "revolute": "hinge pin rotary rotation pivot bearing R",
+    "prismatic": "slider slide sliding linear translation telescopic P",
+    "fixed": "weld welded rigid clamp",
+    "spherical": "ball ball-and-socket ball_and_socket sphere S",
+    "universal": "cardan hooke U",
+    "cylindrical": "cylinder C",
+    "planar": "plane",
+    "helical": "screw helix",
+    "free": "floating 6dof free_flyer",
+    "point_on_line": "pin_in_slot slot",
+    "rod": "massless_rod link",
+    "mimic = { joint": "rack gear belt",
+    'type = "rolling"': "wheel",
+    "[ropes.NAME]": "rope",
+}
+
+KEYS = {
+    "it is mass = 2": "weight",
+    "it is com = [0, 0, 0.1]": "cg cog center centre center_of_mass",
+    "mass, com and inertia say": "length radius size density",
+    "it is inertia": "Izz ixx moment_of_inertia J",
+    'child = "rod", origin': "position origin parent",
+    "[joints.NAME] start": "start",
+    '[loads.NAME] body = "rod"': "force",
+}
+
+SIDES = {"plate": "cuboid brick box", "rod": "tube bar", "ring": "hoop", "disc": "cylinder disk", "ball": "sphere"}
+
+WRONG = [
+    *(('"revolute"', f'"{word}"', told) for told, words in WORDS.items() for word in words.split()),
+    *(("mass =", f"{word} = 3\nmass =", told) for told, words in KEYS.items() for word in words.split()),
+    *(
+        ("mass =", f'shape = "{word}"\nmass =', f"mean {told}?")
+        for told, some in SIDES.items()
+        for word in some.split()
+    ),
+    *(
+        ("[1, 0, 0]", f'"{one}"', f"write axis = {told}")
+        for one, told in {"z": "[0, 0, 1]", "-x": "[-1, 0, 0]", "X": "[1, 0, 0]", "0 0 1": "[0, 0, 1]"}.items()
+    ),
+    ("[1, 0, 0]", "(1, 0, 0)", "a list stands in [ and ]; write [1, 0, 0]"),
+    ("[0, 0, -9.81]", '"y"', "write gravity = [0, -9.81, 0]"),
+    ("[0, 0, -9.81]", '"-z"', "write gravity = [0, 0, -9.81]"),
+    ("[0, 0, -9.81]", '"0, 0, -9.81"', "write gravity = [0, 0, -9.81]"),
+    ("[0, 0, -9.81]", '"g"', 'write gravity = [0, 0, "-g"]'),
+    ("[0, 0, -9.81]", '"off"', 'write gravity = "none"'),
+    *(
+        ('"phi"', f'"phi"\n{line}', told)
+        for line, told in {
+            'motion = "A sin(w t)"': "write A*sin(w*t)",
+            'motion = "0.3 sin(2 t)"': "write 0.3*sin(2*t)",
+            'drive = "0.3*sin(2*t)"': "motion prescribes it",
+            'drive = "none"': "false where it is passive",
+            'driven = "0.3*t"': 'motion = "0.3*sin(2*t)"',
+            'phi = "0.3*t"': 'motion = "0.3*sin(2*t)"',
+            "omega = 3": "start_rates = 2",
+            "limits = { min = -1 }": "it is lower",
+            'limits = { effort = "m*l" }': "N m is asked for",
+            'force = "PI"': "write pi",
+        }.items()
+    ),
+    ("[bodies.rod]", '[springs.a]\njoint = "phi"\nstiffness = "k*l"\n[bodies.rod]', "did you mean pin?"),
+    ("[bodies.rod]", '[constraints.a]\ntype = "distance"\n[bodies.rod]', '[[loop]] type = "rod"'),
+]
+
+
+@pytest.mark.parametrize(("there", "typed", "told"), WRONG)
+def test_words_of_other_tools_are_told_at_their_line(there: str, typed: str, told: str) -> None:
+    with pytest.raises(SceneError) as caught:
+        read_text(SCENE.replace(there, typed, 1), "a.toml")
+    line = SCENE[: SCENE.index(there)].count("\n") + 1 + typed.startswith('"phi"\n') + typed.startswith("[springs")
+    lines = [one for one in caught.value.faults if told in one]
+    assert lines, caught.value
+    assert int(lines[0].split(":")[1]) in (line, line + 1), lines
+
+
+@pytest.mark.parametrize(
+    ("there", "typed", "told"),
+    [
+        ('"1 m"', '"400 kg"', "a.toml:3: parameters.l: l fits nowhere: bodies.rod: com[1] = -l/2 is in kg"),
+        ('"-l/2"', '"m"', "a.toml:6: bodies.rod: com[1] = m is in kg"),
+    ],
+)
+def test_a_unit_that_fits_nowhere_is_told_where_it_is_declared(there: str, typed: str, told: str) -> None:
+    with pytest.raises(SceneError) as caught:
+        read_text(SCENE.replace(there, typed), "a.toml")
+    assert len(caught.value.faults) == 1
+    assert caught.value.faults[0].startswith(told)
+
+
+def test_formulas_that_hints_tell_are_formulas() -> None:
+    told = [one for text in hints()["formulas"].values() for one in re.findall(r"^write (.+?)(?:, NAME.*)?$", text)]
+    assert len(told) > 20
+    for formula in told:
+        assert "has no" not in str(symdyn.scene.parse(formula.replace("s in s**3", "s**3").split(" for ")[-1]))
+
+
 def _nouns(kind: type) -> list[type]:
     return [kind, *(one for sub in kind.__subclasses__() for one in _nouns(sub))]
 
@@ -225,8 +338,9 @@ def test_hints_stand_once_and_none_is_of_what_is_there() -> None:
         idle = {name for name in names if all(name in fields[one] for one in nouns)}
         assert not idle, f"{has}: {idle} are there"
     assert {*KINDS} <= {*fields}
-    for kind in ("functions", "keywords", "names"):
-        names = [name for some in rows[kind] for name in some.split()]
+    rows_of = {"keywords": [(name, has) for some, (has, _) in rows["keywords"].items() for name in some.split()]}
+    rows_of |= {kind: [(name, "") for some in rows[kind] for name in some.split()] for kind in ("functions", "names")}
+    for kind, names in rows_of.items():
         assert len(names) == len({*names}), kind
     assert not {*dir(symdyn)} & {name for some in rows["functions"] for name in some.split()}
 

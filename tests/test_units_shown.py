@@ -72,6 +72,7 @@ DOORS = {
 }  # fmt: skip
 
 
+@pytest.mark.heavy("run")
 @pytest.mark.runs("cc")
 @pytest.mark.parametrize("door", DOORS)
 def test_a_scene_without_dimensions_shows_no_unit(

@@ -74,6 +74,7 @@ DOORS: dict[str, Callable[[Scene, Any], Any]] = {
 """What comes of a value of m, by the argument that takes it."""
 
 
+@pytest.mark.wide(3)
 @pytest.mark.runs("cc")
 @pytest.mark.parametrize("name", DOORS)
 def test_a_value_says_its_unit_or_is_asked(name: str) -> None:
@@ -103,6 +104,12 @@ def test_a_mean_in_kilograms_is_taken_at_its_word() -> None:
     [
         ({"limits": {"tau": 0.5}}, {"limits": {"tau": "500 N*mm"}}, {"limits": {"tau": "5 mm"}}, "N m is asked for"),
         ({"limits": (-0.5, 0.1)}, {"limits": ("-500 N*mm", 0.1)}, {"limits": "5 N"}, "N m is asked for"),
+        (
+            {"limits": (-0.5, 0.1)},
+            {"limits": ("-500 N*mm", 0.1)},
+            {"limits": (-1, "m")},
+            "m is in kg, and N m is asked",
+        ),
         ({"period": 0.01}, {"period": "10 ms"}, {"period": "10 mm"}, "s is asked for"),
         (
             {"period": 0.01, "delay": 0.002, "noise": {"phi": np.radians(0.1)}},

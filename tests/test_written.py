@@ -45,7 +45,7 @@ def proved(numbers: Printed, name: str, option: str) -> tuple[Written, ...]:
 
 
 @pytest.mark.long
-@pytest.mark.wide(4)
+@pytest.mark.wide(7)
 @pytest.mark.parametrize("which", [*SCENES, "prepared", "static", "led"])
 def test_what_is_written_is_proved(programs: dict[str, Program], name: str, option: str, which: str) -> None:
     for real in {*TARGETS[name].reals} & {*SINGLE}:  # of double-doubles the text is not read

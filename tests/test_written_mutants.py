@@ -19,6 +19,7 @@ CASES = [
 ]
 
 
+@pytest.mark.heavy("gpu")
 @pytest.mark.wide(4)
 @pytest.mark.parametrize(("name", "option"), CASES)
 def test_a_sample_of_faults_is_caught(name: str, option: str) -> None:

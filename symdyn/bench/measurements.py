@@ -378,7 +378,7 @@ class Stress(Claims):
 
     def as_dict(self) -> dict[str, Any]:
         cases = [{"family": c.family, **asdict(c), "verdict": c.verdict, "passed": c.passed} for c in self.cases]
-        return {**asdict(self), "cases": cases, **self.verdicts()}
+        return {**asdict(self), "cases": cases, **self._verdicts()}
 
     @property
     def table(self) -> Table[str]:

@@ -331,7 +331,7 @@ def parameters(seed: int) -> Array:
 
 
 def _small(rng: np.random.Generator, shape: tuple[int, ...]) -> Array:
-    return rng.choice([-1.0, 1.0], shape) * 10 ** rng.uniform(-9, -1, shape)
+    return np.asarray(rng.choice([-1.0, 1.0], shape) * 10 ** rng.uniform(-9, -1, shape))
 
 
 def near_singular(anywhere: Positions, matrices: Sequence[Callable[[Array], Any]], seed: int) -> Array:
@@ -356,7 +356,7 @@ def near_singular(anywhere: Positions, matrices: Sequence[Callable[[Array], Any]
         found.append(q[np.argsort(size)])
     if not found:
         return anywhere.singular
-    return np.stack(found, axis=1).reshape(-1, len(anywhere.units))
+    return np.asarray(np.stack(found, axis=1).reshape(-1, len(anywhere.units)))
 
 
 def _smallest(matrix: Callable[[Array], Any], q: Array) -> Array:

@@ -13,7 +13,7 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from symdyn.arguments import check_arguments, native, suggesting
+from symdyn.arguments import checked, native
 from symdyn.draw.force_arrows import with_corner
 from symdyn.draw.pictures import HtmlText, body_names, lines, mechanism
 from symdyn.draw.places import Array, Places, Put, places, put
@@ -61,7 +61,7 @@ def motion_of(
     return scene_of(scene), times, positions
 
 
-@suggesting
+@checked(DrawError)
 def animation(
     scene: SceneLike | Moved,
     times: Sequence[float] | Array | None = None,
@@ -96,7 +96,6 @@ def animation(
         DrawError: shapes that do not fit, times that do not increase, a rate that is none, or no real value at a
             position.
     """
-    check_arguments(animation, locals(), DrawError)
     (fps,), (scene, times, positions) = native(float, fps), motion_of(scene, times, positions)
     drawing, t = moving(scene, times, positions, parameters, view, fps)
     text, table, depths = tagged(drawing, scheme, len(t))

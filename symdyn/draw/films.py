@@ -18,7 +18,7 @@ from typing import IO, Any
 
 import numpy as np
 
-from symdyn.arguments import check_arguments, native, suggesting
+from symdyn.arguments import checked, native
 from symdyn.draw.animate import Moved, animation, as_arrays, moments, motion_of, moving, moving_picture
 from symdyn.draw.gltf import glb, standing
 from symdyn.draw.paint import File, Frame, Painter
@@ -139,7 +139,7 @@ class Film:
     fastest: float = FASTEST
 
 
-@suggesting
+@checked(DrawError)
 def film(
     scene: SceneLike | Moved,
     times: Sequence[float] | Array | File | None = None,
@@ -184,7 +184,6 @@ def film(
     ...     print(path.name, "freeze" in path.read_text())
     cart.svg True
     """
-    check_arguments(film, locals(), DrawError)
     if isinstance(times, str | PathLike):
         times, file = None, times if file is None else file
     if file is None:

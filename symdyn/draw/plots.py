@@ -10,9 +10,10 @@ import contextlib
 import importlib.util
 import io
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache, partial
 from pathlib import Path
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,6 +26,7 @@ from symdyn.extras import install
 from symdyn.frozen import dataclass
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 
@@ -158,8 +160,11 @@ class FilledFigure:
         with settings(self.settings):
             return saved(self._made(), kind, DPI)
 
-    def figure(self, points: int) -> Figure:
-        """Return a figure that a notebook shows: as SVG, or as PNG where it has many points."""
+    def figure(self, points: int, axes: Axes | Sequence[Axes] | None = None) -> Figure:
+        """Return a figure that a notebook shows: as SVG, or as PNG where it has many points; or that of given axes."""
+        if axes is not None:
+            self.fill(SimpleNamespace(subplots=partial(_given, axes)))
+            return np.ravel(np.asarray(axes))[0].figure  # type: ignore[no-any-return]
         with settings(self.settings):
             found = self._made()
         kind = ("svg", "image/svg+xml") if points <= MOST_POINTS else ("png", "image/png")
@@ -176,6 +181,16 @@ class FilledFigure:
         if self.headed:
             made.suptitle(self.title, x=0.01, ha="left").set_parse_math(False)
         return made
+
+
+def _given(axes: Any, rows: int = 1, columns: int = 1, squeeze: bool = True, **_: object) -> Any:
+    """Return axes of a user's figure as `Figure.subplots` does, shape (rows, columns)."""
+    given = np.ravel(np.asarray(axes))
+    if len(given) != rows * columns or not all(hasattr(one, "get_xlim") for one in given):
+        many = f"{rows * columns} axes" if rows * columns > 1 else "one axes"
+        raise DrawError(f"axes: give {many} of matplotlib, such as pyplot.subplots({rows}, {columns})[1]")
+    found = given.reshape(rows, columns)
+    return found.squeeze()[()] if squeeze else found
 
 
 def _bundle(

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import argument, check_arguments
+from symdyn.arguments import argument, check_arguments, checked
 from symdyn.draw import FilledFigure
 from symdyn.errors import IdentifyError, UnknownNameError, choice, listed
 from symdyn.frozen import dataclass, field, replace
@@ -213,6 +213,7 @@ class Calibration(Shown):
         write_picture(Path(file), f"Calibration of {self.scene.name}", drawn.picture)
 
 
+@checked(IdentifyError)
 def calibrate(
     scene: SceneLike,
     data: Any,
@@ -250,7 +251,6 @@ def calibrate(
         SceneError: the file of the scene has faults.
         SimulateError: parameters without a value.
     """
-    check_arguments(calibrate, locals(), IdentifyError)
     model = GeometricModel.of(scene_of(scene, values), point)
     poses = Poses(*read_poses(model, data, units or {}))
     return _searched(model, poses, _asked(model, poses, parameters), bool(outliers))

@@ -321,14 +321,9 @@ class Excitation(Shown):
         """
         return self.run.to_csv(file)
 
-    def plot(self, *names: str | Sequence[str]) -> Figure:
-        """Return a figure of matplotlib: coordinates, velocities and forces, or the columns that are named.
-
-        Raises:
-            UnknownNameError: there is no such column.
-            SimulateError: matplotlib is not installed.
-        """
-        return self.run.plot(*names)
+    def plot(self, *names: str | Sequence[str | Sequence[str]], **options: Any) -> Figure:
+        """Return a figure of the motion, all as of `Trajectory.plot`."""
+        return self.run.plot(*names, **options)
 
     def lines(self) -> list[str]:
         """Return its description, line by line."""

@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import check_arguments, native, suggesting
+from symdyn.arguments import checked, native
 from symdyn.errors import IdentifyError, SimulateError, choice, suggestion
 from symdyn.frozen import dataclass
 from symdyn.identification.bounds import Bound, Box, fits, read_bounds, usual_notes
@@ -209,7 +209,7 @@ SHOWN = ("condition", "scaled_condition", "determinant")
 MOST_ROWS = 1_000_000
 
 
-@suggesting
+@checked(IdentifyError)
 def excite(
     scene: SceneLike,
     period: float = 10.0,
@@ -258,7 +258,6 @@ def excite(
             or no motion was found that keeps all limits.
         SceneError: a value that the scene cannot have, or of no parameter.
     """
-    check_arguments(excite, locals(), IdentifyError)
     (period, every), (terms, starts, seed) = native(float, period, every), native(int, terms, starts, seed)
     scene = scene_of(scene, values)
     faults = Faults("")

@@ -130,8 +130,7 @@ def _bound(pressed: Mapping[int, Array], free: int) -> float:
         u = np.asarray(u)[..., None]
         off = u * s * b_along - c * (i_along - u * F_along)
         inside = np.sum(off**2 / (c**2 + (u * s) ** 2), axis=-1)
-        found: Array = inside + b_out @ b_out + np.sum((i_out - u * F_out) ** 2, axis=-1)
-        return found
+        return np.asarray(inside + b_out @ b_out + np.sum((i_out - u * F_out) ** 2, axis=-1))
 
     at = np.linspace(-WIDE, WIDE, 2 * WIDE * FINE + 1)
     found = np.inf

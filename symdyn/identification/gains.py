@@ -22,7 +22,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import argument
+from symdyn.arguments import argument, suggesting
 from symdyn.errors import IdentifyError
 from symdyn.frozen import dataclass, replace
 from symdyn.identification.filtered import Flags, Indices, Motion
@@ -58,6 +58,7 @@ HARDLY = 0.2
 """Standard error, in parts of a gain, from which on it is reported as hardly identifiable."""
 
 
+@suggesting
 @dataclass(frozen=True)
 class Gain:
     """What the column of a drive is multiplied by to become its force.
@@ -110,7 +111,7 @@ class Gains:
     @property
     def factors(self) -> Array:
         """What columns are multiplied by to become forces, those of what is known last: shape (b + 1,)."""
-        return np.append(self.forces, 1.0)
+        return np.asarray(np.append(self.forces, 1.0))
 
     def linear(self, rows: Rows) -> Rows:
         """Return rows with a column a gain, of rows with what drives show, and the known forces as last column."""
@@ -219,7 +220,7 @@ def _fitted(rows: Rows, drives: Sequence[int], guess: Array) -> tuple[float, Arr
     weak = np.column_stack([np.zeros((len(drives), count)), WEAK * np.eye(len(drives))])  # for gains that hardly count
 
     def turned(x: Array) -> Array:
-        return alone + own @ (x[count:] / guess)
+        return np.asarray(alone + own @ (x[count:] / guess))
 
     def off(x: Array) -> Array:
         found: Array = turned(x) * (Y @ x[:count] + known) - seen

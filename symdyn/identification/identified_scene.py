@@ -21,7 +21,7 @@ from fractions import Fraction
 import numpy as np
 
 from symdyn.algebra import Array, Floats
-from symdyn.arguments import argument, check_arguments, native
+from symdyn.arguments import argument, checked, native
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.outputs import BaseColumns
 from symdyn.errors import IdentifyError, SceneError, choice, listed
@@ -194,6 +194,7 @@ class Identified(Shown):
         return f"<Identified {self.scene.name}: {how}>"
 
 
+@checked(IdentifyError)
 def identified(
     identification: Identification,
     total_mass: float | None = None,
@@ -214,7 +215,6 @@ def identified(
         IdentifyError: clarabel is needed and not there, or no bodies have what is asked.
         SceneError: parameters of the geometry without a value; or parameters were found that bodies cannot have.
     """
-    check_arguments(identified, locals(), IdentifyError)
     total_mass, spread = native(float, total_mass, spread)
     model, scene = identification.model, identification.model.scene
     declared = {parameter.name for parameter in identification.declared.parameters}
@@ -266,6 +266,7 @@ def identifiable_combinations(identification: Identification, first: int | None 
     return C, C @ estimate, C @ covariance @ C.T
 
 
+@checked(SceneError)
 def with_parameters(scene: Scene, values: Mapping[str, float | str]) -> Scene:
     """Return the scene with other values of what its forces are linear in, or of its own parameters.
 
@@ -279,7 +280,6 @@ def with_parameters(scene: Scene, values: Mapping[str, float | str]) -> Scene:
     Raises:
         SceneError: a name that is none of these, or a scene that cannot be, such as an inertia that no body has.
     """
-    check_arguments(with_parameters, locals(), SceneError)
     faults, letter = Faults(""), SceneUnits(scene).letter
     read = {name: read_number(x, {}, f"values: {name}", faults, letter(name)) or 0.0 for name, x in values.items()}
     faults.close()

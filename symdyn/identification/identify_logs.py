@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.arguments import argument, check_arguments, native, suggesting
+from symdyn.arguments import argument, checked, native
 from symdyn.errors import IdentifyError, listed
 from symdyn.frozen import dataclass
 from symdyn.identification.delay import delay, words as delay_words
@@ -23,7 +23,7 @@ from symdyn.scene import SceneLike, SceneUnits, scene_of
 from symdyn.simulation.prescribed import drive_names
 
 
-@suggesting
+@checked(IdentifyError)
 def identify(
     scene: SceneLike,
     data: Any,
@@ -68,7 +68,6 @@ def identify(
         SceneError: the file of the scene has faults.
         DerivationError: the scene has no driving forces.
     """
-    check_arguments(identify, locals(), IdentifyError)
     band, hold_back = native(float, band, hold_back)
     scene = scene_of(scene, values)
     if not scene.velocities:

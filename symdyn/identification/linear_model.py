@@ -71,7 +71,7 @@ class Unknowns:
 
     def ten(self, values: Array) -> Array:
         """Return the ten of every body out of values of all parameters, shape (bodies, 10)."""
-        return values[: TEN * len(self.scene.bodies)].reshape(-1, TEN)
+        return np.asarray(values[: TEN * len(self.scene.bodies)].reshape(-1, TEN))
 
     def inertias(self, values: Array) -> list[tuple[float, Array, Array, Array]]:
         """Return mass, centre of mass, principal moments and spread of every body, as of `ten_of_body`."""

@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.arguments import suggesting
 from symdyn.errors import IdentifyError, choice, listed
 from symdyn.frozen import dataclass
 from symdyn.identification.filtered import Flags, Motion, projected
@@ -31,13 +32,15 @@ from symdyn.identification.rate_rows import width
 from symdyn.identification.regression import GAUSS, Rows
 from symdyn.rounding import in_digits
 from symdyn.scene import INERTIAL
+from symdyn.shown import Suggesting
 
 SAME = 1e-8
 """Part of its size that a column has beside others, if it is no combination of them."""
 
 
+@suggesting
 @dataclass(frozen=True)
-class Payload:
+class Payload(Suggesting):
     """A body that is fixed to one of the scene's while a log is measured; what is not given is found with the rest.
 
     >>> from symdyn.identification import Payload
@@ -101,7 +104,7 @@ class Carried:
         both = np.column_stack([self.unknown[place], self.known[place]])
         if not both.any():
             return np.zeros((len(q), len(model.drives), both.shape[1]))
-        return model.ten(q, qd, qdd) @ both
+        return np.asarray(model.ten(q, qd, qdd) @ both)
 
 
 def check_payloads(model: LinearModel, payloads: Sequence[Payload], logs: Sequence[Log]) -> None:

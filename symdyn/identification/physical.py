@@ -147,8 +147,7 @@ def projected(cones: Cones, best: Array, R: Array) -> Array:
                 "those of a log with hardly any noise, or of units that are off; look at both, and at outliers"
             )
         raise IdentifyError(f"{advice} (clarabel ends with {status})")
-    found: Array = best + back @ np.array(solution.x)
-    return found
+    return np.asarray(best + back @ np.array(solution.x))
 
 
 MARGIN = 1e-6
@@ -202,8 +201,7 @@ class Physical:
     @property
     def base(self) -> Array:
         """Base parameters of these values, shape (b,)."""
-        found: Array = self.unknowns.map @ self.values
-        return found
+        return np.asarray(self.unknowns.map @ self.values)
 
 
 def nearest_physical(

@@ -35,6 +35,7 @@ from symdyn.algebra import Array
 from symdyn.errors import IdentifyError
 from symdyn.frozen import dataclass, field
 from symdyn.identification.filtered import Flags, Indices
+from symdyn.shown import Suggesting
 
 BURIED = 0.25
 """Part of the information of a direction that noise of the motion may make, and it still counts as identifiable."""
@@ -120,7 +121,7 @@ MOST = 0.98
 
 
 @dataclass(frozen=True)
-class Regression:
+class Regression(Suggesting):
     """Rows of a regressor, and what least squares make of them.
 
     Attributes:
@@ -164,7 +165,7 @@ class Regression:
     @property
     def residuals(self) -> Array:
         """τ - Y β, shape (M,)."""
-        return self.tau - self.Y @ self.estimate
+        return np.asarray(self.tau - self.Y @ self.estimate)
 
     @property
     def errors(self) -> Array:
@@ -284,7 +285,7 @@ def _pulled(weighted: Array, buried: Array, weights: Array, beta: Array, scale: 
     inside = np.eye(len(beta)) - null_space.T @ null_space
     S, N = weighted / scale, buried * weights[:, None] / scale
     inverse = np.linalg.pinv(inside @ S.T @ S @ inside, rcond=1e-15, hermitian=True)
-    return -inverse @ inside @ N.T @ N @ (beta * scale) / scale
+    return np.asarray(-inverse @ inside @ N.T @ N @ (beta * scale) / scale)
 
 
 def solved(

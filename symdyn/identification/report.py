@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.algebra import Array
-from symdyn.arguments import argument, check_arguments
+from symdyn.arguments import argument, checked
 from symdyn.emit import render
 from symdyn.errors import IdentifyError, printable
 from symdyn.frozen import dataclass, replace
@@ -50,6 +50,7 @@ MOST_BODIES = 24
 """Bodies whose ellipsoids are drawn."""
 
 
+@checked(IdentifyError)
 def report(identification: Identification, made: Identified | None = None, command: str = "") -> str:
     """Return the page.
 
@@ -58,7 +59,6 @@ def report(identification: Identification, made: Identified | None = None, comma
         made: the identified scene, shown too where it is given.
         command: what made it, shown on top.
     """
-    check_arguments(report, locals(), IdentifyError)
     sections = [
         _parameters(identification),
         _gains(identification),

@@ -34,7 +34,7 @@ import numpy as np
 from flint import fmpq, fmpq_mat
 
 from symdyn.algebra import Array, TrigonometricRing
-from symdyn.arguments import SympyExpression, argument, check_arguments, native, with_fields
+from symdyn.arguments import SympyExpression, argument, checked, native, suggesting, with_fields
 from symdyn.errors import DerivationError, LinearizeError, SimulateError
 from symdyn.graph import Expr, evaluate, substitute
 from symdyn.linear.contact_mode import read_mode
@@ -203,6 +203,7 @@ def linearize(
     return settled(asked, asked.at(start.q, start.moving, t, start.notes), anywhere)
 
 
+@suggesting
 def linearize_at_rest(
     scene: SceneLike | Problem,
     *,
@@ -220,6 +221,7 @@ def linearize_at_rest(
     return found.systems, found
 
 
+@suggesting
 def linearize_along(
     scene: SceneLike | Problem,
     run: Trajectory,
@@ -332,6 +334,7 @@ def _unmoved(places: Equilibria, place: Equilibrium, where: str) -> str:
     return f"it rests at {', '.join(values)}{times}, where {where}: it has no one linear motion there"
 
 
+@checked(LinearizeError)
 def systems(
     problem: Problem | SceneLike, name: str, independent: str | Sequence[str] = (), anywhere: bool = False
 ) -> Callable[[float | str], Linearization]:
@@ -340,7 +343,6 @@ def systems(
     Raises:
         LinearizeError: the name is no parameter, and no formula has it; of the function, what a bare value may mean.
     """
-    check_arguments(systems, locals(), LinearizeError)
     problem = problem if isinstance(problem, Problem) else Problem(scene_of(problem))
     found, letter = _systems(problem, name, independent, anywhere), SceneUnits(problem.scene).letter(name)
     return lambda value: found(number(value, argument("over"), letter))

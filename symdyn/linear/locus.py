@@ -20,7 +20,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from symdyn.algebra import Array
-from symdyn.arguments import argument, check_arguments, suggesting
+from symdyn.arguments import argument, checked
 from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError
 from symdyn.frozen import dataclass
@@ -241,7 +241,7 @@ class RootLocus(Plotted):
         }  # fmt: skip
 
 
-@suggesting
+@checked(LinearizeError)
 def root_locus(
     over: str,
     values: Sequence[float] | Array,
@@ -261,7 +261,6 @@ def root_locus(
     Raises:
         LinearizeError: the values do not increase, or are too many; and what `system` raises.
     """
-    check_arguments(root_locus, locals(), LinearizeError)
     x = array_of(values)
     if x.ndim != 1 or not 2 <= len(x) <= MOST or not np.isfinite(x).all() or np.any(np.diff(x) <= 0):
         where = f"{argument('over')} {over}" if zeros is None else "gains"

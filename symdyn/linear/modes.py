@@ -33,7 +33,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra import Array
-from symdyn.arguments import argument
+from symdyn.arguments import argument, suggesting
 from symdyn.draw import Reel, Stage, film
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.outputs import COLUMNS
@@ -51,6 +51,7 @@ Complexes = npt.NDArray[np.complex128]
 class array(np.ndarray[Any, np.dtype[np.complex128]]):  # noqa: N801  by this name it is printed, as any other
     """Complex numbers that an attribute has, poles and zeros: a call, as of other tools' methods, returns them too."""
 
+    @suggesting
     def __call__(self) -> Complexes:
         """Return them."""
         return np.asarray(self)
@@ -298,6 +299,7 @@ def files(one: Linearization, path: str | Path, reel: Reel | None = None) -> lis
     return [(path.with_name(f"{path.stem}-{k + 1}{path.suffix}"), mode) for k, mode in enumerate(modes)]
 
 
+@suggesting
 def animate_modes(
     one: Linearization, path: str | Path, reel: Reel | None = None, note: Callable[[str], None] | None = None
 ) -> Sequence[tuple[Path, Mode]]:

@@ -9,17 +9,18 @@ pole map    poles ×, zeros ○, and the edge of stability: the imaginary axis, 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
 from symdyn.arguments import checked
 from symdyn.draw import FilledFigure
-from symdyn.errors import LinearizeError
+from symdyn.errors import LinearizeError, hint, quoted, with_own_names
 from symdyn.shown import Shown
 from symdyn.table import Table
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from symdyn.linear.modes import Complexes
@@ -36,6 +37,11 @@ class Answer(Shown):
     """What a linear system answers: it has a short `repr`, and a notebook shows that and its tables."""
 
     __slots__ = ()
+
+    def __call__(self, *at: object, **_: object) -> NoReturn:
+        """Raise LinearizeError: it is no function."""
+        told = hint("attributes", "()", dir(self)).replace("$", quoted(*at[:1] or "s")) or "it is no function"
+        raise LinearizeError(f"{type(self).__name__}: {with_own_names(told, self)}")
 
     def tables(self) -> Sequence[Table[Any]]:
         """Return the tables that a notebook shows."""
@@ -60,9 +66,9 @@ class Plotted(Answer):
     def _figure(self) -> FilledFigure:
         raise NotImplementedError
 
-    def plot(self) -> Figure:
-        """Return the plot, a Figure of matplotlib; its axes can be changed, and `.savefig(...)` writes it."""
-        return self._figure().figure(0)
+    def plot(self, axes: Axes | Sequence[Axes] | None = None) -> Figure:
+        """Return the plot, a Figure of matplotlib that can be changed; or draw into `axes` as of `Trajectory.plot`."""
+        return self._figure().figure(0, axes)
 
     @checked(LinearizeError)
     def picture(self, kind: str) -> bytes:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any, Literal, NoReturn
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -64,10 +64,6 @@ class FrequencyResponse(Plotted):
         i, k = places(self.outputs, self.inputs, channel)
         inputs, outputs = self.inputs.of([k]), self.outputs.of([i])
         return replace(self, inputs=inputs, outputs=outputs, response=self.response[:, [i]][:, :, [k]])
-
-    def __call__(self, s: complex) -> NoReturn:
-        """Raise LinearizeError: it has numbers at its frequencies alone."""
-        raise LinearizeError(f"{self.name}: this has numbers at .omega; lin.transfer(output, input)({s}) is at any s")
 
     def __iter__(self) -> Iterator[Array]:
         """Yield |G|, phases in rad and omega, as python-control: shapes (N,), of several channels (y, w, N)."""

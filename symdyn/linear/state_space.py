@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra import Array
-from symdyn.arguments import argument, check_arguments, checked, native
+from symdyn.arguments import argument, checked, native
 from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError
 from symdyn.extras import install
@@ -77,6 +77,7 @@ class StateSpace(Plotted):
     period: float | None
     name: str
 
+    @checked(LinearizeError)
     def __init__(
         self,
         A: npt.ArrayLike,
@@ -94,7 +95,6 @@ class StateSpace(Plotted):
         Raises:
             LinearizeError: with every fault: matrices that do not fit, a number that is not finite, a name given twice.
         """
-        check_arguments(StateSpace.__init__, {"period": period, "name": name}, LinearizeError)
         faults: list[str] = []
         found = {letter: read_matrix(letter, one, faults) for letter, one in {"A": A, "B": B, "C": C}.items()}
         n, nw, ny = len(found["A"]), found["B"].shape[-1], len(found["C"])

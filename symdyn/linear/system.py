@@ -24,6 +24,7 @@ from typing import IO, Any
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.arguments import suggesting
 from symdyn.draw import Reel
 from symdyn.emit import Contents, check_folder, write_file
 from symdyn.errors import EmitError, LinearizeError, beside
@@ -304,6 +305,7 @@ RTOL, ATOL = 1e-8, 1e-10
 """Tolerances of Riccati's equation, over the size of S at the end and of Q."""
 
 
+@suggesting
 def track(
     run: Trajectory,
     Q: Weights | None = None,

@@ -225,7 +225,7 @@ class Transfer(Answer):
         """Return G(s)."""
         return complex(self.gain * np.prod(s - self.zeros) / np.prod(s - self.poles))
 
-    __call__ = at
+    __call__ = at  # type: ignore[assignment]
 
     def as_json(self) -> dict[str, Any]:
         """Return it for JSON."""

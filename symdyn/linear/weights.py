@@ -13,6 +13,7 @@ from zipfile import BadZipFile, ZipFile, ZipInfo
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.arguments import argument
 from symdyn.bounds import BOUNDS
 from symdyn.errors import LinearizeError, quoted, suggestion
 from symdyn.frozen import dataclass
@@ -201,8 +202,9 @@ def weight(
                 told = f"there is a drive to control by: {', '.join(axis.names)}; {key} controls where its joint has"
                 faults.add(name, f"{key} disturbs, as {told} drive = false")
             elif key not in axis.names:
-                outputs = "; outputs are weighed by Q = lin.C.T @ W @ lin.C" if name == "Q" else ""
-                faults.add(name, f"{key} is not known; {suggestion(key, axis.names)}{outputs}")
+                measured = f"; V is of outputs, which linearize chooses: {argument('outputs', [*axis.names, key])}"
+                outputs = {"Q": "; outputs are weighed by Q = lin.C.T @ W @ lin.C", "V": measured}
+                faults.add(name, f"{key} is not known; {suggestion(key, axis.names)}{outputs.get(name, '')}")
             elif not value < LARGEST or value < 0 or (definite and value == 0):
                 least = "above zero" if definite else "of 0 or more"
                 faults.add(name, f"{key}: {quoted(one)} is no {kind}; give one {least}")

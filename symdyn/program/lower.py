@@ -28,7 +28,7 @@ from typing import ClassVar
 from weakref import WeakKeyDictionary
 
 from symdyn.algebra import constants, is_simple
-from symdyn.arguments import check_arguments
+from symdyn.arguments import checked
 from symdyn.dynamics import (
     Argument,
     Equations,
@@ -44,7 +44,7 @@ from symdyn.dynamics import (
 )
 from symdyn.dynamics.mechanism import RowSolve
 from symdyn.dynamics.outputs import Counts
-from symdyn.errors import DerivationError
+from symdyn.errors import ArgumentError, DerivationError
 from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Graph, Op, growing, reachable, substitute
 from symdyn.program.passes import DEFAULT, optimise
@@ -55,6 +55,7 @@ Functions = tuple[Function, ...]
 
 
 @growing()
+@checked(ArgumentError)
 def lower(equations: Equations, passes: Sequence[str] = DEFAULT) -> Program:
     """Return the program of `equations`: pruned, parameters with values bound, constants folded, operations saved.
 
@@ -73,7 +74,6 @@ def lower(equations: Equations, passes: Sequence[str] = DEFAULT) -> Program:
     Raises:
         DerivationError: a constant is not a finite real number, such as 1/m with m = 0 bound, or an unknown pass.
     """
-    check_arguments(lower, locals())
     functions = _fold(_bind(equations))
     if passes := tuple(passes):
         # one that says the same under another name, as k_z does, takes no passes

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any, NoReturn, overload
 
-from symdyn.arguments import check_arguments, suggesting
+from symdyn.arguments import checked
 from symdyn.dynamics import Equations, Function, LoopChoices, Requested, Workspace, called, request_of, row_of
 from symdyn.emit import TARGETS, C, emit
 from symdyn.errors import ArgumentError, EmitError, SceneError, UnknownNameError, choice, nearest, quoted, suggestion
@@ -216,7 +216,7 @@ def lambdify(
 def lambdify(
     scene: SceneLike, name: tuple[str, ...], target: str = "numpy", real: str = "double", closing: LoopChoices = ...
 ) -> tuple[NumericFunction, ...]: ...
-@suggesting
+@checked(ArgumentError)
 def lambdify(
     scene: SceneLike,
     name: str | tuple[str, ...],
@@ -246,7 +246,6 @@ def lambdify(
         EmitError: a target that is unknown or takes no batches, a real type that it does not have.
         BuildError: the compiler that $CC names is not there or fails.
     """
-    check_arguments(lambdify, locals())
     runners = {name: runner for name, runner in RUNNERS.items() if runner.batches}
     if target not in runners:
         told = "symdyn.load(scene, backend=...) has it" if target in ("jax", "torch") else choice(target, runners)

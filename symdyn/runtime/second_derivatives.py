@@ -16,9 +16,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.arguments import check_arguments
+from symdyn.arguments import checked
 from symdyn.dynamics import second_derivative_places
-from symdyn.errors import DerivationError
+from symdyn.errors import ArgumentError, DerivationError
 from symdyn.frozen import dataclass
 from symdyn.runtime.loaded import lambdify
 from symdyn.runtime.numeric_function import NumericFunction
@@ -74,6 +74,7 @@ class SecondDerivatives:
         )
 
 
+@checked(ArgumentError)
 def second_derivatives(scene: SceneLike, target: str = "c") -> SecondDerivatives:
     """Return all second derivatives of inverse and forward dynamics of a tree, as functions of arrays.
 
@@ -91,7 +92,6 @@ def second_derivatives(scene: SceneLike, target: str = "c") -> SecondDerivatives
         DerivationError: the scene is no such tree, or has time, inputs or states in its forces, or packed second
             derivatives are too many lines.
     """
-    check_arguments(second_derivatives, locals())
     known = scene_of(scene)
     n, at = len(known.velocities), second_derivative_places(known)
     names = "forward_dynamics", "forward_dynamics_derivatives", "inverse_dynamics_second_derivatives_packed"

@@ -17,7 +17,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Literal, Protocol, TypedDict, Unpack
 
-from symdyn.arguments import check_arguments, suggesting
+from symdyn.arguments import check_arguments, checked, suggesting
 from symdyn.errors import SceneError, suggestion
 from symdyn.scene.declaration.declare import Declaration, assemble
 from symdyn.scene.forces.force_table import sections
@@ -184,7 +184,7 @@ def table(
     return entry("tables", **locals() | {"points": rows_of(points)})
 
 
-@suggesting
+@checked(SceneError)
 def dh_table(
     convention: Literal["standard", "modified"], links: Sequence[Mapping[str, object]], parent: str = "ground"
 ) -> Entry:
@@ -195,7 +195,6 @@ def dh_table(
         links: rows with theta, d, a, alpha (rad, m), and the keys of joints and bodies, as in a TOML file.
         parent: the body that carries the chain.
     """
-    check_arguments(dh_table, locals(), SceneError)
     return Entry("dh", {"convention": convention, "parent": parent, "links": list(links)}, "dh")
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 
-from symdyn.arguments import check_arguments
+from symdyn.arguments import checked
 from symdyn.errors import SceneError, choice
 from symdyn.scene.scene_files import SceneLike, scene_of
 from symdyn.scene.values import Place, PlaneContact
@@ -15,6 +15,7 @@ from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import Quantity
 
 
+@checked(SceneError)
 def with_contacts(scene: SceneLike, places: Sequence[str], friction: float = 1.0) -> Scene:
     """Return a scene in which points may touch the plane z = 0 of the ground, a contact of the name of each.
 
@@ -27,7 +28,6 @@ def with_contacts(scene: SceneLike, places: Sequence[str], friction: float = 1.0
     Raises:
         SceneError: there is no such place, one is given twice, or a contact has its name.
     """
-    check_arguments(with_contacts, locals(), SceneError)
     scene = scene_of(scene)
     known = {body.name: Place(body.name) for body in scene.bodies}
     known |= {point.name: Place(point.body, translation(point.at)) for point in scene.points}

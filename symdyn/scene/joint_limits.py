@@ -6,13 +6,14 @@ from collections.abc import Mapping
 from math import inf
 from typing import Any
 
-from symdyn.arguments import check_arguments
-from symdyn.errors import SceneError, listed
+from symdyn.arguments import checked
+from symdyn.errors import ArgumentError, SceneError, listed
 from symdyn.scene.scene_files import SceneLike, scene_of
 
 KEYS = {"lower": -inf, "upper": inf, "velocity": inf, "effort": inf}
 
 
+@checked(ArgumentError)
 def limits(scene: SceneLike, parameters: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """Return the limits of a scene's joints; infinite where there are none, and of joints of several coordinates.
 
@@ -34,7 +35,6 @@ def limits(scene: SceneLike, parameters: Mapping[str, Any] | None = None) -> dic
     """
     import numpy as np
 
-    check_arguments(limits, locals())
     scene = scene_of(scene, parameters)
     known = {x.name: number for x in scene.parameters if x.value is not None and (number := x.value.at({})) is not None}
     found: dict[str, list[float]] = {key: [] for key in KEYS}

@@ -12,7 +12,7 @@ from os import PathLike
 from pathlib import Path
 from typing import ClassVar, Literal
 
-from symdyn.arguments import argument, check_arguments, suggesting
+from symdyn.arguments import argument, checked
 from symdyn.errors import SceneError, choice, suggestion
 from symdyn.frozen import dataclass, replace
 from symdyn.graph import growing
@@ -68,6 +68,7 @@ SceneLike = Scene | FileLike
 """What every function takes for a scene."""
 
 
+@checked(SceneError)
 def scene_of(source: SceneLike, values: Mapping[str, object] | None = None) -> Scene:
     """Return a scene as it is, or the one in a file, as `read` does, bound where values are given.
 
@@ -80,13 +81,12 @@ def scene_of(source: SceneLike, values: Mapping[str, object] | None = None) -> S
             mean, of a parameter that the scene has in another unit than that of SI.
     """
     scene = source if isinstance(source, Scene) else read(source)
-    check_arguments(scene_of, {"values": values}, SceneError)
     if values is None or not len(values):
         return scene
     return bind(scene, values)
 
 
-@suggesting
+@checked(SceneError)
 def read(
     path: FileLike,
     *,
@@ -116,7 +116,6 @@ def read(
     Raises:
         SceneError: with every fault of the file, one line each.
     """
-    check_arguments(read, locals(), SceneError)
     return read_noting(path, snap, allow_invalid_inertia, spanning_tree, floating_base, units == "none").scene
 
 
@@ -150,6 +149,7 @@ def read_noting(
     return replace(reading, notes=(*reading.notes, f"{file}: coordinates: {told}")) if told else reading
 
 
+@checked(SceneError)
 def write_text(scene: Scene, format: str, lossy: bool = False) -> Written:
     """Return the scene as text.
 
@@ -161,7 +161,6 @@ def write_text(scene: Scene, format: str, lossy: bool = False) -> Written:
     Raises:
         SceneError: the format is not one that is written, or cannot hold all of the scene and `lossy` is not given.
     """
-    check_arguments(write_text, locals(), SceneError)
     if format not in WRITERS:
         raise SceneError(f'"{format}" is not a format that is written; {suggestion(format, WRITERS)}')
     writer: Callable[[Scene], Written] = import_module(WRITERS[format]).write_text
@@ -228,7 +227,7 @@ def examples() -> tuple[str, ...]:
     return tuple(sorted(example_files()))
 
 
-@suggesting
+@checked(SceneError)
 def example(name: str, *, floating_base: str | None = None) -> Scene:
     """Return a scene that comes with the package, of the gallery too; `symdyn new --example NAME` writes its file.
 
@@ -244,7 +243,6 @@ def example(name: str, *, floating_base: str | None = None) -> Scene:
     Raises:
         SceneError: there is none of this name; the message names those that there are.
     """
-    check_arguments(example, locals(), SceneError)
     return read(path_of(name), floating_base=floating_base)
 
 

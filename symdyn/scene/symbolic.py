@@ -28,7 +28,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import fields, replace
 from fractions import Fraction
 
-from symdyn.arguments import argument, check_arguments
+from symdyn.arguments import argument, checked
 from symdyn.errors import SceneError, suggestion
 from symdyn.graph import Graph
 from symdyn.scene.declaration.draft import draft_of, slides
@@ -62,12 +62,12 @@ INERTIAL = (
 Ten = tuple[Quantity, ...]
 
 
+@checked(SceneError)
 def with_symbolic_inertia(scene: Scene, avoid: Collection[str] = ()) -> Scene:
     """Return the scene with mass, first moment and inertia of every body as free parameters; none in `avoid`.
 
     Parameters that nothing uses any longer go.
     """
-    check_arguments(with_symbolic_inertia, locals(), SceneError)
     others = replace(scene, bodies=(), parameters=())
     used = {name for quantity in Quantity.inside(others) for name in quantity.symbols}
     kept = tuple(parameter for parameter in scene.parameters if parameter.name in used)
@@ -160,6 +160,7 @@ STEPS = {"Tx": "a", "Ty": "b", "Tz": "d", "Rx": "alpha", "Ry": "beta", "Rz": "ga
 RIGHT_ANGLES = tuple(mul(Quantity.number(Fraction(k, 2)), Quantity.PI) for k in range(-8, 9))
 
 
+@checked(SceneError)
 def with_symbols(scene: Scene, what: str) -> Scene:
     """Return the scene with parameters in place of numbers, their values; generated code stays the same function.
 
@@ -173,7 +174,6 @@ def with_symbols(scene: Scene, what: str) -> Scene:
     Raises:
         SceneError: `what` is none of these.
     """
-    check_arguments(with_symbols, locals(), SceneError)
     if what not in KINDS:
         raise SceneError(f'symbols for "{what}" are not known; {suggestion(what, KINDS)}')
     taken = {parameter.name for parameter in scene.parameters} | scene.moving_names
@@ -286,6 +286,7 @@ def _gravity(gravity: Vector, names: Names) -> Vector:
     return (x, y, z)
 
 
+@checked(SceneError)
 def bind(scene: Scene, values: Mapping[str, object]) -> Scene:
     """Return the scene with values for some of its parameters, in place of values they may have.
 
@@ -298,7 +299,6 @@ def bind(scene: Scene, values: Mapping[str, object]) -> Scene:
         SceneError: an unknown parameter, no number, or a value that the scene cannot have; with every fault. Or what a
             value without a unit may mean, of a parameter that the scene has in another unit than that of SI.
     """
-    check_arguments(bind, locals(), SceneError)
     ask_for_units(scene.parameters, values.items(), argument("values"))
     return with_values(scene, values)
 

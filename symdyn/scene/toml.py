@@ -14,7 +14,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any, cast
 
-from symdyn.arguments import check_arguments
+from symdyn.arguments import checked
 from symdyn.bounds import BOUNDS
 from symdyn.errors import SceneError, hint, suggestion
 from symdyn.scene.declaration.declare import SECTIONS, Declaration, reading_of
@@ -66,6 +66,7 @@ def read(path: Path | Opened, options: ReadOptions) -> Reading:
     return _reading(text, Faults(str(path)), options)
 
 
+@checked(SceneError)
 def read_text(text: str, source: str = "scene.toml") -> Scene:
     """Return the scene in TOML text.
 
@@ -76,7 +77,6 @@ def read_text(text: str, source: str = "scene.toml") -> Scene:
     Raises:
         SceneError: with every fault of the text, one line each.
     """
-    check_arguments(read_text, locals(), SceneError)
     return _reading(text, Faults(source), ReadOptions()).scene
 
 
@@ -124,7 +124,6 @@ def _refuse_long_keys(text: str, source: str) -> None:
 
 
 def _refuse_many_values(root: Mapping[str, object], source: str) -> None:
-    """Refuse more values, and deeper ones, than any mechanism has."""
     count, level = 0, cast("list[object]", [root])
     for _ in range(DEEPEST):
         inner: list[object] = []
@@ -186,6 +185,8 @@ def _unquoted(row: str, column: int) -> str:
         return f"{value} lacks a digit beside its point; write {float(value)}"
     if re.fullmatch(r"[-+\d.e]+( +[-+\d.e]+)+", value):
         return f"{shorten(value)}: a comma stands between numbers"
+    if re.fullmatch(r"\(.*,.*\)", value):
+        return f"a list stands in [ and ]; write [{shorten(value[1:-1])}]"
     if (straight := value.strip("“”„‘’")) != value:
         return f'{shorten(value)} stands in curly quotes; write "{shorten(straight)}"'
     if value and not re.fullmatch(r"[-+\d._]+|true|false", value):

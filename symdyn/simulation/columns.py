@@ -20,7 +20,7 @@ from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.reactions import unknown_forces, why_no_reactions
 from symdyn.emit import in_latex
 from symdyn.emit.print import PrintName, latex_symbols
-from symdyn.errors import SimulateError, choice, quoted
+from symdyn.errors import SimulateError, choice, listed, quoted
 from symdyn.frozen import dataclass, replace
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.values import LETTERS, Faults, acceleration_name, force_unit
@@ -220,6 +220,10 @@ def missing(name: object, names: Sequence[str], scene: Scene) -> str:
     if name.startswith(LETTERS.reaction) and not any(one.startswith(LETTERS.reaction) for one in names):
         axes = next((one for one in ("ground", "joint") if one in name.split("_")), "body")
         return f"there is no column {name}; {argument('reactions', axes)} adds {LETTERS.reaction}JOINT_fx and others"
+    energies = ("kinetic_energy", "potential_energy", "drive_power", "other_power", "work")
+    simulated = (*scene.point_names, *(one.name for one in scene.outputs), *energies)
+    if more := [one for one in simulated if f"{one}_".startswith(f"{name}_") and one not in names]:
+        return f"there is no column {name}; simulated runs have {listed(more)}, found.simulated() of a solution for one"
     return f"there is no column {name}; {choice(name, names, scene)}"
 
 

@@ -38,6 +38,7 @@ from symdyn.simulation.variations import UNTOLD, variations
 
 if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped]
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 
@@ -278,8 +279,8 @@ class Uncertainty(Shown):
         check_arguments(Uncertainty.drawn, locals(), SimulateError)
         return _filled(self, ()).picture(kind)
 
-    def plot(self, *names: str | Sequence[str]) -> Figure:
-        """Return a figure of matplotlib, which a notebook shows: each column with bands of one and two deviations.
+    def plot(self, *names: str | Sequence[str], axes: Axes | Sequence[Axes] | None = None) -> Figure:
+        """Return a figure of matplotlib: each column with bands of one and two deviations; `axes` as of runs.
 
         Raises:
             UnknownNameError: there is no such column.
@@ -288,7 +289,7 @@ class Uncertainty(Shown):
         check_arguments(Uncertainty.plot, locals(), UnknownNameError)
         filled = _filled(self, [one for some in names for one in ([some] if isinstance(some, str) else some)])
         check_plot()
-        return filled.figure(3 * len(self.t) * len(self.names))
+        return filled.figure(3 * len(self.t) * len(self.names), axes)
 
 
 def _columns(run: Trajectory, requested: Sequence[str]) -> tuple[str, ...]:
@@ -315,7 +316,7 @@ def _filled(uncertainty: Uncertainty, names: Sequence[str]) -> FilledFigure:
         told += f" (and {more} more columns)" if more else ""
         axes[0].set_title(told, loc="left", fontsize=9).set_parse_math(False)
         axes[-1].set_xlabel("$t$, s" if uncertainty.run.columns[0].unit else "$t$")
-        made.align_ylabels(axes)
+        axes[0].figure.align_ylabels(axes)
 
     return FilledFigure(uncertainty.run.scene.name, (8.0, max(2.2, 0.4 + 1.6 * len(shown))), fill)
 

@@ -35,6 +35,8 @@ from symdyn.simulation.prescribed.formulas_in_time import bound, number_of, para
 CONSISTENT, FAR = 1e-9, 1.0
 """By how much a start is moved without a note, rad, m and per s; and from where on it may be that of another place."""
 
+TIP = "tip is the child's frame seen from the joint, child_origin the joint from it"
+
 NOTHING = 1e-9
 """Singular values of columns of N that are zero."""
 
@@ -72,7 +74,9 @@ def closed_start(
     lost = [k for k in order if k not in kept and abs(closed[places[k]] - q[places[k]]) > CONSISTENT]
     N = free_motions(numbers.dimensionless(closed, 1.0))
     for k in (one for one in lost if _rank(N, (*moved, *kept, one)) > _rank(N, (*moved, *kept))):
-        if not drawn and (elsewhere := _elsewhere(numbers, q, [*given], (*moved, *kept, k))) is not None:
+        tried = sorted({*moved, *kept, k})
+        if not drawn and (elsewhere := numbers.closed_elsewhere(q, [*given], tried, DRAWS)) is not None:
+            elsewhere[[*given]] = q[[*given]]
             return closed_start(numbers, elsewhere, given, moved, drawn=True)
         name = numbers.scene.coordinates[places[k]]
         raise SimulateError(
@@ -88,22 +92,9 @@ def _closes(numbers: Numbers, q: Array, held: Sequence[int]) -> bool:
     return numbers.is_closed(found) and not (numbers.singular_angles(found) or numbers.lying_flat(found))
 
 
-def _elsewhere(numbers: Numbers, q: Array, given: Sequence[int], held: Sequence[int]) -> Array | None:
-    """Return the nearest closed position to which random values of what is not given lead, None where there is none."""
-    found = list[Array]()
-    for seed in range(DRAWS):
-        drawn = numbers.drawn(seed)
-        drawn[given] = q[given]
-        if _closes(numbers, drawn, held):
-            found.append(numbers.newton(numbers.normalised(drawn), tuple(sorted({*held}))))
-            found[-1][given] = q[given]
-    return min(found, key=lambda one: float(np.abs(one - q).max()), default=None)
-
-
 def _guessed(
     numbers: Numbers, closed: Array, places: dict[int, int], kept: Sequence[int], lost: Sequence[int]
 ) -> list[str]:
-    """Return what is said of coordinates that were given and not kept."""
     if not lost:
         return []
     coordinates = numbers.scene.coordinates
@@ -360,7 +351,6 @@ def _value(
 def _prescribe(
     scene: Scene, q: Array, u: Array, given: Sequence[int], inputs: Mapping[str, Quantity], faults: Faults
 ) -> None:
-    """Put prescribed motions at t = 0 in their places."""
     graph = Graph()
     motion = prescribed(scene, graph)
     if not motion.place:
@@ -389,12 +379,11 @@ def _closed(
         faults.add("start" if isinstance(fault, DerivationError) else "", str(fault))
         return q, u, []
     closed = np.array(assembly.q)
-    ways = _ways(numbers.scene, closed - q)
-    if ways and not any("start" in note for note in notes):
-        notes.append(f"the start was moved so that the loops close, {ways}")
-        if np.abs(closed - q).max() > FAR and any(loop.tip.steps for loop in numbers.scene.loops):
-            meant = "tip is the child's frame seen from the joint, child_origin the joint from it"
-            notes[-1] += f"; if that is not what was meant: {meant}"
+    ways = _ways(numbers.scene, q, closed)
+    if ways and not any("follow: " in note for note in notes):
+        far = np.abs(closed - q).max() > FAR and any(loop.tip.steps for loop in numbers.scene.loops)
+        meant = f"; if that is not what was meant: {TIP}" if far else ""
+        notes.append(f"{numbers.left_open(q)}; the start was moved so that the loops close, {ways}{meant}")
     try:
         u, more = closed_rates(numbers, closed, u, given_u, moved)
     except DerivationError as fault:
@@ -403,28 +392,31 @@ def _closed(
     return closed, u, [*notes, *more]
 
 
-def _ways(scene: Scene, way: Array) -> str:
-    """Return by how much coordinates were moved, the farthest first, "" if none was."""
+def _ways(scene: Scene, q: Array, closed: Array) -> str:
+    """Return by how much coordinates were moved, and where to, the farthest first, "" if none was."""
+    way = closed - q
     far = [int(k) for k in np.argsort(-np.abs(way), kind="stable") if abs(way[k]) > CONSISTENT]
-    words = [f"{scene.coordinates[k]} by {abs(way[k]):.3g}" for k in far[:NAMED]]
+    words = [f"{scene.coordinates[k]} by {abs(way[k]):.3g} to {closed[k]:.6g}" for k in far[:NAMED]]
     return ", ".join(words) + (f", and {len(far) - NAMED} more" if len(far) > NAMED else "")
 
 
 def singular(system: StateEquations, x: Array) -> str:
-    """Return which velocity moves no mass at a state, shape (nx,), "" if all do; of a tree."""
+    """Return which velocity moves no mass at a state, shape (nx,), "" if all but prescribed ones do; of a tree."""
     scene, graph, n = system.scene, system.mass[0].graph, system.nv
+    free = np.setdiff1d(np.arange(n), scene.prescribed_velocities)
     known = zip((*scene.coordinates, *scene.first_order), x.tolist(), strict=False)  # work stands behind them
     values = values_on(graph, {**system.opened.values, **dict(known)})
     M = np.array(evaluate(system.mass, Floats(), values), dtype=np.float64).reshape(n, n)
     if not np.all(np.isfinite(M)):
         return "the mass matrix has no finite value at the start"
+    M = M[np.ix_(free, free)]
     size = np.sqrt(np.abs(np.diag(M)))
     if np.any(size == 0):
-        return f"{scene.velocities[int(size.argmin())]} moves no mass at the start"
+        return f"{scene.velocities[free[size.argmin()]]} moves no mass at the start"
     eigenvalues, vectors = np.linalg.eigh(M / np.outer(size, size))
-    if eigenvalues[0] > SINGULAR:
+    if eigenvalues.min(initial=1) > SINGULAR:
         return ""
-    velocity = scene.velocities[int(np.abs(vectors[:, 0]).argmax())]
+    velocity = scene.velocities[free[np.abs(vectors[:, 0]).argmax()]]
     return (
         f"the mass matrix is singular at the start, a motion with {velocity} moves no mass; "
         "give another start, or a mass or an inertia"

@@ -280,22 +280,16 @@ def figure(
     """Return a plot as a figure of matplotlib, which a notebook shows; arguments as of `Trajectory.plot`.
 
     Raises:
-        SimulateError: matplotlib is not installed, no such width, or another number of axes than of panels.
+        SimulateError: matplotlib is not installed, or no such width.
+        DrawError: another number of axes than of panels.
         UnknownNameError: a name that chooses nothing.
     """
     parts = panels(trajectory, names, degrees)
     over = None if x is None else panels(trajectory, [x], degrees)[0].curves[0]
     check_plot()
-    if axes is None:
-        count = len(trajectory.t) * sum(len(part.curves) for part in parts)
-        return _plot(trajectory, parts, size_of(width), over).figure(count)
-    given: list[Any] = list(np.atleast_1d(np.asarray(axes, dtype=object)).ravel())
-    if len(given) != len(parts) or not all(hasattr(one, "plot") for one in given):
-        titles = "; ".join(part.title for part in parts)
-        raise SimulateError(f"axes: give axes of matplotlib, one for each of {len(parts)} panels: {titles}")
-    _fill(given, trajectory, parts, over=over)
-    found: Figure = given[0].figure
-    return found
+    count = len(trajectory.t) * sum(len(part.curves) for part in parts)
+    size = size_of(width) if axes is None else replace(size_of(width), headed=False)
+    return _plot(trajectory, parts, size, over).figure(count, axes)
 
 
 def draw(trajectory: Trajectory, kind: str, names: Names = (), width: float | str | None = None) -> bytes:

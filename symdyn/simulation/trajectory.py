@@ -354,7 +354,8 @@ class Trajectory(Shown):
 
         Raises:
             UnknownNameError: there is no such column.
-            SimulateError: matplotlib is not installed, no such width, or another number of axes than of panels.
+            SimulateError: matplotlib is not installed, or no such width.
+            DrawError: another number of axes than of panels.
         """
         check_arguments(Trajectory.plot, locals(), UnknownNameError)
         from symdyn.simulation.panels import figure

@@ -104,7 +104,6 @@ def _entries(scene: Scene, function: str, faults: Faults) -> tuple[str, ...]:
 
 
 def _checked(scene: Scene, one: Measured, call: Called, places: int, faults: Faults) -> Measured | None:
-    """Return a measure that can be read, as a statistic where there is but one point."""
     known = {*call.letters, *(p.name for p in scene.parameters)}
     found = Measure.read(scene, one.formula, faults, more=call.letters, alone="end" if places == 1 else "")
     for name in [] if found is None else dict.fromkeys(n for inside in found.insides for n in inside.symbols):
@@ -146,7 +145,7 @@ def _given(scene: Scene, at: At, faults: Faults) -> tuple[dict[str, Array], str]
     found: dict[str, Array] = {}
     for name, said in entries.items():
         if isinstance(said, str):
-            number = read_number(said, values, f"at: {name}", faults, units.letter(str(name)))
+            number = read_number(said, values, f"at: {name}", faults, units.letter(str(name)), units.scene)
             found[str(name)] = np.asarray(np.nan if number is None else number)
         else:
             array = _array(said)
@@ -157,7 +156,6 @@ def _given(scene: Scene, at: At, faults: Faults) -> tuple[dict[str, Array], str]
 
 
 def _array(specified: Any) -> Array | None:
-    """Return numbers, shape () or (S,); None of what is none."""
     try:
         found = np.asarray(specified)
     except ValueError:  # rows of several lengths
@@ -315,7 +313,6 @@ def _chunk(
     values: Array,
     found: Array,
 ) -> None:
-    """Put measures of a few parameter sets into `found`, shape (n, measures)."""
     columns = {name: values[:, k] for k, name in enumerate(names)}
     arguments, count, places = [], len(values), len(at[TIME])
     for one, usual in zip(call.operands, fixed, strict=True):

@@ -225,7 +225,7 @@ def check_study_plot(path: Path | None, kind: str | None) -> None:
         raise SimulateError(f"plot: {kind} is not known; {suggestion(kind, PLOTS)}")
 
 
-def figure(runs: Runs, measures: Sequence[str] = (), kind: str | None = None) -> Figure:
+def figure(runs: Runs, measures: Sequence[str] = (), kind: str | None = None, axes: Any = None) -> Figure:
     """Return a plot of measures, or of all, as a figure of matplotlib, which a notebook shows.
 
     Raises:
@@ -234,7 +234,7 @@ def figure(runs: Runs, measures: Sequence[str] = (), kind: str | None = None) ->
     """
     filled = _filled(runs, measures, kind)
     CHECKS["plot"]()
-    return filled.figure(len(runs) * len(runs.names))
+    return filled.figure(len(runs) * len(runs.names), axes)
 
 
 def drawn_runs(runs: Runs, form: str, measures: Sequence[str] = (), kind: str | None = None) -> bytes:

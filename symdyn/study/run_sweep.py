@@ -19,7 +19,7 @@ from typing import Any, Unpack
 
 import numpy as np
 
-from symdyn.arguments import check_arguments, native, with_fields
+from symdyn.arguments import checked, native, with_fields
 from symdyn.bounds import BOUNDS
 from symdyn.emit import check_folder
 from symdyn.errors import SimulateError, StudyError, alike
@@ -334,13 +334,13 @@ def sweep(
     return made(job, path, block is not None, scheduler, workers, progress, say)
 
 
+@checked(SimulateError)
 def open(path: str | Path) -> Runs:
     """Return a sweep that is on disk, whole or not.
 
     Raises:
         SimulateError: there is none, or Zarr is not installed.
     """
-    check_arguments(open, locals(), SimulateError)
     return opened(Path(path)).runs()
 
 

@@ -21,6 +21,7 @@ from symdyn.table import Table
 
 if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped]
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 
@@ -282,13 +283,14 @@ class Runs(Shown):
         check_arguments(Runs.indices, locals(), SimulateError)
         return indices(self, measure, level, resamples, seed)
 
-    def plot(self, *outcomes: str, kind: str | None = None) -> Figure:
+    def plot(self, *outcomes: str, kind: str | None = None, axes: Axes | Sequence[Axes] | None = None) -> Figure:
         """Return a figure of matplotlib, which a notebook shows: of all measures, or of some.
 
         Args:
             outcomes: names of measures, or such as `end(q1)` where ends are kept; none for all measures, or else ends.
             kind: a key of `symdyn.study.PLOTS`; None takes what fits: indices for their design, a curve over one
                 name, a heat map over a grid of two, a tornado over a larger one, else histograms.
+            axes: of a figure of yours, one a measure, to draw into; its figure is returned.
 
         Raises:
             SimulateError: no such measure or kind, one that does not fit, no run with a value, or no matplotlib.
@@ -296,7 +298,7 @@ class Runs(Shown):
         check_arguments(Runs.plot, locals(), SimulateError)
         from symdyn.study.plots import figure
 
-        return figure(self, outcomes, kind)
+        return figure(self, outcomes, kind, axes)
 
     def save_plot(self, file: str | Path, kind: str | None = None) -> None:
         """Write a plot of all measures to a .svg, .pdf, .png or .html file; `kind` as of `plot`.

@@ -268,7 +268,7 @@ ERRATA = "errata:"
 """What stands before the key of a step that tells what the textbook has wrong in it."""
 
 
-RESULTS = ("lagrangian", "equation", "explicit", "reduced", "eliminated", "nutation", "result", "impact")
+RESULTS = ("lagrangian", "equation", "explicit", "uniform", "reduced", "eliminated", "nutation", "result", "impact")
 """Steps that end in what a lesson is for, by their key or what stands there before a colon; others are the way."""
 
 BRIEF = frozenset(

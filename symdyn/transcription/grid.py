@@ -296,8 +296,7 @@ class Slopes:
     def _steady(self) -> Array:
         """What steady parts give every entry, shape (nonzeros,)."""
         parts = np.concatenate([np.ravel(part) for part in self._parts(self.problem.guess, True)])
-        found: Array = np.bincount(self._entries[2], parts, len(self.rows)).astype(np.float64)
-        return found
+        return np.asarray(np.bincount(self._entries[2], parts, len(self.rows)).astype(np.float64))
 
     @cached_property
     def _alone(self) -> bool:

@@ -10,6 +10,7 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.dynamics.mechanism import TIME
+from symdyn.errors import listed
 from symdyn.frozen import dataclass, field, replace
 from symdyn.scene import Scene
 from symdyn.simulation import Forces, Impact, Trajectory, change_of, column_words
@@ -115,6 +116,24 @@ def passed(problem: Collocation, z: Array) -> tuple[str, ...]:
             told = f"{one.law.name} {what} inside of an interval of phase {grid.phase[at] + 1}"
             found.append(f"{told}: give more intervals, or another schedule if they do not help")
     return tuple(found)
+
+
+MISSED = 1e-2
+"""Of what a coordinate or velocity goes through, by how much a simulated end may miss what was asked."""
+
+
+def missed(problem: Collocation, found: Trajectory, run: Trajectory) -> tuple[str, ...]:
+    """Return a note where a run with the forces of a solution ends elsewhere than was asked."""
+    if not run.ended:
+        return (f"simulated with its forces, the motion ends before: {run.stopped}",)
+    names, units = (*found.scene.coordinates, *found.scene.velocities), {one.name: one.unit for one in run.columns}
+    far = []
+    for name, k in zip(names, np.concatenate([problem.place["q"][-1], problem.place["u"][-1]]), strict=True):
+        end, asked = float(run[name][-1]), float(problem.lower[k])
+        if asked == problem.upper[k] and abs(end - asked) > max(MISSED * np.ptp(found[name]), CLOSE):
+            far.append(f"{name} = {end:.4g} {units[name]} and not {asked:.4g}".replace("  ", " "))
+    helps = "give more intervals, or follow the motion with feedback=found.track()"
+    return (f"simulated with its forces, the motion ends at {listed(far, 4)}: {helps}",) if far else ()
 
 
 def _driving(problem: Collocation, z: Array) -> Array:

@@ -113,7 +113,8 @@ class Layout:
         known_names("bounds", bounds, columns, faults, scene)
         units, known = SceneUnits(scene), [name for name in bounds if name in columns]
         given = [
-            (name, read_range(bounds[name], f"bounds: {name}", faults, units.letter(name), values)) for name in known
+            (name, read_range(bounds[name], f"bounds: {name}", faults, units.letter(name), values, scene))
+            for name in known
         ]
         for name, (least, most) in [*_limits(scene, self.names, values), *given]:
             if name not in columns:
@@ -162,7 +163,7 @@ class Layout:
                 faults.add(where, f"{name} is a velocity; give it by {argument('end_rates', {name: given[name]})}")
             known_names(where, [name for name in given if name not in odd], names, faults, self.scene)
             for name, text in given.items():
-                x = read_number(text, values, f"{where}: {name}", faults, units.letter(name))
+                x = read_number(text, values, f"{where}: {name}", faults, units.letter(name), self.scene)
                 if name in names and x is not None:
                     self._fix(node, *names[name], name, x, where, lower, upper, faults)
         if faults.lines:
@@ -218,7 +219,6 @@ class Layout:
 def _limits(
     scene: Scene, drives: Sequence[str], values: Mapping[str, Quantity]
 ) -> list[tuple[str, tuple[float, float]]]:
-    """Return what joints may do, by the name of a coordinate, velocity or drive."""
     found: list[tuple[str, tuple[float, float]]] = []
     for joint in scene.moving:
         if len(joint.rates) != 1 or len(joint.coordinates) != 1:
@@ -350,7 +350,9 @@ def collocation(
     functions = source(scene, free, tuple(formulas.items()))
     rates, resting = _resting(scene, end or {}, end_rates)
     limits = [
-        read_range(one, f"path: {name}", faults, Parameter("", unit=SceneUnits(scene).of_formula(formula, {})), values)
+        read_range(
+            one, f"path: {name}", faults, Parameter("", unit=SceneUnits(scene).of_formula(formula, {})), values, scene
+        )
         for (name, one), formula in zip((path or {}).items(), formulas["path"], strict=False)
     ]
     given = {"start": problem.start, "start rates": problem.start_rates, "end": end, "end rates": rates}
@@ -381,7 +383,6 @@ def collocation(
 
 
 def _phased(scene: Scene, phases: Sequence[Mapping[str, object]] | None) -> tuple[Unilateral, ...]:
-    """Return what opens, closes and sticks in phases; SimulateError where phases have none of it, or it no phases."""
     replace(scene, elements=()).refuse_contacts("collocation", SimulateError)
     laws = unilaterals_of(scene) if phases is not None else ()
     if phases is None and scene.unilaterals:
@@ -401,7 +402,6 @@ def _read(
     values: Mapping[str, Quantity],
     faults: Faults,
 ) -> dict[str, tuple[Quantity, ...]]:
-    """Return formulas of the path, the cost and the cost of the end."""
     inputs, states = (tuple(one.name for one in some) for some in (scene.inputs, scene.states))
     state = (TIME, *scene.coordinates, *scene.velocities, *states, *values, *scene.definitions, *scene.point_names)
     instead = (

@@ -13,14 +13,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.algebra import Array
+from symdyn.arguments import suggesting
 from symdyn.dynamics.mechanism import TIME
-from symdyn.errors import SimulateError, listed
+from symdyn.errors import SimulateError, listed, quoted
 from symdyn.frozen import dataclass, field
 from symdyn.graph import gradient, tangents
 from symdyn.rounding import in_digits
@@ -29,7 +30,8 @@ from symdyn.shown import Shown
 from symdyn.simulation import Forces, Impact, Start, Trajectory, compiled_entries, simulate
 from symdyn.transcription.grid import ROWWISE, Places
 from symdyn.transcription.local import PLACES, Source, appearing, argument_of, inputs_of, symbols_of
-from symdyn.transcription.motion import forces_of, impacts_of, passed, phases_of, run_of
+from symdyn.transcription.motion import forces_of, impacts_of, missed, passed, phases_of, run_of
+from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -41,6 +43,7 @@ Weighing = Mapping[str, float] | Sequence[float] | float | Array | None
 """A weight of states or of drives, as of `lqr`."""
 
 
+@suggesting
 def along(problem: Collocation, motion: Trajectory) -> Array:
     """Return z of a motion, shape (size,), by cubic splines between its samples; multipliers are those that fit best.
 
@@ -144,16 +147,21 @@ class Solution(Shown):
         """Return a column of its run, or several; errors as there."""
         return self.run[name]
 
+    def __call__(self, t: object) -> NoReturn:
+        """Raise SimulateError: what is between its points is for a simulation to tell."""
+        raise SimulateError(f".run has numbers at .run.t; .simulated()({quoted(t)}) is the motion at any time")
+
     @property
     def optima(self) -> tuple[Solution, ...]:
         """All optima that were found, this one and the others, best first."""
         return tuple(sorted((self, *self.others), key=lambda one: one.objective))
 
-    @property
+    @cached_property
     def notes(self) -> tuple[str, ...]:
-        """What a user should know: of the problem, of contacts, and what was searched, where that is known."""
-        known = self.searched.led or self.searched.failed
-        return (*self.problem.notes, *passed(self.problem, self.z), *([str(self.searched)] if known else []))
+        """What a user should know: of the problem, of contacts, what its forces miss, and what was searched."""
+        touches, known = self.problem.source.written.contacts.touches, self.searched.led or self.searched.failed
+        beyond = missed(self.problem, self.run, self.simulated()) if self.success and not touches else ()
+        return (*self.problem.notes, *passed(self.problem, self.z), *beyond, *([str(self.searched)] if known else []))
 
     @property
     def duration(self) -> float:
@@ -219,14 +227,14 @@ class Solution(Shown):
         return track(self.run, Q, R, end)
 
     def simulated(self, **options: Any) -> Trajectory:
-        """Return the motion that the forces give, from the same start; `options` are those of `simulate`.
+        """Return the motion that the forces give, from the same start; `options` are those of `simulate`, before these.
 
         It may rest on limits of joints, and goes on where rounding passes one.
         """
         place = self.problem.place
         start = Start(self.z[place["q"][0]], self.z[place["u"][0]], s=self.z[place["s"][0]])
-        options = {"ignore_limits": True} | options
-        return simulate(self.scene, forces=self.forces, until=self.duration, start=start, **options)
+        usual: dict[str, Any] = {"forces": self.forces, "until": self.duration, "start": start, "ignore_limits": True}
+        return simulate(self.scene, **usual | options)
 
 
 WEIGHTS = "weights"
@@ -270,8 +278,7 @@ class Lagrangian:
     def values(self, z: Array, sigma: float, multipliers: Array) -> Array:
         """Return the entries at z, shape (nonzeros,)."""
         parts = np.concatenate([np.zeros(0), *(np.ravel(part) for part in _parts(self, z, sigma, multipliers))])
-        found: Array = np.bincount(self.merged, parts, len(self.rows)).astype(np.float64)
-        return found
+        return np.asarray(np.bincount(self.merged, parts, len(self.rows)).astype(np.float64))
 
 
 def lagrangian(problem: Collocation) -> Lagrangian:

@@ -292,8 +292,7 @@ class Collocation(Shown):
 
     def weights(self, z: Array) -> Array:
         """Return the weight of every stage in an integral, s, shape (S,)."""
-        weights: Array = self.lasting(z, self.stage_phases) * self.grid.quadrature
-        return weights
+        return np.asarray(self.lasting(z, self.stage_phases) * self.grid.quadrature)
 
     @cached_property
     def stage_phases(self) -> Places:

@@ -16,12 +16,12 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.arguments import check_arguments, native, suggesting, walked
+from symdyn.arguments import checked, native, walked
 from symdyn.dynamics import Equations, LoopChoices, Workspace
 from symdyn.dynamics.mechanism import quaternions
 from symdyn.emit import Sources
 from symdyn.emit.code import SINGLE, ShortSines
-from symdyn.errors import VerifyError
+from symdyn.errors import ArgumentError, VerifyError
 from symdyn.frozen import asdict, dataclass, replace
 from symdyn.graph import Expr, Graph, growing, reachable, substitute
 from symdyn.program import Program, lower, prepare as prepare_program, shared
@@ -163,7 +163,7 @@ class Certificate(Shown, Claims):
         facts: dict[str, Any] = asdict(self)
         for name, rows in (("accuracy", self.accuracy), ("blocks", self.blocks), ("written", self.written)):
             facts[name] = [{**asdict(one), "verdict": one.verdict, "passed": one.passed} for one in rows]
-        told: dict[str, Any] = finite(facts | self.verdicts())
+        told: dict[str, Any] = finite(facts | self._verdicts())
         return told
 
     @classmethod
@@ -243,7 +243,7 @@ def _of_blocks(one: Blocks) -> Judged:
 
 
 @growing()
-@suggesting
+@checked(ArgumentError)
 def certify(
     scene: SceneLike,
     outputs: Sequence[str] | None = None,
@@ -283,7 +283,6 @@ def certify(
         VerifyError: a number type that is not measured.
         EmitError: there is no such target or accuracy, or it does not have the number type.
     """
-    check_arguments(certify, locals())
     if targets is not None:
         (targets,) = walked(certify, locals(), "targets")
     if real not in SINGLE:

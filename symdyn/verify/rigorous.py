@@ -103,7 +103,7 @@ class Rigorous(Shown, Claims):
         return tuple(Judged(what, said, _WHY.get(said, "")) for what, said in worst.items())
 
     def as_dict(self) -> dict[str, Any]:
-        facts: dict[str, Any] = finite(asdict(self) | self.verdicts())
+        facts: dict[str, Any] = finite(asdict(self) | self._verdicts())
         return facts
 
 

@@ -103,10 +103,15 @@ def closed_position(
             q = numbers.from_quaternions(numbers.in_quaternions.newton(numbers.to_quaternions(first), ()), first)
         if numbers.is_closed(q):
             if fixed != attempts[0]:
-                names = ", ".join(scene.velocities[k].removesuffix("_dot") for k in attempts[0])
-                notes.append(f"the loops do not close at the start of {names}, which had to move")
+                moved = ", ".join(scene.velocities[k].removesuffix("_dot") for k in attempts[0])
+                notes.append(f"the loops do not close at the start of {moved}, which had to move")
+                notes += mirrored_loops(numbers, bare=True)
             return _looked_at(numbers, q, notes)
         fault = open_loop(numbers, q) or reversed_loop(numbers, q) or ""
+        names = [scene.velocities[k].removesuffix("_dot") for k in fixed]
+        held = [scene.coordinates.index(name) for name in names if name in scene.coordinates]
+        if fixed and locked is None and (at := numbers.closed_elsewhere(first, held, fixed, guesses // 4)) is not None:
+            return _looked_at(numbers, at, ["the loops close from other guesses of the start alone"])
     for seed in range(guesses) if not given else ():
         if numbers.effort > EFFORT:
             break
@@ -114,7 +119,11 @@ def closed_position(
         if numbers.is_closed(q):
             notes.append("no joint has a start: a closed position was found from a random guess; give start")
             return _looked_at(numbers, q, notes)
-    raise DerivationError("; ".join([f"{scene.name}: {fault}", *mirrored_loops(numbers)]))
+    found = numbers.closed_elsewhere(first, [], (), guesses // 4) if given and not locked else None
+    if found is not None:
+        values = ", ".join(f"{name} = {x:.6g}" for name, x in zip(scene.coordinates, found, strict=True))
+        raise DerivationError(f"{scene.name}: {fault}; from other guesses it closes, give a start near {values}")
+    raise DerivationError("; ".join([f"{scene.name}: {fault}", *mirrored_loops(numbers, bare=True)]))
 
 
 def witness(make: Mapping[str, float] | None, numbers: Numbers) -> tuple[Numbers, Assembly]:
@@ -185,7 +194,7 @@ def _looked_at(numbers: Numbers, q: Array, notes: list[str]) -> Assembly:
         here,
         tuple(regular.tolist()),
         tuple(tuple(numbers.from_quaternions(one, q).tolist()) for one in near),
-        tuple(notes),
+        tuple(dict.fromkeys(notes)),
     )
 
 
@@ -215,8 +224,8 @@ MIRRORED, FEW = 1e-2, 6
 """A residual over another that shows which of two mechanisms was meant, when the start is given to some digits."""
 
 
-def mirrored_loops(numbers: Numbers) -> list[str]:
-    """Return which loops a start leaves open that say no `tip`, or close when it is taken for its inverse."""
+def mirrored_loops(numbers: Numbers, bare: bool = False) -> list[str]:
+    """Return which loops a start leaves open that close when `tip` is taken for its inverse, or that have none."""
     scene, q, found = numbers.scene, numbers.start(), list[str]()
     if len(scene.loops) > FEW or not any(joint.start for joint in scene.moving) or numbers.lying_flat(q):
         return found
@@ -228,16 +237,15 @@ def mirrored_loops(numbers: Numbers) -> list[str]:
     for loop in scene.loops:
         own = max([0.0, *(gap for gap, owner in zip(gaps, owners, strict=False) if owner == loop.name)])
         if not loop.tip.steps:
-            told = f"the start leaves the loop {loop.name} open by {own:.3g}; without tip or child_origin its"
-            told += f" joint is at the origin of {loop.child}'s frame: if it is not, write child_origin"
-            found += [told] if own > MIRRORED * lever else []
+            told = f"without tip or child_origin the joint {loop.name} is at the origin of {loop.child}'s frame"
+            found += [f"{told}: if it is not, write child_origin"] if bare and own > MIRRORED * lever else []
             continue
         loops = tuple(replace(one, tip=one.tip.inverse()) if one is loop else one for one in scene.loops)
         other = type(numbers)(replace(scene, loops=loops)).bound_to(numbers.free)
         if np.abs(other.residual(q)).max() < MIRRORED * off:
             found.append(
-                f"the start leaves the loop {loop.name} open by {off:.3g}, and would close it if its tip were its "
-                "child_origin: tip is the child's frame seen from the joint, child_origin the joint seen from that"
+                f"{numbers.left_open(q)}; {loop.name} would close if its tip were its child_origin: "
+                "tip is the child's frame seen from the joint, child_origin the joint seen from that"
             )
     return found
 
@@ -319,4 +327,4 @@ class Levels:
                     x[at] = apply[op](*operands) if op in apply else numbers.functions[op](*operands)
             except FloatingPointError as fault:
                 raise NoValueError(f"{fault} in a formula of the scene") from None
-        return x[self._outputs]
+        return np.asarray(x[self._outputs])

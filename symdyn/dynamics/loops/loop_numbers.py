@@ -21,8 +21,9 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra import Array, Floats
-from symdyn.dynamics.loops.assembly import Levels, closed_position, doubts, witness
+from symdyn.dynamics.loops.assembly import EFFORT, Levels, closed_position, doubts, witness
 from symdyn.dynamics.loops.constraint_rows import FLAT, ContactGap, contact_gaps, recursive
+from symdyn.dynamics.loops.newton import NEGLIGIBLE, missed, newton, open_loop, reversed_loop
 from symdyn.dynamics.loops.sparse_rows import Indices
 from symdyn.dynamics.mechanism.angles import Angles, angles_of, with_angles, with_quaternions, without_angles
 from symdyn.dynamics.mechanism.kinematics import directions
@@ -253,13 +254,11 @@ class Numbers:
 
     @cached_property
     def _forbids_velocity(self) -> npt.NDArray[np.bool_]:
-        """Which rows forbid a velocity, m/s."""
         wrenches = (one.wrench for one in self.constraints.labels)
         return np.array([one is None or not all(x.is_zero for x in one[0]) for one in wrenches], dtype=bool)
 
     @cached_property
     def _turning(self) -> npt.NDArray[np.bool_]:
-        """Which entries of G stand in columns of turns."""
         return np.isin(self._rows.columns, self.angular_velocities)
 
     @cached_property
@@ -352,8 +351,6 @@ class Numbers:
 
     def fitting_rates(self, q: Array, rates: Mapping[int, float]) -> Array:
         """Return velocities that constraint rows allow at q, given some by index, rad/s or m/s; see `consistent`."""
-        from symdyn.dynamics.loops.newton import NEGLIGIBLE
-
         scene, given = self.scene, list(rates)
         u = np.zeros(self.state.n)
         u[given] = list(rates.values())
@@ -375,14 +372,10 @@ class Numbers:
 
     def newton(self, q: Array, locked: Sequence[int]) -> Array:
         """Return where Newton's method with line search ends, closed or not; `locked` velocities do not move."""
-        from symdyn.dynamics.loops.newton import newton
-
         return newton(self, q, locked)
 
     def is_closed(self, q: Array) -> bool:
         """Whether every loop is closed, and the right way round."""
-        from symdyn.dynamics.loops.newton import open_loop, reversed_loop
-
         return open_loop(self, q) is None and reversed_loop(self, q) is None
 
     def closed_position(self, guess: Array | None = None, locked: Sequence[int] | None = None) -> Assembly:
@@ -407,6 +400,22 @@ class Numbers:
 
         numbers, assembly = self.witness(dict(closing.parameters))
         return loop_decisions_at(numbers, assembly, closing), numbers
+
+    def closed_elsewhere(self, q: Array, given: Sequence[int], locked: Sequence[int], draws: int) -> Array | None:
+        """Return the closed position next to q to which random guesses lead, given coordinates as at q; or None."""
+        found = list[Array]()
+        for seed in range(draws if self.effort < EFFORT else 0):
+            drawn = self.drawn(seed)
+            drawn[given] = q[given]
+            at = self.newton(self.normalised(drawn), locked)
+            found += [at] if self.is_closed(at) and not (self.singular_angles(at) or self.lying_flat(at)) else []
+        return min(found, key=lambda one: float(np.abs(one - q).max()), default=None)
+
+    def left_open(self, q: Array) -> str:
+        """Return which loop a start leaves open most, and by how much."""
+        r = np.abs(self.residual(q))
+        label = self.constraints.labels[int(r.argmax())]
+        return f"the start leaves {label.words} open: {missed(label, self, q, r.max())}"
 
     def doubts(self, q: Array) -> list[str]:
         """Return which contacts are off their plane at q, and which loops may be mirrored."""

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from symdyn.arguments import check_arguments
+from symdyn.arguments import checked
 from symdyn.errors import ArgumentError, choice
 
 PARTS = {"linear": slice(0, 3), "angular": slice(3, 6), "all": slice(None)}
 
 
+@checked(ArgumentError)
 def singular_values(jacobian: Any, part: str = "linear") -> Any:
     """Return the singular values of Jacobians, largest first: half the axes of the ellipsoid of velocities.
 
@@ -33,7 +34,6 @@ def singular_values(jacobian: Any, part: str = "linear") -> Any:
     """
     import numpy as np
 
-    check_arguments(singular_values, {"part": part})
     if part not in PARTS:
         raise ArgumentError(f"part = {part!r} is not known; {choice(part, PARTS)}")
     try:
@@ -46,6 +46,7 @@ def singular_values(jacobian: Any, part: str = "linear") -> Any:
     return np.linalg.svd(J[..., PARTS[part], :], compute_uv=False)
 
 
+@checked(ArgumentError)
 def manipulability(jacobian: Any, part: str = "linear") -> Any:
     """Return Yoshikawa's measure of Jacobians, shape (...): √det(J Jᵀ), the product of `singular_values`.
 

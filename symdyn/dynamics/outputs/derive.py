@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from math import prod
 from typing import ClassVar
 
-from symdyn.arguments import argument, check_arguments
+from symdyn.arguments import argument, checked
 from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.dynamics.mechanism.linear_solve import Singular, moves_no_mass
 from symdyn.dynamics.mechanism.state import INPUTS, STATES, TIME, has_motion, letters_of, refuse_ideal_friction
@@ -32,7 +32,7 @@ from symdyn.dynamics.outputs.requests import (
 from symdyn.dynamics.outputs.result_labels import flagged_entries
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.dynamics.recursive.table_loops import TableLoop
-from symdyn.errors import DerivationError, choice, listed
+from symdyn.errors import ArgumentError, DerivationError, choice, listed
 from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Op, growing, reachable
 from symdyn.scene import Scene, SceneLike, scene_of
@@ -43,6 +43,7 @@ TREE_TEXT = "; of the spanning tree, as if nothing closed it"
 
 
 @growing()
+@checked(ArgumentError)
 def derive(
     scene: SceneLike,
     outputs: Sequence[str] | None = None,
@@ -69,7 +70,6 @@ def derive(
     Raises:
         DerivationError: an unknown output, formulation, body or point, or equations that do not exist.
     """
-    check_arguments(derive, locals())
     scene = scene_of(scene)
     workspace = Workspace(scene, closing)
     wanted = expected(scene) if outputs is None else outputs

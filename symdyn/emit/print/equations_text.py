@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from symdyn.algebra import Form
-from symdyn.arguments import argument, check_arguments, suggesting
+from symdyn.arguments import argument, check_arguments, checked
 from symdyn.dynamics import ClosedForm, closed_form
 from symdyn.emit.print.formula_text import Latex, rounded, text_of
 from symdyn.emit.print.printable import ENTRYWISE, Printable
@@ -295,7 +295,7 @@ class EquationsOfMotion(Shown, BySympy):
         return self.sympy().lambdify(values)
 
 
-@suggesting
+@checked(EmitError)
 def equations(
     scene: SceneLike, formulation: str = "lagrange", values: Mapping[str, object] | None = None
 ) -> EquationsOfMotion:
@@ -317,7 +317,6 @@ def equations(
     >>> symdyn.equations(symdyn.example("pendulum")).sympy().M
     Matrix([[l**2*m]])
     """
-    check_arguments(equations, locals(), EmitError)
     if formulation not in FORMULATIONS:
         raise EmitError(f"there is no formulation {quoted(formulation)}; {choice(formulation, FORMULATIONS)}")
     return EquationsOfMotion(scene_of(scene, values).in_numbers([*(values or ())]), formulation)

@@ -40,6 +40,12 @@ class PrintName:
         return cls(head(letter), ",".join(index))
 
     @classmethod
+    def of_latex(cls, latex: str) -> PrintName:
+        """Return LaTeX as head and subscript, where a letter has one."""
+        parts = re.fullmatch(r"(\\?[A-Za-z]+)_(?:\{((?:[^{}]|\{[^{}]*\})*)\}|(\w))", latex)
+        return cls(parts[1], parts[2] or parts[3]) if parts else cls(latex)
+
+    @classmethod
     def of_code(cls, name: str) -> PrintName:
         """Return how a name of code is printed.
 
@@ -97,7 +103,8 @@ def latex_symbols(scene: Scene, others: Iterable[str] = (), moving: Iterable[str
     velocities = set(scene.velocities)
 
     def enter(name: str, latex: str | None = None) -> PrintName:
-        shown = _declared(latex) if latex else _of_frame(name) if name in velocities else PrintName.of_code(name)
+        unsaid = _of_frame if name in velocities else PrintName.of_code
+        shown = PrintName.of_latex(latex) if latex else unsaid(name)
         if LatexSymbol(str(shown)).letters in taken:
             shown = PrintName(f"\\mathtt{{{in_latex(name)}}}")
         taken.add(LatexSymbol(str(shown)).letters)
@@ -122,13 +129,12 @@ def latex_symbols(scene: Scene, others: Iterable[str] = (), moving: Iterable[str
         if letter.of:
             second = letter.of in scene.rates.values()
             found[letter.name] = entered[letter.of].accented("ddot" if second else "dot")
-    for state in scene.states:
-        found[acceleration_name(state.name)] = PrintName(found[state.name]).accented("dot")
-    for drive in scene.drives:
-        if drive and drive not in found:
-            enter(drive)
-    for name in others:
-        enter(name)
+    rates = {acceleration_name(name): name for name in entered}
+    for name in (*(acceleration_name(state.name) for state in scene.states), *filter(None, scene.drives), *others):
+        if name in rates:
+            found.setdefault(name, entered[rates[name]].accented("dot"))
+        elif name not in found:
+            enter(name)
     for name in moving:
         shown, rate = enter(name), velocity_name(name)
         found |= {rate: shown.accented("dot"), acceleration_name(rate): shown.accented("ddot")}
@@ -143,11 +149,6 @@ def _of_frame(velocity: str) -> PrintName:
     joint, kind, axis = found.groups()
     index = [axis, *re.findall(r"[A-Za-z]+|\d+", joint)]
     return PrintName("v" if kind == "v" else r"\omega", ",".join(map(_upright, index)))
-
-
-def _declared(latex: str) -> PrintName:
-    parts = re.fullmatch(r"(\\?[A-Za-z]+)_(?:\{([^{}]*)\}|(\w))", latex)
-    return PrintName(parts[1], parts[2] or parts[3]) if parts else PrintName(latex)
 
 
 RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
@@ -329,7 +330,7 @@ class Letters:
         symbols, found = latex_symbols(self.scene), dict[str, str]()
         for name in (parameter.name for parameter in self.scene.parameters):
             if self._clashes(symbols[name]):
-                shown = _declared(symbols[name])
+                shown = PrintName.of_latex(symbols[name])
                 index = (",".join(filter(None, (shown.subscript, "p" * k))) for k in count(1))
                 offered = (str(replace(shown, subscript=one)) for one in index)
                 found[name] = next(x for x in offered if x not in symbols.values() and not self._clashes(x))

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from math import prod
 from typing import Any
 
-from symdyn.arguments import argument
+from symdyn.arguments import argument, suggesting
 from symdyn.emit.code.spelling import ShortSines, find_real
 from symdyn.emit.code.target import Sources, Target
 from symdyn.emit.render import render
@@ -77,6 +77,7 @@ TARGETS = Targets(
 
 
 @growing()
+@suggesting
 def emit(
     program: Program,
     target: str = NUMPY.name,

@@ -8,10 +8,10 @@ from importlib import import_module
 from importlib.util import find_spec
 from typing import Any
 
-from symdyn.arguments import check_arguments, suggesting
+from symdyn.arguments import checked
 from symdyn.dynamics import LoopChoices, request_of
 from symdyn.emit.code import ShortSines
-from symdyn.errors import BuildError, EmitError, MissingProgram, choice
+from symdyn.errors import ArgumentError, BuildError, EmitError, MissingProgram, choice
 from symdyn.extras import install
 from symdyn.frozen import dataclass, replace
 from symdyn.runtime.loaded import Loaded, loaded, names_of, values_of
@@ -48,7 +48,7 @@ BACKENDS: dict[str, Backend] = {
 }
 
 
-@suggesting
+@checked(ArgumentError)
 def load(
     scene: SceneLike,
     functions: str | Sequence[str] | None = None,
@@ -104,7 +104,6 @@ def load(
             machine or backend, or one whose package is not installed.
         EmitError: there is no such accuracy, or the backend does not have it.
     """
-    check_arguments(load, locals())
     row = find_backend(backend)
     if ShortSines.find(accuracy) and row.package:
         raise EmitError(f"accuracy {accuracy} is for NumPy's arrays, not for those of {row.title}; leave it out")

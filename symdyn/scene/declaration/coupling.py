@@ -19,7 +19,7 @@ from collections.abc import Mapping, Sequence
 from functools import reduce
 from typing import Any
 
-from symdyn.arguments import check_arguments
+from symdyn.arguments import checked
 from symdyn.errors import SceneError, listed, suggestion
 from symdyn.frozen import dataclass, replace
 from symdyn.scene.declaration.dimensions import analysed
@@ -143,7 +143,6 @@ def read_mimic(table: EntryReader) -> Mimic | None:
 
 
 def _of_wheels(table: EntryReader, led: Quantity, own: Quantity) -> Quantity:
-    """Return the ratio of two wheels that mesh."""
     for radius in (led, own):
         fits_place(table, RADII.name, radius, ("m", "1"))
     ratio = folding.div(led, own)
@@ -200,7 +199,6 @@ def couple(joints: Sequence[Joint], mimics: Sequence[Mimic | None], tables: Sequ
 
 
 def _leaders(mimic: Mimic, joints: Sequence[Joint], table: EntryReader) -> list[_Leader]:
-    """Return what a joint follows; with a fault, and no number, where it cannot be followed."""
     index = {joint.name: i for i, joint in reversed(list(enumerate(joints)))}
     found = []
     for name, ratio in mimic.ratios:
@@ -217,7 +215,6 @@ def _leaders(mimic: Mimic, joints: Sequence[Joint], table: EntryReader) -> list[
 def _followed_joint(
     name: str, said: str, joints: Sequence[Joint], index: Mapping[str, int], table: EntryReader
 ) -> int | None:
-    """Return the index of the joint that a joint follows; None, and a fault, if it cannot be followed."""
     if name not in index:
         if name:
             table.fault(f"{said} is not a joint; {suggestion(name, index)}")
@@ -233,7 +230,6 @@ def _followed_joint(
 
 
 def _followed_coordinate(name: str, said: str, key: str, joints: Sequence[Joint], table: EntryReader) -> str:
-    """Return the coordinate that a mimic names; a fault if it cannot be followed."""
     leader = next((joint for joint in joints if name in joint.coordinates), None)
     if name and leader is None:
         known = [q for joint in joints for q in joint.coordinates]
@@ -246,7 +242,6 @@ def _followed_coordinate(name: str, said: str, key: str, joints: Sequence[Joint]
 
 
 def _followed(one: _Leader, joints: Sequence[Joint]) -> Joint | None:
-    """Return the joint that is followed, None where it is not known."""
     if one.joint is not None:
         return joints[one.joint]
     return next((other for other in joints if one.coordinate in other.coordinates), None)
@@ -348,10 +343,11 @@ def read_locks(joints: Sequence[Entry], faults: Faults) -> dict[str, Quantity]:
             faults.add(entry.where, f"locked = {show(locked)} is neither true nor false")
         elif raw is not None:
             meant = "a place in space is its origin" if isinstance(raw, list | tuple) else "write locked = true"
-            faults.add(entry.where, f"position is where a locked joint stands; {meant}, or leave it out")
+            faults.add(entry.where, f"position is where a locked joint stands; {meant}, or motion where it moves")
     return positions
 
 
+@checked(SceneError)
 def lock(scene: Scene, positions: Mapping[str, Quantity | str | float], faults: Faults | None = None) -> Scene:
     """Return the scene with some joints fixed.
 
@@ -363,7 +359,6 @@ def lock(scene: Scene, positions: Mapping[str, Quantity | str | float], faults: 
     Raises:
         SceneError: a position that is no constant or no formula, or nothing left that moves.
     """
-    check_arguments(lock, locals(), SceneError)
     faults = faults or Faults(scene.source or scene.name)
     parameters = {parameter.name for parameter in scene.parameters}
     known: dict[str, Quantity] = {}

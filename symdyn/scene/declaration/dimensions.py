@@ -18,7 +18,7 @@ from symdyn.graph import Op
 from symdyn.scene.declaration.draft import Use, draft_of, uses
 from symdyn.scene.forces.constraints import Formula
 from symdyn.scene.joints.joint_table import JOINTS
-from symdyn.scene.values.dimension import FORCE, LENGTH, POWER, TORQUE, Dimension, force_unit
+from symdyn.scene.values.dimension import FORCE, LENGTH, NUMBER, POWER, TORQUE, Dimension, force_unit
 from symdyn.scene.values.dimensional_analysis import Analysis, Measure, Pair, TermPlace, terms
 from symdyn.scene.values.entry import Faults, shown
 from symdyn.scene.values.folding import fraction
@@ -91,11 +91,19 @@ def analysed(scene: Scene, uses: Iterable[Use], more: Mapping[str, str] | None =
 
 
 def check_dimensions(scene: Scene, uses: Iterable[Use], faults: Faults) -> None:
-    """Report terms of letters alone that measure something else than what is asked for, or than each other."""
+    """Report terms that measure something else than is asked for; a parameter that fits nowhere at its own line."""
     uses = tuple(uses)
     found = analysed(scene, uses)
+    ratios = [(pair, pair.ratio) for pair in found.pairs] if found.wrong else []
+    right = {one for pair, by in ratios if not by.letters and by.dimension == NUMBER for one in _symbols(pair)}
+    alone = {one for pair in found.wrong for one in _symbols(pair) if {*_symbols(pair)} == {one}}
     for pair in found.wrong:
-        faults.add(pair.place.where, f"{words(pair, found)}; {ADVICE}, or {faults.unchecked}")
+        where, told = pair.place.where, words(pair, found)
+        if blamed := sorted((alone & found.said - right).intersection(_symbols(pair))):
+            told = f"{blamed[0]} fits nowhere: {': '.join(filter(None, (where, told)))}"
+            where = f"parameters.{blamed[0]}"
+        if not (blamed and faults.told(where, f"{blamed[0]} fits")):
+            faults.add(where, f"{told}; {ADVICE}, or {faults.unchecked}")
     for use in (one for one in uses if one.other):
         own = found.of(use.quantity)
         if not (own.letters or own.numbers) and own.dimension not in (dimension_of(use.unit), dimension_of(use.other)):
@@ -363,12 +371,10 @@ def _unit_of(name: str, known: Analysis) -> str:
 
 @lru_cache(16)
 def _analysis(scene: Scene) -> Analysis:
-    """Return what the formulas of a scene tell of the dimensions of its letters."""
     return analysed(scene, (use for use in uses(draft_of(scene)) if use.quantity.symbols))
 
 
 def _looked_at(scene: Scene, formula: Quantity, units: Mapping[str, str]) -> str:
-    """Return the unit that the dimensions of a formula tell, "" where they do not."""
     if not formula.symbols:
         return ""
     found = analysed(scene, (), units).of(formula)

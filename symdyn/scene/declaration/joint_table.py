@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import Any, TypeGuard
 
-from symdyn.errors import choice
+from symdyn.errors import choice, hint
 from symdyn.frozen import dataclass, field, replace
 from symdyn.scene.declaration.coupling import LOCKED, MIMIC, RATIOS, Mimic, couple, read_mimic, said_mimic
 from symdyn.scene.forces.force_kind import Scope
@@ -20,6 +20,7 @@ from symdyn.scene.values.description import DESCRIBED
 from symdyn.scene.values.dimensional_analysis import fits_place
 from symdyn.scene.values.entry import Entry, EntryReader, Faults, as_list, plain, quantities, show
 from symdyn.scene.values.folding import mul
+from symdyn.scene.values.grammar import check_scene_name
 from symdyn.scene.values.joint import Joint, velocity_name
 from symdyn.scene.values.key import Key, KeyGroup, Part, fields_of, keys_of, number, optional, raw_of, shape_of, word
 from symdyn.scene.values.quantity import NULL, FormulaError, Quantity, spell
@@ -153,7 +154,6 @@ COORDINATES = KeyGroup(
 
 
 def _drives(table: EntryReader, at: Standing) -> tuple[str | None, ...]:
-    """Return the names of the drives, one a velocity, None where it is passive."""
     default = at.drives
     key = _either(table, *DRIVES.keys)
     raw = plain(table.raw.get(key, True))
@@ -161,10 +161,9 @@ def _drives(table: EntryReader, at: Standing) -> tuple[str | None, ...]:
         return (None,) * len(default)
     if raw is True:
         return default
-    if "" in as_list(raw):
-        table.fault(
-            f"{key} = {show(raw)} is no name; give one such as {show(default[0])}, or false where it is passive"
-        )
+    if any(isinstance(one, str) and (check_scene_name(one) or one.lower() in NO_DRIVE) for one in as_list(raw)):
+        told = f"{show(default[0])}, false where it is passive; motion prescribes it, force acts beside"
+        table.fault(f"{key} = {show(raw)} is no name; give one such as {told}")
         return default
     if len(default) == 1 and key == DRIVES.keys[0] and not isinstance(raw, (list, tuple)):
         return (table.text(key, default[0]) or default[0],)
@@ -188,6 +187,8 @@ def _said_drives(joint: Joint, at: Standing) -> dict[str, object]:
     return _one_or_more(DRIVES.keys, [name or False for name in joint.drives])
 
 
+NO_DRIVE = ("none", "false", "true", "no", "yes", "off", "on", "passive")
+
 DRIVE: Shape = {"anyOf": [LETTER, FLAG, {"type": "array", "items": {"anyOf": [LETTER, FLAG]}}]}
 
 DRIVES = KeyGroup(
@@ -202,7 +203,6 @@ DRIVES = KeyGroup(
 
 
 def _acting(forces: tuple[Quantity, ...]) -> tuple[Quantity, ...]:
-    """Return forces, none where all are zero."""
     return forces if any(force != Quantity.ZERO for force in forces) else ()
 
 
@@ -286,7 +286,6 @@ def acts(friction: object) -> TypeGuard[Mapping[str, object]]:
 
 
 def _friction(table: EntryReader, at: Standing) -> dict[str, Any]:
-    """Return dry friction as data, and as it enters the equations."""
     raw = table.raw.get("friction")
     if not acts(raw):
         return {"friction": DRY.declared(table), "dry": None}
@@ -399,7 +398,6 @@ def _shape(table: EntryReader, kind: str) -> tuple[tuple[str, Any], ...]:
 
 
 def _type(table: EntryReader) -> str:
-    """Return a key of `JOINTS`; `STAND_IN` for what is none."""
     kind = str(place_keys()[0].fields(table, None)["type"])
     if kind in JOINTS:
         own = {key.name for key in JOINTS[kind].keys}
@@ -407,13 +405,12 @@ def _type(table: EntryReader) -> str:
         _refuse(table, strange, f"a {kind} joint")
         return kind
     if kind:
-        table.fault(f'type = "{kind}" is not a joint; {choice(kind, JOINTS)}')
+        table.fault(f'type = "{kind}" is not a joint; {hint("types", kind) or choice(kind, JOINTS)}')
     table.faults.nameless(table.entry.where, "type", kind)
     return STAND_IN
 
 
 def _placed(table: EntryReader, kind: str, shape: tuple[tuple[str, Any], ...]) -> Joint:
-    """Return a joint of its type and frames, without coordinates."""
     return Joint(table.entry.name, kind, shape=shape, **fields_of((DESCRIBED, PARENT, CHILD, ORIGIN, BEHIND), table))
 
 

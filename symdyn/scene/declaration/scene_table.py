@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
 from typing import Any
 
 from symdyn.bounds import BOUNDS
-from symdyn.errors import suggestion
+from symdyn.errors import choice, suggestion
 from symdyn.scene.declaration.reading import read_coherent, read_valued, said_value
 from symdyn.scene.values.body import OUTLINES, Body, Outline, Particle
 from symdyn.scene.values.description import DESCRIBED
-from symdyn.scene.values.entry import Entry, EntryReader, plain, show, shown, vector
+from symdyn.scene.values.entry import Entry, EntryReader, as_vector, plain, show, shown, vector
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.joint import acceleration_name, velocity_name
 from symdyn.scene.values.key import (
@@ -55,9 +56,20 @@ def _gravity(table: EntryReader, key: str, usual: Vector) -> Vector:
     if raw is False or (isinstance(raw, str) and raw == "none"):
         return NULL
     if key in table and not isinstance(plain(raw), list | tuple):
-        table.fault(f'{key} = {show(raw)} is not a vector; give a vector such as [0, 0, -9.81], or "none"')
+        table.fault(f"{key} = {show(raw)} is not a vector; {_fall(raw)}")
         return NULL
     return table.vector(key, usual if key not in table else NULL)
+
+
+def _fall(raw: object) -> str:
+    """Return what to write for gravity that is no vector: a letter, a size, or what says that there is none."""
+    text = str(raw).strip().lower()
+    size = re.match(r"[+-]?(\d+\.?\d*)", text)
+    if text in ("off", "no", "zero", "0", "0.0", "none"):
+        return 'write gravity = "none"'
+    listed = as_vector(text[-1:] if len(text) < 3 else text, "-9.81") or (f"[0, 0, -{size[1]}]" if size else "")
+    listed = listed or ('[0, 0, "-g"]' if text.lstrip("-") == "g" else "")
+    return f"write gravity = {listed}" if listed else 'give a vector such as [0, 0, -9.81], or "none"'
 
 
 def _dimensionless(table: EntryReader, key: str, usual: bool) -> bool:
@@ -148,7 +160,6 @@ def _inertia(table: EntryReader, key: str, nothing: Inertia) -> Inertia:
 
 
 def _said_inertia(inertia: Inertia) -> object:
-    """Return a diagonal, or a table of the entries that are not zero."""
     if not any(entry != Quantity.ZERO for entry in inertia[3:]):
         return inertia[:3]
     return {key: entry for key, entry in zip(INERTIA_KEYS, inertia, strict=True) if entry != Quantity.ZERO}
@@ -205,14 +216,13 @@ def _particles(table: EntryReader, key: str, usual: tuple[Particle, ...]) -> tup
 
 
 def _outline(table: EntryReader, key: str, usual: Outline | None) -> Outline | None:
-    """Return what a body looks like, from a word or a table with sizes."""
     raw = plain(table.raw.get(key, usual))
     if raw is None or isinstance(raw, Outline):
         return raw
     given: Mapping[str, object] = raw if isinstance(raw, Mapping) else {"type": raw}
     if not isinstance(given.get("type"), str) or given["type"] not in OUTLINES:
-        known = ", ".join(f'"{word}"' for word in OUTLINES)
-        table.fault(f"{key} = {show(raw)} is not known; write one of {known}, or a table with such a type")
+        told = f"{choice(given.get('type'), OUTLINES)}, or a table with such a type and sizes"
+        table.fault(f"{key} = {show(raw)} is not known; {told}")
         return None
     kind = OUTLINES[str(given["type"])]
     keys = ("type", *(() if kind.axis is None else ("axis",)), *kind.sizes)
@@ -232,7 +242,6 @@ def _outline(table: EntryReader, key: str, usual: Outline | None) -> Outline | N
 
 
 def _said_outline(outline: Outline | None) -> object:
-    """Return a word, or a table where more than that is given."""
     assert outline is not None, "what is none is not written"
     more = dict(outline.sizes) | ({"axis": outline.axis} if outline.axis else {})
     return {"type": outline.type, **more} if more else outline.type

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 
-from symdyn.errors import listed, nearest, suggestion
+from symdyn.errors import hint, listed, nearest, suggestion
 from symdyn.graph import Graph, Op
 from symdyn.scene.declaration.dimensions import check_dimensions
 from symdyn.scene.declaration.draft import KINDS, Draft, Use, judge, uses
@@ -107,6 +107,8 @@ def _why(name: str, use: Use, scene: Scene, motion: dict[str, None]) -> str:
     if name == CLOCK:
         return "uses t, the time; only forces, loads and prescribed motions may depend on it"
     if name in motion:
+        if use.key == "motion":
+            return f'uses {name}, which moves; write mimic = {{ joint = "leader", ratio = 2 }} for what follows a joint'
         return f"uses {name}, which moves; only the force of a joint, loads and rows may depend on what moves"
     for one in scene.inputs:
         if name in (of := (f"{one.name}_dot", f"{one.name}_ddot")):
@@ -117,6 +119,8 @@ def _why(name: str, use: Use, scene: Scene, motion: dict[str, None]) -> str:
     over_time = f", or [inputs.{name}] over time" if CLOCK in use.allowed else ""
     near = nearest(name, sorted(use.allowed))
     known += [near] if near and near not in known else []
+    if constant := hint("characters", name):
+        return f"uses the undefined symbol {name}; {constant}"
     return f"uses the undefined symbol {name}; declare it in parameters ({suggestion(name, known)}){over_time}"
 
 

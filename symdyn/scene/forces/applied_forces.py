@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from math import comb, pi
 from typing import Literal
 
-from symdyn.arguments import check_arguments, suggesting
+from symdyn.arguments import checked, suggesting
 from symdyn.errors import SceneError
 from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph, Op
@@ -166,7 +166,7 @@ SPRING = ForceKind(
 )
 
 
-@suggesting
+@checked(SceneError)
 def spring(
     name: str,
     *,
@@ -188,7 +188,6 @@ def spring(
         preload: force there, N m or N.
         text: a description, which lessons and pictures call it by.
     """
-    check_arguments(spring, locals(), SceneError)
     law = {"stiffness": stiffness, "free": free, "preload": preload}
     return entry("springs", name, joint=joint, **as_keys(ends), **law, text=text)
 
@@ -260,7 +259,7 @@ DAMPER = ForceKind(
 )
 
 
-@suggesting
+@checked(SceneError)
 def damper(
     name: str,
     *,
@@ -270,7 +269,6 @@ def damper(
     text: str = "",
 ) -> Entry:
     """Declare a viscous damper: c1, or c1, c3, ... of the force c1 v + c3 v^3 + ...; ends as in `spring`."""
-    check_arguments(damper, locals(), SceneError)
     return entry("dampers", name, joint=joint, **as_keys(ends), damping=damping, text=text)
 
 

@@ -194,7 +194,8 @@ class Ends(Part):
             joints = {joint.name: joint for joint in scene.joints}
             joint = joints.get(one.joint)
             if joint is None:
-                stand.fault(f'joint = "{one.joint}" is not a joint of the tree; {suggestion(one.joint, joints)}')
+                of = next((joint.name for joint in scene.joints if one.joint in joint.coordinates), one.joint)
+                stand.fault(f'joint = "{one.joint}" is not a joint of the tree; {suggestion(of, joints)}')
             elif not joint.coordinate and joint.coupling is None:
                 many = f"has {len(joint.coordinates)} coordinates" if joint.coordinates else "does not move"
                 stand.fault(f'joint = "{one.joint}" {many}; name one with one, or two points by from and to')

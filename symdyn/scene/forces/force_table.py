@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from symdyn.errors import suggestion
+from symdyn.errors import hint, suggestion
 from symdyn.frozen import replace
 from symdyn.scene.forces.applied_forces import DAMPER, FRICTION, LOAD, SPRING
 from symdyn.scene.forces.constraints import FORMULA, KNIFE_EDGE, ROLLING, Formula, lacks_place
@@ -78,7 +78,9 @@ def _read(entry: Entry, kinds: Mapping[str, ForceKind], scope: Scope, faults: Fa
     type_ = entry.table.get("type", next(iter(kinds))) if own else next(iter(kinds))
     if not isinstance(type_, str) or type_ not in kinds:
         noun = next(iter(kinds.values())).section.removesuffix("s")
-        faults.add(entry.where, f"type = {show(type_)} is not a {noun}; {suggestion(str(type_), kinds)}")
+        known = suggestion(str(type_), kinds)
+        told = known if known.startswith("did you mean") else hint("types", str(type_)) or known
+        faults.add(entry.where, f"type = {show(type_)} is not a {noun}; {told}")
         return None
     kind = kinds[type_]
     table = EntryReader(entry, faults, (*own, *keys_of(kind.parts)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from fractions import Fraction
@@ -169,9 +170,9 @@ class EntryReader:
         self.entry, self.faults, self.raw = entry, faults, entry.table
         for key in entry.table:
             if key not in keys:
-                section, _, name = entry.where.partition(".")
+                section, _, name = entry.where.rpartition(": ")[2].partition(".")
                 near = "stiffness" if nearest(str(key), (*keys, "stiffness")) == "stiffness" else str(key)
-                told = hint("keys", near, [section] if ":" not in name else ()).replace("$", name)
+                told = hint("keys", near, [section]).replace("$", name)
                 self.fault(f"unknown key {show(str(key))}; {told or suggestion(str(key), keys)}")
 
     def fault(self, what: str) -> None:
@@ -226,7 +227,7 @@ class EntryReader:
 
     def refuse(self, key: str, error: FormulaError) -> None:
         """Report a value that its reader refused."""
-        shown, reason = show(self.raw[key]), str(error)
+        shown, reason = show(self.raw[key]), str(error).replace("write [", f"write {key} = [")
         if reason.startswith(shown):  # the formula reader quotes the text itself
             self.fault(f"{key} = {reason}")
         else:
@@ -246,10 +247,21 @@ def vector(value: object) -> Vector:
     """
     value = plain(value)
     if not isinstance(value, (list, tuple)):
-        raise FormulaError("is not a list of three; give one such as [0, 0, 1]")
+        listed = as_vector(value)
+        raise FormulaError(f"is not a list of three; {f'write {listed}' if listed else 'give one such as [0, 0, 1]'}")
     if len(value) != 3:
-        raise FormulaError(f"has {len(value)} entries; three are needed, such as [0, 0, 1]")
+        has = "1 entry" if len(value) == 1 else f"{len(value)} entries"
+        raise FormulaError(f"has {has}; three are needed, such as [0, 0, 1]")
     return (quantity(value[0]), quantity(value[1]), quantity(value[2]))
+
+
+def as_vector(value: object, size: str = "1") -> str:
+    """Return the list of three that text means: a letter, "-x", or three numbers; "" where it means none."""
+    text = str(value).strip().lower()
+    letter = re.fullmatch(r"([+-]?) ?(?:e_?)?([xyz])(?:[ _-]?axis)?", text)
+    parts = [letter[1].strip("+") + size if letter[2] == one else "0" for one in "xyz"] if letter else []
+    parts = parts or [one for one in re.split(r"[\s,;]+", text.strip("()[]")) if re.fullmatch(r"[+-]?[\d.]+", one)]
+    return f"[{', '.join(parts)}]" if len(parts) == 3 else ""
 
 
 def pose(value: object) -> Pose:

@@ -330,10 +330,11 @@ def substituted(quantity: Quantity, values: Mapping[str, Quantity]) -> Quantity:
     return operation(*args) if operation else function(quantity.op, *args)
 
 
-def instead_of(name: str) -> str:
-    """Return what is to be written in place of a function that there is not."""
+def instead_of(name: str, of_time: bool = False) -> str:
+    """Return what is to be written in place of a function that there is not, such as that of x(t)."""
     known = (*UNARY_FUNCTIONS, *COMPOSED, *EXTREMES)
     near, product = nearest(name, known), "write * for a product"
     letter = len(name) < 3  # or a word and a number: no name of a function
+    product = f"of a symbol write {name} alone" if of_time else product
     usual = f"did you mean {near}?" if near else product if letter else f"{product}; functions are {', '.join(known)}"
     return str(hint("formulas", name.lower()) or usual)

@@ -36,7 +36,7 @@ from symdyn.errors import quoted
 from symdyn.graph import Graph, Op
 from symdyn.scene.values import folding
 from symdyn.scene.values.folding import COMPARISONS, COMPOSED, CONSTANTS, EXTREMES, UNARY_FUNCTIONS, instead_of
-from symdyn.scene.values.grammar import CLOCK, FORMULA_NAMES, meant
+from symdyn.scene.values.grammar import CLOCK, FORMULA_NAMES, foreign_sign, meant
 from symdyn.scene.values.quantity import FormulaError, Quantity, spell
 from symdyn.scene.values.unit import Unit, UnitError, in_si
 
@@ -82,13 +82,8 @@ _VALUE = re.compile(
     r"(?:[ ]?(?P<unit>[^\W\d_].*|[°%].*)|[ ](?P<other>1[ ]?/.*|\([^\W\d_][^()]*\)[ ]?(?:\^|\*\*).*))"
 )
 _FACTOR = r"(?:deg|°)[ ]?(?!(?:/[ ]?(?:s|ms|min)(?:[ ]?(?:\^|\*\*)[ ]?[23]|[²³])?[ ]?)+\Z)[*/·⋅×]"
-_SUM = r"[^eE^*(][+-]|[,=]"
+_SUM = r"[^eE^*(][+-]|[,=]|[a-z]\("
 _FOREIGN = re.compile(r"[^A-Za-z0-9_+\-*/()., <>=]|(?<![<>])=")
-_MEANT = {
-    "^": "^ is not a power; write {}",
-    "=": "'=' has no place in a formula; for x = 0 write x, for x = y x - y; commas stand between values by name",
-}
-"""What is meant by signs that no formula has."""
 
 _QUOTED = re.compile(r"\btable ?\( ?([\"'])[A-Za-z0-9_./ -]{1,200}\1")
 _IF = re.compile(r"\bif(?= ?\()")
@@ -233,8 +228,7 @@ class _BrokenError(FormulaError):
 
 def _formula(text: str) -> Quantity:
     if foreign := _FOREIGN.search(_QUOTED.sub("", text)):
-        told = _MEANT.get(foreign.group(), f"{foreign.group()!r} has no place in a formula")
-        raise _BrokenError(told.replace("{}", text.replace("^", "**")))
+        raise _BrokenError(foreign_sign(foreign.group(), text))
     return _Reader(_IF.sub(IF, _DEGREES.sub("*deg", text))).read()
 
 
@@ -249,7 +243,9 @@ def _value(match: re.Match[str], text: str) -> Quantity:
             return _formula(text)
         except _BrokenError as broken:
             begin = max(match.span("unit")[0], match.span("other")[0])
-            raise (_letters_beside(text, begin, error) or (broken if re.search(_SUM, text) else error)) from None
+            or_product = meant(text).replace("; write", " or write") if " " not in text else ""
+            alone = UnitError(f"{error}{or_product}")
+            raise (_letters_beside(text, begin, error) or (broken if re.search(_SUM, text) else alone)) from None
     below = folding.constant(_exact(match["below"] or "1"))
     size = folding.div(folding.constant(_exact(match["number"])), below)
     return replace(in_si(folding.neg(size) if match["sign"] == "-" else size, unit), unit=unit.text)
@@ -358,7 +354,8 @@ class _Reader:
         if name == "table":
             return self.table(node, depth)
         if name not in UNARY_FUNCTIONS and name not in COMPOSED and name not in EXTREMES:
-            raise FormulaError(f"the function {name} is not known; {instead_of(name)}")
+            of_time = [ast.unparse(one) for one in node.args] == [CLOCK]
+            raise FormulaError(f"the function {name} is not known; {instead_of(name, of_time)}")
         wanted, many = COMPOSED[name].arguments if name in COMPOSED else 1, name in EXTREMES
         if node.keywords or (len(node.args) < 2 if many else len(node.args) != wanted):
             raise FormulaError(f"{name} takes {'2 or more' if many else wanted} argument{'s' * (many or wanted > 1)}")

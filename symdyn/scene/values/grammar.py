@@ -36,6 +36,7 @@ import re
 from collections.abc import Container, Iterator
 from functools import cache
 
+from symdyn.errors import hint
 from symdyn.frozen import dataclass
 
 LONGEST_WORDS = 200
@@ -179,21 +180,18 @@ class _Reader:
         self.depth -= 1
 
     def _next(self) -> str | None:
-        """Return the next token that is no space, None at the end."""
         while self.at < len(self.tokens) and self.tokens[self.at] == " ":
             self.at += 1
         self.at += 1
         return self.tokens[self.at - 1] if self.at <= len(self.tokens) else None
 
     def _ahead(self) -> str | None:
-        """Return the token that `_next` would."""
         return next((token for token in self.tokens[self.at :] if token != " "), None)
 
     def _inside(self, end: str) -> str:
         return "".join(part.text for part in self.parts(end, SIGNS))
 
     def _scripted(self, token: str) -> SymbolPart:
-        """Return a base and its scripts, the lower one first."""
         base, scripts, primes = self._base(token), {"_": "", "^": ""}, ""
         if re.search(r"[_^']", base) and base.startswith("{") and self._ahead() in ("_", "^", "'"):
             raise LatexError(f"has a script on braces that hold scripts; give such as k_{{a,b}}; {HELP}")
@@ -224,7 +222,6 @@ class _Reader:
         return self._single(token)
 
     def _single(self, token: str) -> str:
-        """Return a token that is one character in print."""
         name = token.removeprefix("\\")
         if token == name and token.isalnum():
             self.letters |= token.isalpha()
@@ -257,7 +254,6 @@ class _Reader:
         return token if token in SIGNS else self._single(token)
 
     def _words(self, of: str) -> str:
-        """Return upright words, which stand in braces."""
         closing = self.tokens.index("}", self.at) if "}" in self.tokens[self.at :] else len(self.tokens)
         text = "".join(self.tokens[self.at : closing]).lstrip(" ")
         if not _WORDS.fullmatch(text[1:]) or text[0] != "{":
@@ -294,14 +290,37 @@ _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 
 LONGEST = 60
 
+_FUNCTION = rf"\b({'|'.join(FORMULA_NAMES[1:])})"
+
+PRODUCTS = (
+    (r"(?<![\w.])(\d+\.?\d*|\.\d+)(?![eE][+-]?\d)([^\W\d_])", r"\1*\2"),  # 2t
+    (rf"{_FUNCTION} \(", r"\1("),
+    (rf"{_FUNCTION} (\w+)", r"\1(\2)"),  # sin x
+    (r"(?<=[\w)]) (?=[\w(])|(?<=\))(?=[\w(])", "*"),  # w t, (a)(b)
+)
+
 
 def meant(text: str) -> str:
-    """Return what to write in a formula that breaks off: 2*t for 2t, another name for a keyword of Python; else ""."""
+    """Return what to write in a formula that breaks off: 2*sin(w*t) for 2 sin(w t), no keyword of Python; else ""."""
     known = {"and", "or", "not", "if", "else"}
     for word in (one for one in re.findall(r"\b[A-Za-z_]\w*", text) if keyword.iskeyword(one) and one not in known):
         return f', where "{word}" {check_name(word)}'
-    near = re.search(r"(?<![\w.])([\d.]+)(?![eE][+-]?\d)([^\W\d_]\w*)", text)
-    return f"; write {near[1]}*{near[2]}" if near else ""
+    if re.fullmatch(r"[+-]?\d+,\d+[^,()]*", text):
+        return f"; write {text.replace(',', '.')}"
+    for pattern, product in PRODUCTS:
+        text = re.sub(pattern, product, text)
+    try:
+        compile(text, "", "eval")
+    except (SyntaxError, ValueError, MemoryError, RecursionError):
+        return ""
+    return f"; write {text.replace('if_(', 'if(')}"
+
+
+def foreign_sign(sign: str, text: str) -> str:
+    """Return what is said of a sign that no formula has, and what to write in its place, in a text."""
+    power = re.sub(r"\b([a-z]+)\*\*(\d+)(\([^()]*\))", r"\1\3**\2", text.replace("^", "**"))
+    told = hint("characters", sign).replace("{}", power)
+    return told if sign in told else f"{sign!r} has no place in a formula{'; ' * bool(told)}{told}"
 
 
 def check_name(name: object, letter: bool = False) -> str | None:

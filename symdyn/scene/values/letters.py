@@ -23,6 +23,7 @@ from symdyn.errors import UnknownNameError, suggestion
 from symdyn.frozen import dataclass, field
 from symdyn.scene.values.quantity import FormulaError, Quantity
 from symdyn.scene.values.unit import Unit
+from symdyn.shown import Suggesting
 
 PERCENT = "%"
 
@@ -94,7 +95,7 @@ def read_tolerance(raw: object, unit: str) -> Tolerance:
     return Tolerance(number, own or chosen)
 
 
-class Named(tuple[Any, ...]):
+class Named(tuple[Any, ...], Suggesting):
     """What a scene has several of, by its number or by its name: `scene.parameters["m"]`."""
 
     __slots__ = ()
@@ -107,6 +108,10 @@ class Named(tuple[Any, ...]):
         if which not in known:
             raise UnknownNameError(f"there is no {which}; {suggestion(which, known)}")
         return known[which]
+
+    def keys(self) -> tuple[str, ...]:
+        """Return the names."""
+        return tuple(getattr(one, "name", "") for one in self)
 
 
 @dataclass(frozen=True)

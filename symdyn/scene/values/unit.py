@@ -207,7 +207,7 @@ class Unit:
             in_time = re.search(r"\bt\b", self.text) and not re.search(r"\bt\b", unit.text)
             named = re.sub(r" ?\*? ?\bt\b.*", "", self.text)
             write = f'in a formula write SI, or name it: w = "{number or 3} {named}" in parameters, and w*t'
-            return f"{told}; a unit stands behind a number alone: {write}" if in_time else told
+            return f"{told}; a unit stands behind a number alone: {write}" if in_time and named else told
         if self.cycles == unit.cycles or unit.dimension == NUMBER:
             return None
         count = number or "3"

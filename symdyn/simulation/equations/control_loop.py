@@ -26,7 +26,7 @@ import numpy.typing as npt
 
 from symdyn.algebra import Array
 from symdyn.arguments import argument
-from symdyn.errors import SimulateError, quoted
+from symdyn.errors import SimulateError, listed, quoted
 from symdyn.scene import Scene
 from symdyn.simulation.equations.controller import Feedback, Placed
 from symdyn.simulation.equations.linear_law import LinearLaw
@@ -257,7 +257,8 @@ class Loop:
             said = self.law(t, q.copy(), u.copy())
         except Exception as fault:
             words = f": {fault}" if str(fault) else ""
-            raise ControllerError(f"{title} raised {type(fault).__name__}{words} {when}") from fault
+            state = listed(f"{k} = {x:.6g}" for k, x in zip(self.placed.labels, [*q, *u], strict=False))
+            raise ControllerError(f"{title} raised {type(fault).__name__}{words} {when}, given {state}") from fault
         try:
             found = np.asarray("None" if said is None else said, dtype=np.float64)  # NumPy takes None as nan
         except (TypeError, ValueError):

@@ -23,8 +23,8 @@ from symdyn.algebra import Array
 from symdyn.arguments import argument, check_arguments, suggesting
 from symdyn.errors import SimulateError, quoted
 from symdyn.frozen import dataclass, field, fields, replace
-from symdyn.scene import Quantity, Scene, SceneUnits
-from symdyn.scene.values import Faults, Letter, Parameter, velocity_name
+from symdyn.scene import Scene, SceneUnits
+from symdyn.scene.values import Faults, Parameter, velocity_name
 from symdyn.shown import Shown
 from symdyn.simulation.equations.linear_feedback import Gains, Schedule, gains_from, read_gains, state_names
 from symdyn.simulation.equations.linear_law import (
@@ -102,7 +102,7 @@ class Feedback(Shown):
             Faults(""),
             self.limits if isinstance(self.limits, Mapping) else {(*found["inputs"], "the force")[0]: self.limits},
         )
-        _ranges({k: one for k, one in limits.items() if _in_numbers(one)}, tuple(limits), faults, Parameter, {})
+        _ranges({k: one for k, one in limits.items() if _in_numbers(one)}, tuple(limits), faults)
         read = isinstance(self.law, Gains | Schedule | LinearLaw)  # and looked at in their scene
         alone = isinstance(self.law, FunctionType | np.ndarray | Sequence) or getattr(self.law, "period", "") is None
         if not read and (alone or self.period is not None):
@@ -308,7 +308,7 @@ def placed(scene: Scene, feedback: Feedback, until: float, beside: bool = False)
     initial = () if isinstance(said, Mapping | str) else tuple(map(float, said))
     if len(initial) != len(names) or not all(map(math.isfinite, initial)):
         faults.add("feedback: initial", f"{quoted(said)} are not {len(names)} finite numbers, one an input")
-    ranges = _ranges(feedback.limits, names, faults, SceneUnits(scene).letter, parameter_values(scene))
+    ranges = _ranges(feedback.limits, names, faults, scene)
     signals = _signals(scene, feedback, names, faults)
     state = (*scene.coordinates, *scene.first_order)
     measures, labels = (state, state) if signals is None else (signals.measures, signals.labels)
@@ -390,10 +390,10 @@ def _check_times(feedback: Feedback, until: float, faults: Faults) -> None:
 
 
 def _ranges(
-    limits: Any, names: Sequence[str], faults: Faults, letter: Callable[[str], Letter], values: Mapping[str, Quantity]
+    limits: Any, names: Sequence[str], faults: Faults, scene: Scene | None = None
 ) -> dict[str, tuple[float, float]]:
-    """Return smallest and largest value by input."""
     found = dict.fromkeys(names, (-math.inf, math.inf))
+    letter, values = (SceneUnits(scene).letter, parameter_values(scene)) if scene else (Parameter, {})
     if len(names) == 1 and not isinstance(limits, Mapping):
         limits = {names[0]: limits}
     if not isinstance(limits, Mapping):
@@ -405,7 +405,7 @@ def _ranges(
         if name not in found:
             faults.add(where, f"is no input of the controller; it has {', '.join(names)}")
             continue
-        found[name] = read_range(limit, where, faults, letter(name), values)
+        found[name] = read_range(limit, where, faults, letter(name), values, scene)
     return found
 
 

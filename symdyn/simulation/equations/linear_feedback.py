@@ -82,8 +82,7 @@ class Gains:
 
     def __call__(self, t: float, q: Array, u: Array) -> Array:
         """Return the forces of the inputs, shape (m,)."""
-        found: Array = np.asarray(self.initial) - self._whole @ np.concatenate([self.away(q), u - self.u0])
-        return found
+        return np.asarray(np.asarray(self.initial) - self._whole @ np.concatenate([self.away(q), u - self.u0]))
 
     def slope(self, t: float, q: Array, u: Array) -> Array:
         """Return ∂τ/∂(q, u), shape (m, nq + nv)."""

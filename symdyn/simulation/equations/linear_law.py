@@ -100,11 +100,11 @@ class LinearLaw:
 
     def command(self, z: Array, e: Array) -> Array:
         """Return v, shape (m,)."""
-        return np.asarray(self.initial) + self.C @ z + self.D @ e
+        return np.asarray(np.asarray(self.initial) + self.C @ z + self.D @ e)
 
     def moved(self, z: Array, e: Array, missed: Array) -> Array:
         """Return ż, or the states at the next sample, shape (n,), where `missed` is sat(v) - v, shape (m,)."""
-        return self.A @ z + self.B @ e + self.tracking @ missed
+        return np.asarray(self.A @ z + self.B @ e + self.tracking @ missed)
 
 
 def _numbers(name: str, given: object, faults: Faults) -> Array:
@@ -145,7 +145,7 @@ def numbers_by_signal(
     for name, one in by_signal(given, names, where, faults).items():
         if scene and isinstance(one, str):
             letter = SceneUnits(scene).letter(name)
-            found[name] = read_number(one, parameter_values(scene), f"{where}: {name}", faults, letter) or 0.0
+            found[name] = read_number(one, parameter_values(scene), f"{where}: {name}", faults, letter, scene) or 0.0
             continue
         try:
             found[name] = float(one)  # type: ignore[arg-type]
@@ -254,7 +254,6 @@ def _measurable(scene: Scene, text: object, where: str, faults: Faults) -> Quant
 
 
 def _letters(scene: Scene) -> tuple[str, ...]:
-    """Return what signals and references may depend on."""
     parameters = (one.name for one in scene.parameters)
     states = (one.name for one in scene.states)
     return (TIME, *scene.coordinates, *scene.velocities, *states, *scene.point_names, *parameters)

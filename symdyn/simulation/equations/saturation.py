@@ -54,6 +54,7 @@ class Cuts:
 
     Attributes:
         sides: where they are now.
+        met: which of them were just at a limit at some time, shape (m,).
     """
 
     def __init__(
@@ -64,11 +65,13 @@ class Cuts:
         self.least, self.most = np.array(least), np.array(most)
         self.limited = bool(np.isfinite(self.least).any() or np.isfinite(self.most).any())
         self.sides: Sides = np.zeros(len(self.names), dtype=int)
+        self.met = np.zeros(len(self.names), dtype=bool)
         self._since = np.zeros(len(self.names))
         self._ended: list[Saturation] = []
 
     def of(self, values: Array) -> Sides:
-        """Return on which sides of their limits forces are, shape (m,)."""
+        """Return on which sides of their limits forces are, shape (m,); what is at one is inside, and met it."""
+        self.met |= (values == self.most) | (values == self.least)
         found: Sides = (values > self.most).astype(int) - (values < self.least).astype(int)
         return found
 
@@ -130,7 +133,8 @@ def cut_lines(saturations: Sequence[Saturation]) -> list[str]:
 def saturation_report(cuts: Cuts, end: float) -> list[str]:
     """Return what is said of every limited force: for which share of the time it was cut, how often, first when."""
     found, lines = cuts.until(end), []
-    for name, of, *ends in zip(cuts.names, cuts.units, cuts.least.tolist(), cuts.most.tolist(), strict=True):
+    rows = zip(cuts.names, cuts.units, cuts.met.tolist(), cuts.least.tolist(), cuts.most.tolist(), strict=True)
+    for name, of, met, *ends in rows:
         unit = f" {of}" if of else ""
         at = [limit for limit in ends if any(one.name == name and one.limit == limit for one in found)]
         for limit in at:
@@ -142,5 +146,6 @@ def saturation_report(cuts: Cuts, end: float) -> list[str]:
                 f"t = {these[0].begin:.6g} s to {these[0].end:.6g} s"
             )
         if not at and np.isfinite(ends).any():
-            lines.append(f"{name} never reaches its limits, {ends[0]:g} to {ends[1]:g}{unit}")
+            told = "reaches its limits and goes no further" if met else "never reaches its limits"
+            lines.append(f"{name} {told}, {ends[0]:g} to {ends[1]:g}{unit}")
     return lines

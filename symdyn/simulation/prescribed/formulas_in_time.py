@@ -23,7 +23,7 @@ from symdyn.algebra import Array, Batches
 from symdyn.arguments import F, argument, checked
 from symdyn.bounds import BOUNDS
 from symdyn.dynamics.mechanism import TIME
-from symdyn.errors import SceneError, SimulateError, SymdynError, suggestion
+from symdyn.errors import SceneError, SimulateError, SymdynError, hint, suggestion
 from symdyn.frozen import dataclass, field
 from symdyn.graph import Expr, Graph, evaluate, reachable
 from symdyn.scene import Quantity, Scene, SceneUnits, parse, read_bounded
@@ -71,7 +71,7 @@ def read_formula(
     unknown = [name for name in formula.symbols if name not in known]
     for name in unknown:
         more = f", {told}" if advice and (told := advice(name)) else ""
-        near = suggestion(name, known, scene) if known else "give a number"
+        near = hint("characters", name) or (suggestion(name, known, scene) if known else "give a number")
         faults.add(where, f'"{text}" uses {name}, which is not known here; {near}{more}')
     if scene is not None and unit and not unknown:
         SceneUnits(scene).check(formula, where, faults, unit=unit)
@@ -176,17 +176,19 @@ def number_of(formula: Quantity, values: Mapping[str, Quantity], where: str, fau
 
 
 def read_number(
-    given: object, values: Mapping[str, Quantity], where: str, faults: Faults, letter: Letter, spread: bool = False
-) -> float | None:
+    given: object, values: Mapping[str, Quantity], where: str, faults: Faults, letter: Letter,
+    scene: Scene | None = None, spread: bool = False,
+) -> float | None:  # fmt: skip
     """Return a number of SI that is given for a letter, or text with its unit, a formula in parameters; else None.
 
-    A bare one may be asked for its unit, see `question`: every argument that takes values by name is read here.
+    A bare one may be asked for its unit, see `question`, and terms in symbols of a `scene` are measured: every argument
+    that takes values by name is read here.
     """
     if asked := question(letter, given, spread):
         faults.add(where.removesuffix(f": {letter.name}"), asked)  # which says the name
     if isinstance(given, Real):
         return float(given)
-    formula = read_formula(given, values, where, faults, unit=letter.unit)
+    formula = read_formula(given, values, where, faults, unit=letter.unit, scene=scene)
     return None if formula is None else number_of(formula, values, where, faults)
 
 
@@ -206,13 +208,13 @@ def timed(error: type[SymdynError]) -> Callable[[F], F]:
 
 
 def read_range(
-    given: Any, where: str, faults: Faults, letter: Letter, values: Mapping[str, Quantity]
+    given: Any, where: str, faults: Faults, letter: Letter, values: Mapping[str, Quantity], scene: Scene | None = None
 ) -> tuple[float, float]:
     """Return a smallest and a largest value; None is none, and one number above 0, or its text, the largest size."""
     size, before = isinstance(given, Real | str), len(faults.lines)
     try:
         pair = (given, given) if size else given
-        first, last = (None if one is None else read_number(one, values, where, faults, letter) for one in pair)
+        first, last = (None if one is None else read_number(one, values, where, faults, letter, scene) for one in pair)
     except (TypeError, ValueError, OverflowError):
         first = last = math.nan
     least, most = -np.inf if first is None else -first if size else first, np.inf if last is None else last
@@ -359,7 +361,6 @@ def columns_of(source: str, times: Any, values: Mapping[str, Any], every: bool =
 
 
 def _array(values: Any, name: str, faults: Faults) -> Array | None:
-    """Return finite numbers, shape (N,), None after a fault."""
     try:
         found = np.asarray(values)
     except ValueError:  # rows of several lengths

@@ -34,6 +34,7 @@ from symdyn.teach.derivations.equation_steps import (
     name_coefficients,
     node_of,
 )
+from symdyn.teach.derivations.forced import uniform_steps
 from symdyn.teach.derivations.meaning import axes_of, meaning_steps
 from symdyn.teach.derivations.rotations import rotation_steps
 from symdyn.teach.derivations.solved import solved_steps
@@ -410,7 +411,7 @@ def lagrange_walkthrough(scene: Scene, language: str = "en", until: str = "numbe
     if last >= 2:
         sections.append(lesson.section("equations", [*equation_steps(lesson, page), *kane_steps(lesson, page, chosen)]))
     if last >= 3:
-        if solved := solved_steps(lesson, chosen):
+        if solved := [*solved_steps(lesson, chosen), *uniform_steps(lesson, chosen)]:
             sections.append(lesson.section("explicit", solved))
         steps = coefficient_steps(lesson, page)
         meanings = meaning_steps(lesson, page, found)

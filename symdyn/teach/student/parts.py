@@ -15,6 +15,7 @@ from itertools import combinations, permutations
 from math import cos, isfinite, sin
 
 import numpy as np
+from numpy.typing import NDArray
 
 from symdyn.algebra import Array
 from symdyn.frozen import dataclass, replace
@@ -26,10 +27,8 @@ from symdyn.teach.student.motions import Motions, Point
 from symdyn.teach.student.wrong_energies import ratios
 from symdyn.unlocked import cached_property
 
-FACTOR = 1.5
-"""The price of a wrong factor."""
-SCALED, UNTIED = 0.05, 0.1
-"""What an equation costs that is the scene's times a factor, or has multipliers or their absence."""
+FACTOR, SCALED, UNTIED = 1.5, 0.05, 0.1
+"""Prices: of a wrong factor, of an equation times a factor, of multipliers in it or their absence."""
 BOTH = (-1.0, -2.0, 1.0, -0.5)
 """How a term is changed beside one in which something else stands: lost, turned, doubled, halved."""
 WHOLE = ((-1.0, "turned"), (0.5, "factor"), (2.0, "factor"))
@@ -62,12 +61,14 @@ class Atoms:
         return [*((a, b, 0) for a, b in apart), *((a, b, power) for a, b in both for power in (1, -1))]
 
     @cached_property
-    def quotients(self) -> Array:
-        """Return one over what a term may be times, by pair and point."""
+    def quotients(self) -> tuple[Array, Array, NDArray[np.intp]]:
+        """Return one over what a term may be times, by pair and point, sorted by x2/x1; these slopes, and the pairs."""
         values = {one: np.array(one.values) for one in self.every}
         with np.errstate(divide="ignore", invalid="ignore"):  # where a factor vanishes at a point it explains nothing
             pairs = [values[b] / values[a] if not p else (values[a] * values[b]) ** -p for a, b, p in self.pairs]
-        return np.array(pairs)
+            slopes = np.array([one[1] / one[0] for one in pairs])
+        order = np.argsort(slopes)
+        return np.array(pairs)[order], slopes[order], order
 
 
 @dataclass(frozen=True, order=True)
@@ -90,12 +91,9 @@ def explained(evidence: Evidence, atoms: Atoms, value: Callable[[Point], float])
             for x, p, by in zip(mine, evidence.points, handle.steps, strict=True)
         ]
         slopes, of = linear(rows), handle.parameter
-        whole = [
-            abs(x - p[of] * a) <= CLOSE * abs(x)
-            for x, p, a in zip(mine, evidence.points, slopes or mine, strict=True)
-            if of
-        ]
-        if slopes and not (whole and all(whole)):
+        each = zip(mine, evidence.points, slopes or mine, strict=True)
+        whole = bool(of) and all(abs(x - p[of] * a) <= CLOSE * abs(x) for x, p, a in each)
+        if slopes and not whole:
             by = [b / a for a, b in zip(slopes, handle.right, strict=True)]
             price = 0.0 if all(abs(abs(x) - 1) < CLOSE for x in by) else SCALED
             scaled.append((price + UNTIED * (evidence.how == "rows"), [x * y for x, y in zip(mine, by, strict=True)]))
@@ -248,11 +246,12 @@ def _times(column: Column, mine: Sequence[float], atoms: Atoms) -> list[tuple[fl
     ratio = np.array([y / x for x, y in zip(t, mine, strict=True)])
     turned = STATES[column.kind][1] or "termsign"
     found = []
-    k = np.arange(len(atoms.pairs))
-    for few in (slice(2), slice(None)):  # most fail at the second point
-        n = atoms.quotients[k, few] * ratio[few]
-        held = (np.abs(n - n[:, :1]) <= CLOSE * np.abs(n[:, :1])).all(axis=1) & np.isfinite(n).all(axis=1)
-        k, n = k[held], n[held]
+    quotients, slopes, k = atoms.quotients
+    slope = ratio[0] / ratio[1]  # of all pairs most fail at the second point
+    few = slice(*np.searchsorted(slopes, sorted((slope * (1 - 2 * CLOSE), slope * (1 + 2 * CLOSE)))))
+    n = quotients[few] * ratio
+    held = (np.abs(n - n[:, :1]) <= CLOSE * np.abs(n[:, :1])).all(axis=1) & np.isfinite(n).all(axis=1)
+    k, n = k[few][held], n[held]
     for (a, b, both), by in zip((atoms.pairs[x] for x in k), map(float, n[:, 0]), strict=True):
         beside = [rule for rule, told in ((turned, by < 0), ("termfactor", abs(abs(by) - 1) > 1e-6)) if told]
         if len(beside) == 2:  # a chance
