@@ -337,6 +337,14 @@ def test_ensembles_vary_where_states_start(motor: Scene) -> None:
     np.testing.assert_allclose(found["end(i)"][1], alone["i"][-1], atol=1e-8)
 
 
+@pytest.mark.runs("cc")
+def test_measures_take_signals_as_they_take_outputs() -> None:
+    driven = symdyn.read("examples/states/dc_motor.toml")
+    texts = ("end(missing)", "end(wanted - i)")
+    found = symdyn.ensemble(driven, start={"theta": np.array([0.1, 0.2])}, until=0.05, measures=texts)
+    np.testing.assert_array_equal(*(found[one] for one in texts))
+
+
 def test_what_does_not_know_states_says_so(motor: Scene) -> None:
     told = "knows no states of one's own, and there is i; take them out"
     with pytest.raises(DerivationError, match=f"^motor: state_matrices {told}$"):

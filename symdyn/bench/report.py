@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 WIDTH, HEIGHT = 540, 330
 LEFT, RIGHT, TOP, BOTTOM = 74, 16, 34, 48
 COLUMN, LINE = 230, 20
+FLOOR = 1e-17
 """Width and height of a word of the legend, which stands below, so that a narrow page shows all of it."""
 
 STYLE = """
@@ -63,9 +64,9 @@ class Series:
     colour: int | None = None
 
 
-def log_log(title: str, x_label: str, y_label: str, series: Sequence[Series], floor: float = 1e-17) -> str:
-    """Return a plot as an SVG element; what is zero or less stands at the `floor`, what is not finite is left out."""
-    shown = [_placed(one, floor) for one in series]
+def log_log(title: str, x_label: str, y_label: str, series: Sequence[Series]) -> str:
+    """Return a plot as an SVG element; what is below FLOOR stands there, what is not finite is left out."""
+    shown = [_placed(one) for one in series]
     dots = [dot for one in shown for dot in one.dots]
     if not dots:
         return ""
@@ -109,13 +110,9 @@ def log_log(title: str, x_label: str, y_label: str, series: Sequence[Series], fl
     return "\n".join([*lines, "</svg>"])
 
 
-def _placed(series: Series, floor: float) -> Series:
-    dots = tuple(
-        Dot(max(dot.x, floor), max(dot.y, floor), dot.text, dot.marked, dot.hollow)
-        for dot in series.dots
-        if math.isfinite(dot.x) and math.isfinite(dot.y)
-    )
-    return replace(series, dots=dots)
+def _placed(series: Series) -> Series:
+    finite = [dot for dot in series.dots if math.isfinite(dot.x) and math.isfinite(dot.y)]
+    return replace(series, dots=tuple(replace(dot, x=max(dot.x, FLOOR), y=max(dot.y, FLOOR)) for dot in finite))
 
 
 def _circle(dot: Dot, x: float, y: float, colour: str) -> str:

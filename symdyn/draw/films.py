@@ -21,13 +21,13 @@ import numpy as np
 from symdyn.arguments import checked, native
 from symdyn.draw.animate import Moved, animation, as_arrays, moments, motion_of, moving, moving_picture
 from symdyn.draw.gltf import glb, standing
-from symdyn.draw.paint import File, Frame, Painter, write_whole
+from symdyn.draw.paint import File, Frame, Painter
 from symdyn.draw.places import Array
 from symdyn.draw.plots import require
 from symdyn.draw.robot_meshes import robot_solids
 from symdyn.draw.stage import Stage
 from symdyn.draw.svg import Drawing
-from symdyn.emit import Contents
+from symdyn.emit import Contents, write_file
 from symdyn.errors import DrawError
 from symdyn.frozen import dataclass
 from symdyn.scene import Scene, SceneLike
@@ -195,7 +195,7 @@ def film(
     kind = FILMS[path.suffix.lower()]
     reported, note = reported or (lambda share: None), note or (lambda line: None)
     motion = Motion(shown[0], *as_arrays(*shown), parameters, view, scheme, reported, note)
-    write_whole(path, kind.write(motion, reel, fps or kind.fps))
+    write_file(path, kind.write(motion, reel, fps or kind.fps), DrawError)
     return path
 
 

@@ -28,7 +28,7 @@ from symdyn.draw.shapes import Shape
 from symdyn.draw.style import SCHEMES, Look, look_of, lowered, plain
 from symdyn.draw.svg import Drawing, order
 from symdyn.emit import Contents, in_latex, write_file
-from symdyn.errors import DrawError, EmitError
+from symdyn.errors import DrawError
 
 KAPPA = 0.5523  # control points of a quarter circle
 Curve = tuple[str, list[tuple[float, float]]]
@@ -383,12 +383,4 @@ def write_picture(file: File, drawing: Drawing, text: str, scheme: str) -> None:
         DrawError: another ending, no matplotlib, or a file that cannot be written.
     """
     path = check_picture(file)
-    write_whole(path, PICTURES[path.suffix.lower()](drawing, text, scheme))
-
-
-def write_whole(path: Path, contents: Contents) -> None:
-    """Write a file, all of it or nothing; DrawError where it cannot be written, and why."""
-    try:
-        write_file(path, contents)
-    except EmitError as fault:
-        raise DrawError(str(fault)) from None
+    write_file(path, PICTURES[path.suffix.lower()](drawing, text, scheme), DrawError)

@@ -84,17 +84,20 @@ def write(files: Mapping[str, Contents], folder: str | Path) -> tuple[Path, ...]
     return tuple(place / name for name in files)
 
 
-def write_file(file: str | Path, contents: Contents) -> Path:
+def write_file(file: str | Path, contents: Contents, error: type[SymdynError] = EmitError) -> Path:
     """Write one file, as `write` does, into a folder that is there: one that is not may be mistyped.
 
     Raises:
-        EmitError: it cannot be written, or has no name or no folder.
+        EmitError, or another that is given: it cannot be written, or has no name or no folder.
     """
     path = Path(file)
     if path.name in ("", ".."):
-        raise EmitError(f"file = {quoted(str(file))} is a folder; give the path of a file")
-    check_folder(path)
-    return write({path.name: contents}, path.parent)[0]
+        raise error(f"file = {quoted(str(file))} is a folder; give the path of a file")
+    check_folder(path, error)
+    try:
+        return write({path.name: contents}, path.parent)[0]
+    except EmitError as fault:
+        raise error(str(fault)) from fault.__cause__
 
 
 def check_folder(path: Path, error: type[SymdynError] = EmitError) -> None:

@@ -291,11 +291,7 @@ def _generic(model: GeometricModel, values: Array) -> Array:
 
 
 def _asked(model: GeometricModel, poses: Poses, parameters: str | Sequence[str] | None) -> list[int]:
-    """Return the numbers of the parameters to estimate, of those that move the point.
-
-    Raises:
-        IdentifyError: a name that is not known, or of what does not move the point.
-    """
+    """Return the numbers of the parameters to estimate; IdentifyError for a name of nothing that moves the point."""
     sizes = np.linalg.norm(_generic(model, model.values)[:, poses.seen], axis=(0, 1))
     names, moving = model.names, [n for n, size in zip(model.names, sizes, strict=True) if size > STRUCTURE]
     if parameters is None:

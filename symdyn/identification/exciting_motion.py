@@ -85,7 +85,6 @@ class Functions:
         self.directions, self.fewer = V[:rank].T, rank < len(V)
 
     def rows(self, motion: Motion) -> Array:
-        """Return A."""
         Y = self.calls["base_regressor"](motion.q, motion.u, motion.a)
         scale = np.sqrt(len(motion.q)) * self.noise[:, None]
         return np.asarray(np.matmul(Y, self.directions) / scale if self.fewer else Y / scale)
@@ -380,11 +379,7 @@ def _drawn(search: Search, starts: int, seed: int) -> list[Array]:
 def _best(
     search: Search, fine: Basis, drawn: Sequence[Array], report: Callable[[float], None]
 ) -> tuple[Array, float, tuple[Improved, ...]]:
-    """Return the best improved motion that keeps all limits, its margin, and what became of every start.
-
-    Raises:
-        IdentifyError: none keeps them.
-    """
+    """Return the best motion that keeps all limits, its margin, and what became of starts; IdentifyError for none."""
     found: list[tuple[Array, float]] = []
     for k, z in enumerate(drawn):
         found.append(_kept(search, fine, z, lambda part, k=k: report((k + part) / len(drawn))))  # type: ignore[misc]

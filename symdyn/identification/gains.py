@@ -354,11 +354,7 @@ def fitted(
 
 
 def _settled(rows: Rows, gains: Gains, names: Sequence[str], prior: Array, band: float) -> tuple[Regression, Gains]:
-    """Return least squares and gains; without these, one solution is all.
-
-    Raises:
-        IdentifyError: gains do not settle.
-    """
+    """Return least squares and gains, without these one solution; IdentifyError where gains do not settle."""
     for _ in range(STEPS):
         regression = solve(names, gains.linear(rows), prior, band, len(gains.values))
         before, gains = gains, gains.after_step(regression.estimate)

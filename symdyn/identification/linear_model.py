@@ -349,8 +349,7 @@ def linear_model(scene: Scene, terms: Sequence[str] = ()) -> LinearModel:
 
     @cache
     def every() -> Callable[..., Array]:
-        found: Callable[..., Array] = load(bound, ["regressor"]).regressor
-        return found
+        return load(bound, ["regressor"]).regressor
 
     def ten(q: Array, qd: Array, qdd: Array) -> Array:
         return forces(every(), q, qd, qdd, TEN * len(bound.bodies))

@@ -139,11 +139,7 @@ def given_gains(units: Mapping[str, str], drives: Sequence[str]) -> dict[int, Co
 
 
 def _factor(specified: str) -> tuple[float, Unit]:
-    """Return the number before a unit, 1 where there is none, and the unit.
-
-    Raises:
-        UnitError: it is no unit, or no number stands before it.
-    """
+    """Return the number before a unit, 1 where there is none, and the unit; UnitError where one of the two is none."""
     specified = str(specified).strip()
     before, times, text = (one.strip() for one in specified.rpartition("*"))
     try:

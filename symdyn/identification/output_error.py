@@ -259,11 +259,7 @@ def _told(search: Search) -> tuple[str, ...]:
 
 
 def _found(scene: Scene, search: Search, unknowns: Array, names: tuple[str, ...], notes: tuple[str, ...]) -> OutputFit:
-    """Return what a search has found.
-
-    Raises:
-        IdentifyError: the parameters are not all identifiable.
-    """
+    """Return what a search has found; IdentifyError where the parameters are not all identifiable."""
     n, missed = len(search.parameters), search.missed(unknowns)
     every = np.concatenate(missed)
     dof = every.size - len(unknowns)

@@ -253,7 +253,6 @@ def autocorrelation(
 
 
 def _scene(made: Identified) -> Section:
-    """Return what became of the scene."""
     tables, pictures = [], list[Picture]()
     if made.named is not None:
         one = made.named
@@ -372,7 +371,6 @@ class Outcome:
 
     @cached_property
     def made(self) -> Identified:
-        """The identified scene."""
         return identified(self.identification, self.total_mass)
 
     def page(self) -> tuple[str, str]:

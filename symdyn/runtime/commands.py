@@ -62,7 +62,6 @@ class Commands:
         return ThreadPoolExecutor(most, initializer=COMMANDS.set, initargs=(self,))
 
     def stop(self) -> None:
-        """Stop those that run, and those that come later."""
         with self._lock:
             self._stopped = True
             for process in self._running:

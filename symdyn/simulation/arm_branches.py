@@ -158,7 +158,6 @@ class Solver:
             self._solved = _derived(own[0], self.places)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Make it anew in another process."""
         return Solver, self._made_of
 
     def jacobian(self, q: Array) -> Array:

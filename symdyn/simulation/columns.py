@@ -271,11 +271,7 @@ def data_set(columns: Sequence[Column], table: Array, about: Mapping[str, Any]) 
 
 
 def _package(name: str) -> Any:
-    """Return a package.
-
-    Raises:
-        SimulateError: it is not installed.
-    """
+    """Return a package; SimulateError where it is not installed."""
     try:
         return importlib.import_module(name)
     except ImportError:

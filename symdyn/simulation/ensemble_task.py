@@ -218,7 +218,6 @@ class Task:
 
     @property
     def scene(self) -> Scene:
-        """The mechanism."""
         return self.lanes.scene
 
     def begun(self, part: slice) -> Array:

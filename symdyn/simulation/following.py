@@ -197,7 +197,6 @@ class Following:
         return u
 
     def accelerations(self, t: float, q: Array, u: Array) -> Array:
-        """Return u̇."""
         return self.solved(self.matrix(q), self.second(t, q, u))
 
     def first(self, t: float) -> Array:

@@ -84,8 +84,7 @@ class InverseFunctions:
 
     def off_wheels(self, t: Array, q: Array, u: Array) -> npt.NDArray[np.bool_]:
         """Tell of every row which ropes are off a wheel that they pass, in the order of `lifts`."""
-        found: npt.NDArray[np.bool_] = (self("lifts", t, q, u) if self.lifts else np.ones((len(q), 0))) <= 0
-        return found
+        return (self("lifts", t, q, u) if self.lifts else np.ones((len(q), 0))) <= 0
 
     def rates(self, q: Array, u: Array) -> dict[str, Array]:
         """Return the rates of kinematics, rows and Jacobians by name."""

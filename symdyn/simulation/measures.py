@@ -28,7 +28,7 @@ from symdyn.simulation.columns import column_units, unit_of
 from symdyn.simulation.equations.compiled_routines import opened
 from symdyn.simulation.force_columns import columns_for
 from symdyn.simulation.forward import simulate
-from symdyn.simulation.prescribed.formulas_in_time import read_formula
+from symdyn.simulation.prescribed.formulas_in_time import read_formula, read_seen
 from symdyn.simulation.problem import Problem, Run
 from symdyn.simulation.trajectory import Trajectory
 from symdyn.simulation.trajectory_builder import DenseOutput
@@ -107,7 +107,6 @@ FOLDS: Mapping[str, Fold] = {
     "when_min": Fold("time of the smallest value, s", lambda s: s.when_least, lambda unit: "s", peak=-1),
     "settling_time": Fold("time from which it stays near its end, s", lambda s: s.settled, lambda unit: "s", True),
 }
-"""Folds by name."""
 
 
 @dataclass(frozen=True)
@@ -197,7 +196,7 @@ class Measure:
             if (inner := _FOLDED.search(inside)) is not None:
                 faults.add(where, f'"{said}" takes a statistic of a number: {inner[1]}(...) inside {match[1]}(...)')
                 return None
-            formula = read_inside(scene, inside, where, faults, more)
+            formula = read_seen(scene, inside, where, faults, (*more, *LETTERS.columns), column_units)
             letter = _letter(scene, len(folds), said)
             if formula is not None:
                 folds.append((letter, match[1], formula))
@@ -349,19 +348,6 @@ _LETTER = "fold_{}"
 def fold_units(scene: Scene, folds: Sequence[tuple[str, str, Quantity]]) -> dict[str, str]:
     """Return the units of the folds of a measure, by their letters; "" of one that nothing tells."""
     return {letter: FOLDS[fold].unit(unit_of(inside, scene)) for letter, fold, inside in folds}
-
-
-def read_inside(scene: Scene, text: str, where: str, faults: Faults, more: Sequence[str] = ()) -> Quantity | None:
-    """Return a formula of what a run shows, outputs as what they stand for; None after a fault."""
-    outputs = {one.name: one.formula for one in scene.outputs} | scene.derived_formulas
-    parameters = (one.name for one in scene.parameters)
-    known = (*more, *_seen(scene, text), *parameters, *outputs)
-    formula = read_formula(text, known, where, faults, scene=scene)
-    if formula is None:
-        return None
-    seen = substituted(formula, outputs)
-    SceneUnits(scene).check(seen, where, faults, column_units(seen.symbols))
-    return seen
 
 
 def _seen(scene: Scene, text: str) -> tuple[str, ...]:

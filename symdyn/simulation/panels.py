@@ -20,8 +20,8 @@ from symdyn.algebra import Array
 from symdyn.arguments import native
 from symdyn.draw import FilledFigure, Reel, check_film as check_reel
 from symdyn.dynamics.mechanism import TIME
-from symdyn.emit import Contents, in_html, render, write_file
-from symdyn.errors import DrawError, EmitError, SimulateError, UnknownNameError
+from symdyn.emit import in_html, render, write_file
+from symdyn.errors import DrawError, SimulateError, UnknownNameError
 from symdyn.extras import EXTRAS, install
 from symdyn.frozen import dataclass, replace
 from symdyn.scene import Scene
@@ -50,7 +50,7 @@ def write_npz(trajectory: Trajectory, path: Path) -> None:
     arrays["coordinates"], arrays["velocities"] = np.array(scene.coordinates), np.array(scene.velocities)
     told = trajectory.about() | {"notes": list(trajectory.notes)}
     arrays["about"] = np.array(json.dumps(told, ensure_ascii=False))
-    write_whole(path, lambda file: np.savez_compressed(file, **arrays))
+    write_file(path, lambda file: np.savez_compressed(file, **arrays), SimulateError)
 
 
 TABLES = (".csv", ".npz")
@@ -85,18 +85,6 @@ def check_plot(path: Path | None = None) -> None:
 
 CHECKS: Mapping[str, Callable[..., None]] = {"table": check_record, "plot": check_plot, "film": check_film}
 """What raises SimulateError where a file cannot be a table of a run, a plot or a film, before anything is computed."""
-
-
-def write_whole(path: Path, contents: Contents) -> None:
-    """Write a file, all of it or nothing.
-
-    Raises:
-        SimulateError: it cannot be written, and why.
-    """
-    try:
-        write_file(path, contents)
-    except EmitError as fault:
-        raise SimulateError(str(fault)) from None
 
 
 USUAL = ("coordinates", "velocities", "inputs", "states", FORCES, "reactions", "multipliers", "outputs", ENERGIES)
@@ -274,11 +262,11 @@ def write_picture(
     """
     kind = path.suffix.lower()
     if kind != ".html":
-        write_whole(path, picture(kind[1:]))
+        write_file(path, picture(kind[1:]), SimulateError)
         return
     svg = picture("svg").decode()
     inside = {"title": in_html(title), "picture": svg[svg.index("<svg") :], "facts": Table(("", ""), facts)}
-    write_whole(path, render("plot/page.html.jinja", inside))
+    write_file(path, render("plot/page.html.jinja", inside), SimulateError)
 
 
 def figure(

@@ -103,7 +103,6 @@ class PathEquations:
         return u
 
     def accelerations(self, t: float, q: Array, u: Array, A: Array) -> Array:
-        """Return u̇."""
         a = self._solved(A, self.second(t, q, u))
         if self.left:  # what least velocities take besides
             few = A[:, self.loose]
@@ -143,7 +142,6 @@ class PathEquations:
 
     @property
     def names(self) -> str:
-        """Of what has a path."""
         return ", ".join(path.name for path in self.paths)
 
     # What kind of equations they are

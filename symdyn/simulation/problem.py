@@ -71,7 +71,6 @@ class Problem(Suggesting):
     values: InitVar[Mapping[str, object] | None] = None
 
     def __post_init__(self, values: Mapping[str, object] | None) -> None:
-        """Bind the values."""
         check_arguments(Problem, {**vars(self), "values": values}, SimulateError)
         _check_one({"start": self.start, "start rates": self.start_rates, "values": values})
         if self.whole is not None and self.start_rates is not None:
@@ -216,7 +215,6 @@ class Run:
     ignore_limits: bool = False
 
     def __post_init__(self) -> None:
-        """Take numbers of any library as Python's own."""
         for name, kind in {"until": float, "every": float, "rtol": float, "atol": float, "ignore_limits": bool}.items():
             object.__setattr__(self, name, *native(kind, getattr(self, name)))
         stops = (self.stops,) if isinstance(self.stops, str) else map(formula_text, self.stops)

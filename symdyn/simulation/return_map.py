@@ -276,11 +276,7 @@ def _kind(scene: Scene, system: StateEquations, what: str, contact: str) -> int:
 
 
 def _swapped(scene: Scene, names: Sequence[str], swap: Mapping[str, str]) -> list[str]:
-    """Return what stands in the place of each name after a swap.
-
-    Raises:
-        SimulateError: a name has no counterpart, or nothing is swapped.
-    """
+    """Return what stands in the place of each name after a swap; SimulateError of one without a counterpart."""
     to = {b: a for a, b in swap.items() if b not in swap} | dict(swap)
     found = [to.get(name, "".join(to.get(one, one) for one in re.split(r"([_.])", name))) for name in names]
     lost = [

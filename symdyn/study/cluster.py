@@ -97,11 +97,7 @@ class Cluster:
                 self.client.cancel([task for _, task in under_way.values()], force=True)
 
     def _look(self) -> int:
-        """Return how many workers there are; says so if there is none.
-
-        Raises:
-            StudyError: the scheduler is gone.
-        """
+        """Return how many workers there are, and say so if there is none; StudyError where the scheduler is gone."""
         self._still_there()
         try:
             found = self.workers
@@ -123,11 +119,7 @@ class Cluster:
         return [self._result(task, number) for task, number in zip(tasks, numbers, strict=True)]
 
     def _result(self, future: Task, number: int) -> Any:
-        """Return what a task returned.
-
-        Raises:
-            StudyError: it has no result, and why.
-        """
+        """Return what a task returned; StudyError where it has no result, and why."""
         try:
             return future.result()
         except KilledWorker as fault:
@@ -160,11 +152,7 @@ def _gone(reported: str) -> str:
 
 
 def _job(job: Any, made_by: str) -> Any:
-    """Return a job in the worker that keeps it.
-
-    Raises:
-        StudyError: this worker has another version of symdyn, whose numbers may be others.
-    """
+    """Return a job in the worker that keeps it; StudyError from another version, whose numbers may be others."""
     if made_by != version():
         raise StudyError(f"a worker has symdyn {version()}, and the study is made by {made_by}; install one of both")
     return job
@@ -188,11 +176,7 @@ def of_client(client: distributed.Client, say: Say) -> Iterator[Cluster]:
 
 
 def _check(cluster: Cluster) -> None:
-    """Look whether all workers that are there have this version.
-
-    Raises:
-        StudyError: one has not.
-    """
+    """Raise StudyError where a worker that is there has another version than this process, or none."""
     versions = cluster.client.run(version, on_error="return")
     faults = []
     for worker, told in versions.items():

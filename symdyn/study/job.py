@@ -146,7 +146,6 @@ class Job:
 
     @property
     def blocks(self) -> int:
-        """How many blocks there are."""
         return -(-self.design.count // self.block)
 
     def span(self, k: int) -> tuple[int, int]:
@@ -160,7 +159,6 @@ class Job:
 
     @property
     def scene_text(self) -> str:
-        """The scene as TOML."""
         return write_text(self.scene.in_si(), "toml").text
 
     @property

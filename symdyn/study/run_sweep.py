@@ -144,11 +144,7 @@ def _shapes(count: int, rows: int, names: int, measures: int) -> dict[str, tuple
 
 
 def _opened(path: Path, mode: str) -> tuple[Any, dict[str, Any]]:
-    """Return the group that stands at a path, and its arrays by name.
-
-    Raises:
-        StudyError: there is none, or it is no store of a sweep.
-    """
+    """Return the group that stands at a path, and its arrays by name; StudyError where it is no store of a sweep."""
     if not path.exists():
         raise StudyError(f"{path}: there is no such store; symdyn sweep ... -o {path.name} makes one")
     for said in (path / META, *(path / name / META for name in KINDS)):

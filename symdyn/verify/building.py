@@ -70,7 +70,6 @@ class Building:
         self._threads = self._commands.threads(most)
 
     def __enter__(self) -> Building:
-        """Return it; what was begun ends before the block does."""
         return self
 
     def __exit__(

@@ -30,8 +30,7 @@ Rows = list[tuple[Expr, ...]]
 
 
 def _touches(w: Workspace) -> tuple[Touch, ...]:
-    found: tuple[Touch, ...] = w.once(touching, True)
-    return found
+    return w.once(touching, True)
 
 
 def _by_name(w: Workspace, output: str, columns: bool = False) -> Rows:

@@ -325,13 +325,12 @@ class Solved:
 EPSILON = 2.0**-52
 
 
-def solved(made: Calls, states: Mapping[str, Array], epsilon: float = EPSILON) -> list[Solved]:
+def solved(made: Calls, states: Mapping[str, Array]) -> list[Solved]:
     """Return how well every implementation of forward dynamics solves at every state where M and h are finite.
 
     Args:
         made: has forward_dynamics, mass_matrix and inverse_dynamics.
         states: q, qd, tau of shapes (N, n), and params if there are free ones.
-        epsilon: spacing of the numbers at one.
     """
     n, count = states["tau"].shape[1], len(states["q"])
     at_rest = {**states, "qdd": np.zeros((count, n))}
@@ -351,7 +350,7 @@ def solved(made: Calls, states: Mapping[str, Array], epsilon: float = EPSILON) -
                     found.append(Solved(np.inf, np.inf, f"{way}, state {k}"))
                     continue
                 qdd = column(values[k], algebra)
-                size = epsilon * (norm(matrix) * norm(qdd) + norm(force) + norm(tau) or 1.0)
+                size = EPSILON * (norm(matrix) * norm(qdd) + norm(force) + norm(tau) or 1.0)
                 error, residual = norm(qdd - arb_mat(n, 1, exact[k])), norm(matrix * qdd + force - tau)
                 found.append(Solved(error / (n * inverse * size), residual / size, f"{way}, state {k}"))
     return found

@@ -119,9 +119,9 @@ def _formulations(scene: Scene) -> list[str]:
     ]
 
 
-def cases(name: str, made: Calls, given: Mapping[str, Array], epsilon: float = EPSILON) -> Iterator[Case]:
+def cases(name: str, made: Calls, given: Mapping[str, Array]) -> Iterator[Case]:
     """Yield both errors of a scene's forward dynamics at states."""
-    found = solved(made, given, epsilon)
+    found = solved(made, given)
     forward = worst([(one.forward, one.where) for one in found], NOT_FINITE)
     backward = worst([(one.backward, one.where) for one in found], NOT_FINITE)
     yield Case(name, "forward error / (n eps |M^-1| (|M||qdd| + |h| + |tau|))", C, *forward)

@@ -316,7 +316,6 @@ class Numbers:
 
     @cached_property
     def contact_gaps(self) -> tuple[ContactGap, ...]:
-        """What is measured at contacts."""
         return contact_gaps(self.scene, self.graph)
 
     def lying_flat(self, q: Array) -> str:

@@ -45,7 +45,6 @@ class LoopWorkspace:
     """Independent constraint rows of one scene on the workspace's graph, and decisions about them."""
 
     def __init__(self, workspace: Workspace) -> None:
-        """Begin with nothing decided."""
         self.w = workspace
 
     # Decisions
@@ -159,10 +158,6 @@ class LoopWorkspace:
     def residual(self, rows: Constraints) -> list[Expr]:
         """Return residuals of the independent constraints, shape (m,)."""
         return [rows.residual[k] for k in self.decisions.independent_rows]
-
-    def position_residual(self, rows: Constraints) -> list[Expr]:
-        """Return residuals of the independent holonomic constraints."""
-        return [rows.residual[k] for k in self.position_level[0]]
 
     def G(self, rows: Constraints) -> Matrix:
         """Return the rows of the independent constraints, shape (m, nv)."""

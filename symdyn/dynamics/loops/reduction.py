@@ -253,7 +253,6 @@ class SolveSteps:
 
     @property
     def count(self) -> int:
-        """Number of rows of the table."""
         return len(self.given.M) + len(self.given.G) + self._size
 
     @property

@@ -44,7 +44,6 @@ class Remainders:
     """Rows that are turned step by step; what is left of each stands in the columns that are still open."""
 
     def __init__(self, A: Array) -> None:
-        """Begin with the rows of a matrix."""
         self.rows: list[dict[int, float]] = [{} for _ in A]
         self.users: list[set[int]] = [set() for _ in range(A.shape[1])]
         for i, k in zip(*(part.tolist() for part in np.nonzero(A)), strict=True):

@@ -57,7 +57,6 @@ class Energies:
 
     @property
     def P(self) -> Expr:
-        """Potential energy."""
         return self.G + self.E
 
     def momenta(self) -> list[Expr]:

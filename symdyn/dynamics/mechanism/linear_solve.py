@@ -145,7 +145,6 @@ class _Points:
     """Points of one field, with the values of nodes there; begun anew where nodes need more of the field."""
 
     def __init__(self) -> None:
-        """Start without values."""
         self._needs = Needs.of(())
         self._begin()
 
@@ -235,7 +234,6 @@ class Factored:
 
     @property
     def pivots(self) -> list[Expr]:
-        """D."""
         return [row[k] for k, row in enumerate(self.L)]
 
     def solve(self, rows: Sequence[Sequence[Expr]]) -> list[list[Expr]]:
@@ -335,7 +333,6 @@ class Singular(DerivationError):  # noqa: N818  what the matrix is
     """
 
     def __init__(self, velocity: int) -> None:
-        """Store the velocity; `moves_no_mass` says it in words of the scene."""
         self.velocity = velocity
         super().__init__(
             "forward dynamics does not exist: the mass matrix is singular; give every body that ends a branch a mass "

@@ -288,4 +288,3 @@ ARMS: dict[str, Output] = {
         place="point", default_in="request", may_fail="reported", size=Size((60,)),
     ),
 }  # fmt: skip
-"""Rows of the table of outputs."""

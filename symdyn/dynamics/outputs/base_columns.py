@@ -56,8 +56,7 @@ class Linear:
     @classmethod
     def of(cls, w: Workspace) -> Linear:
         """Return the linear parameters of a workspace's scene, found once."""
-        found: Linear = w.once(linear)
-        return found
+        return w.once(linear)
 
     def parameters(self) -> list[Expr]:
         """Return π, what the columns of the regressor are to be multiplied by, on the graph that was asked."""
@@ -216,8 +215,7 @@ class BaseColumns:
     @classmethod
     def of(cls, w: Workspace) -> BaseColumns:
         """Return the columns of a workspace, found once."""
-        found: BaseColumns = w.once(grouped)
-        return found
+        return w.once(grouped)
 
     def values(self) -> list[Expr]:
         """Return β, what the columns are to be multiplied by: formulas of declared parameters."""

@@ -249,4 +249,3 @@ CONFIGURATIONS: dict[str, Output] = {
         ("q", TO), "J", _square("to"), f"1, or rad/m; {_DISPLACED}", formulations=_swept(_difference_jacobian),
     ),
 }  # fmt: skip
-"""Rows of the table of outputs."""

@@ -23,8 +23,9 @@ Reference: Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts (19
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
+from functools import partial
 from itertools import islice
 
 from symdyn.dynamics.loops.partition import solve_square
@@ -34,9 +35,11 @@ from symdyn.frozen import dataclass
 from symdyn.graph import Expr, tangents
 from symdyn.unlocked import cached_property
 
-SOFT, STEPS = Fraction(1, 10**7), 4
+Rows = list[list[Expr]]
+
+SOFT, STEPS = Fraction(1, 10**7), 5
 """ε, large beside rounding and small beside what rows that differ leave, as those of feet that are close to each other;
-and the steps that take it back."""
+and the steps, those behind the first taking it back."""
 
 
 @dataclass(frozen=True)
@@ -131,14 +134,19 @@ def _hold(A: list[list[Expr]], b: list[Expr], row: int, held: Expr) -> None:
     b[row] = held * b[row]
 
 
-def _least(A: list[list[Expr]], b: Sequence[Expr], soft: Sequence[Expr]) -> list[Expr]:
+def _least(A: Rows, b: Sequence[Expr], soft: Sequence[Expr]) -> list[Expr]:
     """Return the x of least size, shape (m,), with A x = b to rounding, A singular or not."""
     regular = [[x + soft[i] if i == j else x for j, x in enumerate(row)] for i, row in enumerate(A)]
-    found = eliminated(regular, b)
-    for _ in range(STEPS):
-        missed = [one - dot(row, found) for row, one in zip(A, b, strict=True)]
-        found = [x + more for x, more in zip(found, eliminated(regular, missed), strict=True)]
-    return found
+    return proximal(A, b, partial(eliminated, regular))
+
+
+def proximal(A: Rows, b: Sequence[Expr], softly: Callable[[Sequence[Expr]], list[Expr]]) -> list[Expr]:
+    """Return x with A x = b, shape (m,); `softly` solves with more on the diagonal of A."""
+    x = softly(b)
+    for _ in range(STEPS - 1):
+        missed = [one - dot(row, x) for row, one in zip(A, b, strict=True)]
+        x = [one + more for one, more in zip(x, softly(missed), strict=True)]
+    return x
 
 
 def eliminated(A: Sequence[Sequence[Expr]], b: Sequence[Expr]) -> list[Expr]:

@@ -49,11 +49,7 @@ def every_touch(w: Workspace, by_recursion: bool = True) -> tuple[Touch, ...]:
 
 
 def _touch(w: Workspace, name: str, by_recursion: bool) -> Touch:
-    """Return a contact by its name.
-
-    Raises:
-        DerivationError: there is none of that name.
-    """
+    """Return a contact by its name; DerivationError where there is none so called."""
     every = every_touch(w, by_recursion)
     found = {one.law.name: one for one in every}
     if name not in found:
@@ -77,8 +73,7 @@ def _gap(w: Workspace, name: str, by_recursion: bool) -> list[Expr]:
 
 def _free(w: Workspace, by_recursion: bool) -> list[Expr]:
     forward = (constrained.forward, constrained.lagrange_forward), (trees.forward_crba, trees.lagrange_forward)
-    found: list[Expr] = w.once(forward[not w.scene.is_constrained][not by_recursion])
-    return found
+    return w.once(forward[not w.scene.is_constrained][not by_recursion])
 
 
 def _impact_matrix(w: Workspace, name: str, by_recursion: bool) -> list[Expr]:
@@ -279,4 +274,3 @@ CONTACTS: Mapping[str, Output] = {
         formulations=_both(_in_mode),
     ),
 }
-"""Rows of the table of outputs."""

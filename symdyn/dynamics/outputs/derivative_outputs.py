@@ -191,8 +191,7 @@ BESIDE = tuple(ALONE)
 def entries_of(w: Workspace, row: Output, *place: str) -> Sequence[Expr]:
     """Return the entries of an output by the formulation that its row prefers."""
     row = row.constrained if w.scene.is_constrained else row
-    found: Sequence[Expr] = w.once(row.formulations[row.preferred(w)].derive, *place)
-    return found
+    return w.once(row.formulations[row.preferred(w)].derive, *place)
 
 
 JACOBIANS: dict[str, dict[str, tuple[Callable[..., list[Expr]], Callable[..., RowSolve | None] | None]]] = {

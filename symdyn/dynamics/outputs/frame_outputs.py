@@ -172,4 +172,3 @@ IN_FRAMES: Mapping[str, Mapping[str, Output]] = {frame: {kind: _row(kind, frame)
 """Rows by the word for the frame, then by name."""
 
 MOVING = IN_FRAMES["aligned"]
-"""Rows of the table of outputs."""

@@ -27,7 +27,7 @@ from itertools import chain
 from symdyn.dynamics.loops.partition import solve_square
 from symdyn.dynamics.mechanism.linear_solve import Factored, RowSolve, RowStep, Singular, factored
 from symdyn.dynamics.outputs import recursive_derivatives, tree_formulations as trees
-from symdyn.dynamics.outputs.contact_equations import columns_of, dot, eliminated
+from symdyn.dynamics.outputs.contact_equations import STEPS, Rows, columns_of, dot, eliminated, proximal
 from symdyn.dynamics.outputs.contact_outputs import DIRECTIONS, every_touch, touches
 from symdyn.dynamics.outputs.contact_rows import Row, Touch
 from symdyn.dynamics.outputs.named_functions import DRIVES, MODES, MULTIPLIERS, PROXIMAL, direction
@@ -38,12 +38,7 @@ from symdyn.errors import DerivationError, listed
 from symdyn.frozen import dataclass
 from symdyn.graph import Expr, substitute, tangents
 
-Rows = list[list[Expr]]
-
 MASK = MODES[0]
-
-STEPS = 5
-"""Of the proximal point method."""
 
 
 def _normal(touch: Touch) -> tuple[Row, ...]:
@@ -121,11 +116,7 @@ def _factors(w: Workspace) -> Held:
 
 
 def _regular(w: Workspace) -> Factored:
-    """Return the factors of Δ.
-
-    Raises:
-        DerivationError: rows hold the same when all are held.
-    """
+    """Return the factors of Δ; DerivationError where rows hold the same when all are held."""
     found: Held = w.once(_factors)
     graph, in_order = w.graph, range(-1, len(found.delta))
     all_held = dict.fromkeys(direction(graph, MASK, len(every_touch(w))), graph.one)
@@ -159,22 +150,13 @@ def _least_by_factors(w: Workspace) -> list[Expr]:
     found: Held = w.once(_factors)
     A = _softened(w, found.delta)
     regular = factored(w.graph, range(-1, len(A)), A)
-    return _solution(w, _proximal(found.delta, found.wanted, lambda b: [x for (x,) in regular.solve([[x] for x in b])]))
+    return _solution(w, proximal(found.delta, found.wanted, lambda b: [x for (x,) in regular.solve([[x] for x in b])]))
 
 
 def _softened(w: Workspace, A: Rows) -> Rows:
     """Return A + ρ."""
     (rho,) = direction(w.graph, PROXIMAL, 1)
     return [[x + rho if i == j else x for j, x in enumerate(row)] for i, row in enumerate(A)]
-
-
-def _proximal(A: Rows, b: Sequence[Expr], softly: Callable[[Sequence[Expr]], list[Expr]]) -> list[Expr]:
-    """Return λ; `softly` solves with A + ρ."""
-    lam = softly(b)
-    for _ in range(STEPS - 1):
-        missed = [one - dot(row, lam) for row, one in zip(A, b, strict=True)]
-        lam = [x + more for x, more in zip(lam, softly(missed), strict=True)]
-    return lam
 
 
 # By Lagrange's equations and rows of differentiated placements
@@ -188,7 +170,7 @@ def _unfactored(w: Workspace, least: bool) -> list[Expr]:
     one, m = w.graph.one, range(len(rows))
     A = [[c[i] * c[j] * dot(rows[i].entries, by_row[j]) + (one - c[i] if i == j else 0) for j in m] for i in m]
     b = [-held * (dot(row.entries, free) + row.bias) for row, held in zip(rows, c, strict=True)]
-    lam = _proximal(A, b, partial(eliminated, _softened(w, A))) if least else solve_square(A, b)
+    lam = proximal(A, b, partial(eliminated, _softened(w, A))) if least else solve_square(A, b)
     pushed = [held * x for held, x in zip(c, lam, strict=True)]
     return [*(a + dot(parts, pushed) for a, *parts in zip(free, *by_row, strict=True)), *lam]
 
@@ -302,4 +284,3 @@ HELD: Mapping[str, Output] = {
         size=Size((0, 40), 1.0),
     ),
 }
-"""Rows of the table of outputs."""

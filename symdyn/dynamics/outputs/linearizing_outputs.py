@@ -307,11 +307,7 @@ class _Shaped:
 
 
 def _shaped(w: Workspace, name: str, formulation: str) -> _Shaped:
-    """Return what shaping needs.
-
-    Raises:
-        DerivationError: V is no such function, or drives do not work on it each in a way of its own.
-    """
+    """Return what shaping needs; DerivationError where V is no such function, or drives do not each work on it."""
     scene, graph, u = w.scene, w.graph, w.state.qd
     if scene.prescribed_velocities:
         raise _refused(w, name, "is shaped where no motion is prescribed; give that joint a drive")

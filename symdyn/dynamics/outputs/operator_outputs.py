@@ -135,7 +135,7 @@ OPERATORS: dict[str, Output] = {
     "minimum_norm_multipliers": _ON_REQUEST(
         "multipliers lambda of all rows of loops, redundant ones too, of least norm among those of the same forces "
         "G^T lambda; as multipliers, units mixed where rows are",
-        ("q", "qd", "tau"), "lambda", (labels.every_row,), "N or N m",
+        ("q", "qd", "tau"), "lambda", (lambda w: w.loops.decisions.names,), "N or N m",
         when_constrained="only",
         formulations={"crba": Formulation(_least), "lagrange": by_lagrange(_lagrange_least)},
         depends=("independent", "alpha", "beta"),
@@ -151,4 +151,3 @@ OPERATORS: dict[str, Output] = {
         },
     ),
 }  # fmt: skip
-"""Rows of the table of outputs."""

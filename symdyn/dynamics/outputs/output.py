@@ -219,8 +219,7 @@ class Output:
 
     def preferred(self, workspace: Workspace) -> str:
         """Return the name of the formulation that code is generated from."""
-        name: str = workspace.once(self.prefer) if self.prefer else next(iter(self.formulations))
-        return name
+        return workspace.once(self.prefer) if self.prefer else next(iter(self.formulations))
 
     @property
     def is_large(self) -> bool:

@@ -48,11 +48,6 @@ def kept_rows(w: Workspace) -> tuple[str, ...]:
     return tuple(decisions.names[k] for k in decisions.independent_rows)
 
 
-def every_row(w: Workspace) -> tuple[str, ...]:
-    """Return a label for each row that closes loops."""
-    return w.loops.decisions.names
-
-
 def joints(w: Workspace) -> tuple[str, ...]:
     """Return a label for each joint, then for each loop."""
     return joints_of(w.scene)

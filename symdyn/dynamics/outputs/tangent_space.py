@@ -230,8 +230,8 @@ class AlongManifold(TangentSpace):
     def by_parameter(self, w: Workspace, formulation: str, symbol: Expr) -> Seeds:
         """Return how fast each symbol moves with a parameter, what is independent held."""
         loops, manifold = w.loops, manifold_of(w, formulation)
-        residual = loops.position_residual(loops.differentiated if formulation == "lagrange" else loops.recursive)
-        seeds = manifold.by_parameter(symbol, residual)
+        rows = loops.differentiated if formulation == "lagrange" else loops.recursive
+        seeds = manifold.by_parameter(symbol, [rows.residual[k] for k in loops.position_level[0]])
         return manifold.accelerating(seeds) if self.accelerating else seeds
 
 

@@ -104,8 +104,7 @@ def cheaper_forward(w: Workspace) -> str:
 
 def forward(w: Workspace) -> list[Expr]:
     """Return q̈ by CRBA or ABA, whichever is cheaper."""
-    found: list[Expr] = w.once(forward_aba if w.once(cheaper_forward) == "aba" else forward_crba)
-    return found
+    return w.once(forward_aba if w.once(cheaper_forward) == "aba" else forward_crba)
 
 
 def christoffel_matrix(w: Workspace) -> list[Expr]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from symdyn.dynamics.loops.loop_workspace import LoopWorkspace
 from symdyn.dynamics.loops.partition import LoopChoices
@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from symdyn.dynamics.reactions.free_bodies import FreeBodies
 
 Matrix = list[list[Expr]]
+T = TypeVar("T")
 
 
 class Workspace:
@@ -67,7 +68,7 @@ class Workspace:
         self.derived: dict[tuple[str, str], Function] = {}  # by request and formulation, as `derive_one` finds them
         self._found: dict[tuple[Any, ...], Any] = {}
 
-    def once(self, derive: Callable[..., Any], *asked: Hashable) -> Any:
+    def once(self, derive: Callable[..., T], *asked: Hashable) -> T:
         """Return what a derivation gives for the workspace, and for what is asked of it; each runs once.
 
         Formulations may share what they are made of in this way, and rows their formulations. No formulation reads what
@@ -75,7 +76,8 @@ class Workspace:
         """
         if (derive, *asked) not in self._found:
             self._found[derive, *asked] = derive(self, *asked)
-        return self._found[derive, *asked]
+        found: T = self._found[derive, *asked]
+        return found
 
     @cached_property
     def directions(self) -> Directions:

@@ -233,11 +233,11 @@ class GeneralTurn:
 
     def tensor_back(self, J: Mat) -> Mat:
         """Return R J Rᵀ for a symmetric J."""
-        return self.block_back(J).mirrored()
+        return (self.R @ J @ self.R.T).mirrored()
 
     def block_back(self, H: Mat) -> Mat:
-        """Return R H Rᵀ for any H."""
-        return self.R @ H @ self.R.T
+        """Return R H Rᵀ for any H, row by row, then column by column."""
+        return Mat(map(self.back, Mat(map(self.back, H)).T)).T
 
 
 @dataclass(frozen=True)

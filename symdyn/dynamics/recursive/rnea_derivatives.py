@@ -41,7 +41,6 @@ from symdyn.dynamics.recursive.links import (
     JointTransform,
     LinkMotion,
     Moments,
-    PlanarTurn,
     SpatialForce,
     Turn,
     Twist,
@@ -113,7 +112,7 @@ class Composite:
     def turned(self, turn: Turn) -> Composite:
         """Return it in axes from which `turn` leads here."""
         body = Moments(self.body.m, turn.back(self.body.h), turn.tensor_back(self.body.J))
-        return Composite(body, _turned(turn, self.P), turn.back(self.momentum))
+        return Composite(body, turn.block_back(self.P), turn.back(self.momentum))
 
     def inertia(self, d: Twist) -> SpatialForce:
         """Return I d: angular momentum about the origin, momentum."""
@@ -160,24 +159,6 @@ def _less_trace(M: Mat, w: Vec) -> Vec:
         (M[0][0] + M[2][2]) * w[1] - M[1][0] * w[0] - M[1][2] * w[2],
         (M[0][0] + M[1][1]) * w[2] - M[2][0] * w[0] - M[2][1] * w[1],
     )
-
-
-def _turned(turn: Turn, P: Mat) -> Mat:
-    """Return R P Rᵀ of a matrix that need not be symmetric: about an axis for 12 multiplications."""
-    if not isinstance(turn, PlanarTurn):
-        columns = Mat(map(turn.back, P)).T  # of P Rᵀ
-        return Mat(map(turn.back, columns)).T
-    k, i, j, c, s = turn.k, (turn.k + 1) % 3, (turn.k + 2) % 3, turn.cos, turn.sin
-    rows = [list(row) for row in P]
-    if c.is_zero:
-        rows[i][i], rows[j][j], rows[i][j], rows[j][i] = P[j][j], P[i][i], -P[j][i], -P[i][j]
-    elif not s.is_zero:
-        w = c * (P[i][i] - P[j][j]) - s * (P[i][j] + P[j][i])
-        rows[i][i], rows[j][j] = P[j][j] + c * w, P[i][i] - c * w
-        rows[i][j], rows[j][i] = P[i][j] + s * w, P[j][i] + s * w
-    rows[i][k], rows[j][k] = c * P[i][k] - s * P[j][k], s * P[i][k] + c * P[j][k]
-    rows[k][i], rows[k][j] = c * P[k][i] - s * P[k][j], s * P[k][i] + c * P[k][j]
-    return Mat((x, y, z) for x, y, z in rows)
 
 
 Pair = tuple[int, int]

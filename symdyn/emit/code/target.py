@@ -405,7 +405,6 @@ class Sources(Mapping[str, Contents]):
         return dict(self.files)[name]
 
     def __iter__(self) -> Iterator[str]:
-        """Iterate over the file names."""
         return (name for name, _ in self.files)
 
     def __len__(self) -> int:

@@ -231,7 +231,6 @@ class Latex:
         return rf"{mantissa} \cdot 10^{{{int(exponent)}}}" if exponent else mantissa
 
     def unbroken(self, form: Form) -> str:
-        """Return LaTeX without break marks."""
         return self(form).replace(BREAK, "")
 
     def underbraced(self, form: Form, name: str, widest: float = math.inf) -> tuple[str, str]:

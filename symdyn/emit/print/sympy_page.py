@@ -72,7 +72,6 @@ class _Variables:
             yield f"{self.fresh('sub')} = {{{', '.join(pairs)}}}"
 
     def show(self, form: Form) -> str:
-        """Return a form as Python."""
         return _text(form.to_sympy(self.positive), self.symbols)
 
 

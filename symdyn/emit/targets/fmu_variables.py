@@ -105,7 +105,7 @@ def variables(program: Program, q: Sequence[float], u: Sequence[float]) -> tuple
         found.append(Variable(place[name], name, "input", 0.0, scene.shown_unit(units[name]), "driving force"))
     told, looked = SceneUnits(scene).inferred, SceneUnits(scene).outputs
     for one in scene.inputs:
-        found.append(Variable(place[one.name], one.name, "input", _number(one.value, 0.0), told[one.name], one.text))
+        found.append(Variable(place[one.name], one.name, "input", _number(one.value), told[one.name], one.text))
     for signal in scene.outputs:
         name = signal.name
         found.append(Variable(place[name], name, "output", None, looked[name], signal.text, 0, depends[name]))
@@ -113,7 +113,7 @@ def variables(program: Program, q: Sequence[float], u: Sequence[float]) -> tuple
     there = {one.name: one for one in scene.parameters}
     for name in free:
         p = there[name]
-        found.append(Variable(place[name], name, "parameter", _number(p.value, 0.0), told[name], p.text))
+        found.append(Variable(place[name], name, "parameter", _number(p.value), told[name], p.text))
     assert [one.reference for one in found] == [*range(len(found))], "references are places"
     return tuple(found)
 
@@ -134,9 +134,9 @@ def _bound(limit: Quantity | None, values: Mapping[str, Quantity]) -> float | No
     return None if value is None else float(value)
 
 
-def _number(value: Quantity | None, other: float) -> float:
+def _number(value: Quantity | None) -> float:
     found = None if value is None else value.known_at({})
-    return other if found is None else float(found)
+    return 0.0 if found is None else float(found)
 
 
 def _check_values(scene: Scene, free: Sequence[str]) -> None:

@@ -277,25 +277,6 @@ def _write(draft: Draft) -> dict[str, str]:
     return files
 
 
-def _beside(sources: Sources) -> dict[str, str]:
-    """Return an example for each spelling, which knows what must come out."""
-    return files_beside(sources)
-
-
-GPU = Target(
-    name="gpu",
-    title="GPU",
-    text="kernels for CUDA and OpenCL, one state a thread",
-    reals=SINGLE,
-    files={"{stem}.cu": str, "{stem}.cl": str},
-    keywords=frozenset(),  # every kernel begins with the name of the scene
-    printer=lambda real: Printer(_spellings(real.suffix, real), partial(_literal, real)),
-    comment=in_comment,
-    write=_write,
-    beside=_beside,
-)
-
-
 STATES = 1000
 """As many as fill several blocks, the last of them in part."""
 
@@ -322,7 +303,7 @@ class Launched:
 
 
 def files_beside(sources: Sources) -> dict[str, str]:
-    """Return both examples."""
+    """Return an example for each spelling, which knows what must come out."""
     opening, real = stem(sources.program.scene.name), find_real(sources.real)
     made = worked_example(sources, real.suffix)
     runs = dict(zip(sources.functions, budgets(sources.program, real), strict=True))
@@ -337,6 +318,20 @@ def files_beside(sources: Sources) -> dict[str, str]:
         "left_out": made.left_out,
     }
     return {f"{opening}_main{ending}": render(f"gpu/main{ending}.jinja", values) for ending in (".cu", ".py")}
+
+
+GPU = Target(
+    name="gpu",
+    title="GPU",
+    text="kernels for CUDA and OpenCL, one state a thread",
+    reals=SINGLE,
+    files={"{stem}.cu": str, "{stem}.cl": str},
+    keywords=frozenset(),  # every kernel begins with the name of the scene
+    printer=lambda real: Printer(_spellings(real.suffix, real), partial(_literal, real)),
+    comment=in_comment,
+    write=_write,
+    beside=files_beside,
+)
 
 
 def _launched(call: Called, room: Budget) -> Launched:

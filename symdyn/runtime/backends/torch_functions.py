@@ -13,7 +13,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
-from functools import cache, partial
+from functools import cache, partial, reduce
 from math import prod
 from pathlib import Path
 from typing import Any
@@ -267,9 +267,7 @@ def placed(word: Word, *given: Any) -> Array:
     strong = [_strong(one) for one in given if not is_weak(one)]
     dtype = torch.get_default_dtype()
     if strong:
-        dtype = strong[0].dtype
-        for one in strong[1:]:
-            dtype = torch.promote_types(dtype, one.dtype)
+        dtype = reduce(torch.promote_types, (one.dtype for one in strong))
     if not (dtype.is_floating_point or dtype.is_complex):
         dtype = torch.get_default_dtype()
     if dtype not in TYPES:
@@ -300,9 +298,7 @@ def stacked(values: Sequence[Any]) -> Any:
     if all(is_weak(one) for one in values):
         return list(values)
     strong = [_strong(one) for one in values if not is_weak(one)]
-    dtype = strong[0].dtype
-    for one in strong[1:]:
-        dtype = torch.promote_types(dtype, one.dtype)
+    dtype = reduce(torch.promote_types, (one.dtype for one in strong))
     return torch.stack(torch.broadcast_tensors(*(_tensor(one, dtype, strong[0].device) for one in values)), -1)
 
 

@@ -73,12 +73,10 @@ class Case:
 
     @property
     def slips(self) -> bool:
-        """Whether it slips."""
         return self.slip == SLIP
 
     @property
     def numbers(self) -> tuple[float, float, float, float]:
-        """Its mode."""
         way = self.way[0] if len(self.way) == 1 else float(self.slips)
         return float(self.held), float(self.slip == STICK), way, self.yields if self.held or self.slip else 0.0
 

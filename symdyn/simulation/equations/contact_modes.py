@@ -230,7 +230,6 @@ class Contacts:
         return np.array([0.0 if k in self.always else n.gaps[k] for k in some])
 
     def name(self, k: int) -> str:
-        """Return the name of one."""
         return self.touches[k][0]
 
     def refuse_many(self, touching: Sequence[int]) -> None:

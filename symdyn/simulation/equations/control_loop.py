@@ -45,6 +45,18 @@ class ControllerError(SimulateError):
     """A controller that raised something, or returned what no force can be: what it was, and when."""
 
 
+def differences_of(of: Callable[[Array], Array], x: Array, relative: float) -> Array:
+    """Return ∂f/∂x of a function by central differences, whose size is over that of each entry or 1; (m, nx)."""
+    columns = []
+    for k, value in enumerate(x.tolist()):
+        step = relative * max(1.0, abs(value))
+        ahead, behind = x.copy(), x.copy()
+        ahead[k] += step
+        behind[k] -= step
+        columns.append((of(ahead) - of(behind)) / (2 * step))
+    return np.array(columns).T
+
+
 def lateness(feedback: Feedback) -> tuple[int, float]:
     """Return how late forces of a controller that takes samples act: whole periods, and the rest, s."""
     assert feedback.period is not None, "only of controllers that take samples"
@@ -239,11 +251,7 @@ class Loop:
         return y, r
 
     def _said(self, t: float, q: Array, u: Array) -> Array:
-        """Return what the law says, shape (m,).
-
-        Raises:
-            ControllerError: it raised something, or returned what is no force.
-        """
+        """Return what the law says, shape (m,); ControllerError where it raised something, or returned no force."""
         names, when, title = self.placed.names, f"at t = {t:.9g} s", self.placed.title
         try:
             said = self.law(t, q.copy(), u.copy())
@@ -297,22 +305,14 @@ class Loop:
         if signals is not None and isinstance(law, LinearLaw):
             return np.hstack([law.D @ self._unmoved(signals.slopes(t, q, u)), law.C]), free
         own = getattr(law, "slope", None)
-        return self._unmoved(self._differences(t, q, u) if own is None else np.array(own(t, q, u))), free
+        if own is None:
+            x = np.concatenate([q, u])
+            return self._unmoved(differences_of(lambda y: self._said(t, y[: self.nq], y[self.nq :]), x, STEP)), free
+        return self._unmoved(np.array(own(t, q, u))), free
 
     def _unmoved(self, slopes: Array) -> Array:
         """Return slopes of what a law is told, with zeros for modes of contacts, shape (.., nq + nu)."""
         return np.hstack([slopes, np.zeros((len(slopes), self.nu - self.told))])
-
-    def _differences(self, t: float, q: Array, u: Array) -> Array:
-        x, columns = np.concatenate([q, u]), []
-        for k in range(len(x)):
-            step = STEP * max(1.0, abs(float(x[k])))
-            ahead, behind = x.copy(), x.copy()
-            ahead[k] += step
-            behind[k] -= step
-            pair = (self._said(t, one[: self.nq], one[self.nq :]) for one in (ahead, behind))
-            columns.append((next(pair) - next(pair)) / (2 * step))
-        return np.array(columns).T
 
     def _cut(self, forces: Array) -> Array:
         return np.clip(forces, self.placed.least, self.placed.most)

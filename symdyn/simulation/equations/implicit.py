@@ -43,6 +43,7 @@ from symdyn.graph import Expr, substitute, tangents
 from symdyn.program import Program
 from symdyn.scene.values import acceleration_name
 from symdyn.simulation.equations.compiled_routines import Compiled, acting, argument, compiled, plain
+from symdyn.simulation.equations.control_loop import differences_of
 from symdyn.simulation.equations.system import StateEquations
 
 RELATIVE = 1e-6
@@ -137,13 +138,7 @@ def _along(system: StateEquations) -> Compiled:
 
 def differences(system: StateEquations, t: float, x: Array, relative: float) -> Array:
     """Return ∂f/∂x by central differences of that relative size, (nx, nx); zeros where it is not finite."""
-    J = np.empty((len(x), len(x)))
-    for k in range(len(x)):
-        step = relative * max(1.0, abs(float(x[k])))
-        ahead, behind = x.copy(), x.copy()
-        ahead[k] += step
-        behind[k] -= step
-        J[:, k] = (system.rates(t, ahead) - system.rates(t, behind)) / (2 * step)
+    J = differences_of(lambda y: system.rates(t, y), x, relative)
     return np.where(np.isfinite(J), J, 0.0)
 
 

@@ -45,7 +45,6 @@ class Saturation:
 
     @property
     def words(self) -> str:
-        """It in a line."""
         limit = f"{self.limit:g} {self.unit}".rstrip()
         return f"{self.name} is at its limit {limit} from t = {self.begin:.9g} s to t = {self.end:.9g} s"
 

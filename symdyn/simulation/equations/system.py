@@ -143,7 +143,6 @@ class StateEquations:
 
     @property
     def program(self) -> Program:
-        """The functions, with parameters free."""
         return self.compiled.program
 
     @property
@@ -195,12 +194,10 @@ class StateEquations:
 
     @cached_property
     def nq(self) -> int:
-        """Number of coordinates."""
         return len(self.scene.coordinates)
 
     @cached_property
     def nv(self) -> int:
-        """Number of velocities."""
         return len(self.scene.velocities)
 
     @cached_property

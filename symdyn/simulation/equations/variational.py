@@ -77,7 +77,6 @@ class Flow:
 
     @property
     def size(self) -> int:
-        """Length of x."""
         return self.system.nq + self.system.nu
 
     def rates(self, t: float, x: Array) -> Array:

@@ -221,11 +221,7 @@ def _written(
 
 
 def _refuse_reactions(scene: Scene, events: Sequence[Quantity]) -> None:
-    """Refuse reactions that are asked for where contacts push, whose forces these do not know.
-
-    Raises:
-        SimulateError: an event looks at one, or an output where there is no column of it.
-    """
+    """Raise SimulateError where reactions are asked for while contacts push, whose forces these do not know."""
     why = unknown_forces(scene)
     asked = [*events, *(one.formula for one in scene.outputs if why)]
     named = [name for one in asked for name in one.symbols if name.startswith(LETTERS.reaction)]

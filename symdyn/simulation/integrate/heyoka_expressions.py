@@ -94,15 +94,12 @@ class Expressions(Arithmetic):
         self.real = real
 
     def constant(self, value: Fraction) -> Any:
-        """Return a rounded constant as an expression."""
         return self.heyoka.expression(self.real(value))
 
     def pi(self) -> Any:
-        """Return π as an expression."""
         return self.constant(PI)
 
     def function(self, node: Expr, args: Sequence[Any]) -> Any:
-        """Return node.op(args)."""
         return pow(*args) if node.op is Op.POW else getattr(self.heyoka, node.op.name.lower())(*args)
 
 

@@ -59,12 +59,10 @@ class InitialValueProblem:
 
     @property
     def begin(self) -> float:
-        """Time of the begin."""
         return float(self.times[0])
 
     @property
     def until(self) -> float:
-        """Time of the end."""
         return float(self.times[-1])
 
     def halts(self, event: int) -> bool:
@@ -163,7 +161,6 @@ class Method:
 
     @property
     def installed(self) -> bool:
-        """Whether its module is."""
         return importable(self.module)
 
     @property

@@ -344,36 +344,17 @@ def proportional(system: StateEquations) -> str:
     return "the loops hold coordinates in proportion, and lose rank at their change points" if system.linear else ""
 
 
+_sundials = partial(Method, "SUNDIALS", module="sksundae", extra="simulate", multistep=True)
+_cvode = partial(_sundials, finest=SMALLEST_CVODE / SHARE)
+
 SUNDIALS = {
-    "cvode": Method(
-        "SUNDIALS",
-        "CVODE's BDF, for stiff systems",
-        "sksundae",
-        "simulate",
-        1e-8,
-        partial(run_cvode, name="BDF"),
-        finest=SMALLEST_CVODE / SHARE,
-        multistep=True,
-    ),
-    "adams": Method(
-        "SUNDIALS",
-        "CVODE's Adams methods",
-        "sksundae",
-        "simulate",
-        1e-9,
-        partial(run_cvode, name="Adams"),
-        finest=SMALLEST_CVODE / SHARE,
-        multistep=True,
-    ),
-    "ida": Method(
-        "SUNDIALS",
+    "cvode": _cvode("CVODE's BDF, for stiff systems", rtol=1e-8, run=partial(run_cvode, name="BDF")),
+    "adams": _cvode("CVODE's Adams methods", rtol=1e-9, run=partial(run_cvode, name="Adams")),
+    "ida": _sundials(
         "IDA's BDF, for loops with their multipliers",
-        "sksundae",
-        "simulate",
-        1e-8,
-        run_ida,
-        proportional,
+        rtol=1e-8,
+        run=run_ida,
+        refuses=proportional,
         finest=SMALLEST_IDA / SHARE,
-        multistep=True,
     ),
 }

@@ -278,7 +278,6 @@ class Watch:
             self.armed[self._held] = np.maximum(self.armed[self._held], 0.0)
 
     def copy(self) -> Watch:
-        """Return one that stands where this one does."""
         found = copy.copy(self)
         found.entered = dict(self.entered)
         if self.problem.stops:

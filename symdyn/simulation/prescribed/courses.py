@@ -40,11 +40,9 @@ class ForceTable:
     def _curve(self) -> Callable[[Array], Array]:
         from scipy.interpolate import PchipInterpolator
 
-        found: Callable[[Array], Array] = PchipInterpolator(self.t, self.x)
-        return found
+        return PchipInterpolator(self.t, self.x)
 
     def __call__(self, times: Array) -> Array:
-        """Return the numbers at `times`."""
         if self.spline is not None:
             return np.asarray(self.spline(np.clip(times, self.t[0], self.t[-1]), self.order), dtype=np.float64)
         return np.asarray(self._curve(np.clip(times, self.t[0], self.t[-1])), dtype=np.float64)

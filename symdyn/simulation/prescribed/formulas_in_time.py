@@ -78,8 +78,18 @@ def read_formula(
     return None if unknown else formula
 
 
-def read_seen(scene: Scene, text: object, where: str, faults: Faults, more: Sequence[str] = ()) -> Quantity | None:
-    """Return a formula in what can be looked at: `LETTERS`, parameters, outputs, and `more`; None after a fault."""
+def read_seen(
+    scene: Scene,
+    text: object,
+    where: str,
+    faults: Faults,
+    more: Sequence[str] = (),
+    units: Callable[[Iterable[str]], Mapping[str, str]] = lambda names: {},
+) -> Quantity | None:
+    """Return a formula in what can be looked at: `LETTERS`, parameters, outputs, and `more`; None after a fault.
+
+    `units` tells those of `more`.
+    """
     words = re.findall(r"\w+", formula_text(text))
     parameters = (one.name for one in scene.parameters)
     outputs = {one.name: one.formula for one in scene.outputs} | scene.definitions
@@ -88,7 +98,7 @@ def read_seen(scene: Scene, text: object, where: str, faults: Faults, more: Sequ
     if formula is None:
         return None
     seen = substituted(formula, outputs)
-    SceneUnits(scene).check(seen, where, faults)
+    SceneUnits(scene).check(seen, where, faults, units(seen.symbols))
     return seen
 
 

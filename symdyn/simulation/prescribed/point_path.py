@@ -101,7 +101,6 @@ class PointPath:
 
     @property
     def laws(self) -> tuple[Law, ...]:
-        """All laws."""
         return (*(law for law in self.origin if law is not None), *self.turning)
 
     @property

@@ -109,7 +109,6 @@ class CReader(Reader):
     lanes: int = 0
 
     def __post_init__(self) -> None:
-        """Add what only these languages have."""
         super().__post_init__()
         self.meanings |= {"pointer_expression": self.address, "cast_expression": self.cast}
 
@@ -156,7 +155,6 @@ class CReader(Reader):
                 self.again = False
 
     def statement(self, node: Node) -> None:
-        """Read one statement; languages add theirs."""
         inner = node.children[0] if kinds(node.children)[1:] == [";"] else node
         if node.type == "declaration":
             self.declare(node)

@@ -194,7 +194,6 @@ class Reader:
         return Read(self.expected.name, name, entries, lines)
 
     def run(self, statements: Iterable[Node]) -> None:
-        """Read statements, one after the other."""
         for node in statements:
             try:
                 self.statement(node)
@@ -286,7 +285,6 @@ class Reader:
         return self.file.text.negative(self.real(given[0]), line_of(node))
 
     def binary(self, node: Node) -> Value:
-        """Return what an operator makes of two operands."""
         parts = self.syntax.meant(node)
         if len(parts) != 3:
             raise unread(node, "is no expression that is read here")
