@@ -485,3 +485,13 @@ def test_a_part_that_stands_in_many_places_is_looked_at_once() -> None:
 
     with pytest.raises(DerivationError, match="too many terms"):
         differences(form, Number.ZERO, read(EXAMPLES / "pendulum.toml"))
+
+
+@pytest.mark.parametrize(("term", "fits"), [("m R^2 phi'", True), ("m R phi'", False), ("m R^2 phi'^2", False)])
+def test_units_are_told_beside_a_prescribed_motion(term: str, fits: bool) -> None:
+    """A unit is found from a point and the same one in other units, both on the prescribed motion."""
+    hoop = read(Path(__file__).parent / "data/found/hoop_driven.toml")
+
+    (answer,) = check_derivation(f"dL/dtheta_dot = m R^2 theta' + {term}", hoop)
+
+    assert ("units do not fit" in "".join(in_words(answer))) is not fits

@@ -100,7 +100,6 @@ def points_of(scene: Scene, others: Mapping[str, str] = NONE) -> Points:
     values = {p.name: p.value.known_at({}) for p in scene.parameters if p.value is not None and p.name in every}
     bound = {name: float(value) for name, value in values.items() if value is not None}
     scales = _scales(scene, others)
-    scaled = {name: value * scales.get(name, 1.0) for name, value in drawn[0].items()}
     declared = [{**point, **bound} for point in (*drawn[:2], *movers[:2])] if bound else []
     given = prescribed(scene, Graph())
     rates = (scene.coordinates, scene.velocities, tuple(map(acceleration_name, scene.velocities)))
@@ -109,7 +108,8 @@ def points_of(scene: Scene, others: Mapping[str, str] = NONE) -> Points:
     def moving(point: Mapping[str, float]) -> dict[str, float]:
         return {**point, **dict(zip(moved[0], numbers(moved[1], point), strict=True))}
 
-    others_at = (moving(point) for point in (*drawn, *twins, *movers))
+    others_at = [moving(point) for point in (*drawn, *twins, *movers)]
+    scaled = {name: value * scales.get(name, 1.0) for name, value in others_at[0].items()}
     return Points((*others_at, scaled, *map(moving, declared)), bool(scales))
 
 
