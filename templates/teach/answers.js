@@ -109,7 +109,7 @@ const Answers = (() => {
   }
   // Whether terms of an equation differ in units, see symdyn.teach.student.diagnosis
   function mixed(key, of) {
-    if (!has(QUESTIONS.named, key) || !has(motions.asked[key], "equation")) return false;
+    if (!QUESTIONS.unit.includes(key) || !has(QUESTIONS.named, key) || !has(motions.asked[key], "equation")) return false;
     const used = Terms.used(of, points[0]), near = [-4, -3, -2, -1, 0, 1, 2, 3, 4];
     const ratio = of(points[scaled]) / of(points[0]), [kg, m, s] = QUESTIONS.scales;
     if (!QUESTIONS.named[key].every(name => used.has(name)) || !Number.isFinite(ratio) || ratio === 0) return false;

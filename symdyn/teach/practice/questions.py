@@ -92,6 +92,11 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
             for key, row in values.items()
             if points.united([row[0], row[SCALED]]) and (key in balances or not requested[key][0].startswith(BALANCED))
         ],
+        "unit": [
+            key
+            for key, (left, _) in requested.items()
+            if left.startswith(BALANCED) and diagnosis.has_unit(int(left.partition(":")[2]) - 1)
+        ],
         "free": [key for key, (left, _) in requested.items() if left.startswith(FREE)],
         "rounded": [key for key, (left, _) in requested.items() if left.startswith(ROUNDED)],
         "enough": ENOUGH,

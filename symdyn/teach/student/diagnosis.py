@@ -250,12 +250,17 @@ class Diagnosis:
 
         What has numbers of the scene in place of its parameters has no units that can be told.
         """
-        if self.course is None or not self.named(i) <= set(form.symbols):
+        if not self.has_unit(i) or not self.named(i) <= set(form.symbols):
             return None
         node = form.express(self._graph)
         (first,), (other,) = self.points.values([node], [0, SCALED])
-        told = self.points.scaled and isfinite(other) and first * other != 0 and not _is_product(other / first)
+        told = isfinite(other) and first * other != 0 and not self.points.united([first, other])
         return Mistake("dimension", node) if told else None
+
+    def has_unit(self, i: int) -> bool:
+        """Whether the equation of a joint has a unit that can be found: it has none where gravity is a number."""
+        node = None if self.course is None else self.course.value(f"tau:{i + 1}", self.course.right)
+        return node is not None and self.points.united([x for (x,) in self.points.values([node], [0, SCALED])])
 
     def named(self, i: int) -> set[str]:
         """Return the parameters that the equation of a joint has, but those that all of it can be divided by."""
