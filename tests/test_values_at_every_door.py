@@ -216,7 +216,7 @@ def test_a_time_says_its_unit(name: str) -> None:
         (lambda: symdyn.pid("phi", "tau", 1, limits=-3), "-3 is neither a size above 0"),
         (lambda: symdyn.Feedback([[1, 2]], period=0), "0 s is no period"),
         (lambda: symdyn.Feedback(np.eye(2), delay=0.1), "without a period"),
-        (lambda: _linear(pendulum("85 g")).bode("phi", "tau")(1j), r"lin.transfer\("phi", "tau"\)\(1j\)"),
+        (lambda: _linear(pendulum("85 g")).bode("phi", "tau")(1j), r'lin.transfer\("phi", "tau"\)\(1j\)'),
         (lambda: symdyn.simulate(pendulum("85 g"), until=1, start=[0, 1]), "names are phi"),
         (lambda: symdyn.film(pendulum("85 g"), speed=0.5), "2.run.t, run.q"),  # type: ignore[call-arg]
     ],
