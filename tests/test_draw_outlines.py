@@ -102,7 +102,7 @@ def test_a_word_takes_its_sizes_from_the_inertia():
 @pytest.mark.parametrize(
     ("shape", "told"),
     [
-        ("cube", 'shape = "cube" is not known; write one of "rod", "disc"'),
+        ("cube", 'shape = "cube" is not known; did you mean plate? (there are rod, disc'),
         ({"type": "disc", "length": 1}, 'unknown key "length"'),
         ({"type": "disc", "radius": -1}, "radius = -1 is no length"),
         ({"type": "disc", "radius": "r"}, "r"),

@@ -11,6 +11,7 @@ import importlib.util
 import io
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from functools import cache, partial
 from pathlib import Path
 from types import SimpleNamespace
@@ -185,7 +186,9 @@ class FilledFigure:
 
 def _given(axes: Any, rows: int = 1, columns: int = 1, squeeze: bool = True, **_: object) -> Any:
     """Return axes of a user's figure as `Figure.subplots` does, shape (rows, columns)."""
-    given = np.ravel(np.asarray(axes))
+    given: Any = ()
+    with suppress(ValueError, RecursionError):  # lists in themselves, of other lengths
+        given = np.asarray(axes, object).ravel()
     if len(given) != rows * columns or not all(hasattr(one, "get_xlim") for one in given):
         many = f"{rows * columns} axes" if rows * columns > 1 else "one axes"
         raise DrawError(f"axes: give {many} of matplotlib, such as pyplot.subplots({rows}, {columns})[1]")
