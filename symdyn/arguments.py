@@ -164,10 +164,10 @@ def _several(inside: Sequence[ast.expr], known: Mapping[str, object]) -> Argumen
     def takes(value: Any) -> bool:
         if isinstance(value, bytes | bytearray | Mapping | type) or not isinstance(value, Iterable):
             return False
-        if hasattr(type(value), "ndim") and value.ndim == 0:
+        if getattr(value, "ndim", 1) == 0:
             return False
         entries: Iterable[Any] = value if isinstance(value, Sequence | Set) else ()
-        if hasattr(type(value), "strides") and hasattr(type(value), "__getitem__"):
+        if hasattr(value, "strides") and hasattr(value, "__getitem__"):
             kind = getattr(getattr(value, "dtype", None), "kind", "")
             entries = value if kind == "O" else value[:1]  # entries of all but objects are of one kind
         return one is None or all(map(one.takes, entries))
@@ -182,7 +182,7 @@ def _one_each(inside: Sequence[ast.expr], known: Mapping[str, object]) -> Argume
     def takes(value: Any) -> bool:
         if isinstance(value, str | bytes | Mapping) or not (isinstance(value, Sized) and isinstance(value, Iterable)):
             return False
-        if hasattr(type(value), "ndim") and value.ndim == 0:  # an array has the methods, whatever its shape
+        if getattr(value, "ndim", 1) == 0:  # an array has the methods, whatever its shape
             return False
         return len(value) == len(kinds) and all(k is None or k.takes(x) for k, x in zip(kinds, value, strict=True))
 
@@ -198,7 +198,8 @@ def _function(inside: Sequence[ast.expr], known: Mapping[str, object]) -> Argume
 
     def takes(value: Any) -> bool:
         try:
-            said = inspect.signature(value if callable(value) else "")  # a message shows what is none
+            called: Any = value if callable(value) else ""  # a message shows what is none
+            said = inspect.signature(called)
             uncalled = said.return_annotation == "NoReturn" and hasattr(value, "_repr_mimebundle_")  # a noun of ours
             return not uncalled and said.bind(*range(many)) is not None
         except (TypeError, ValueError) as fault:  # what is written in C may have no signature

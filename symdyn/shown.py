@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 _BUNDLES: list[Callable[[object], dict[str, str]]] = []
 
+OF_ARRAYS = ("ndim", "strides", "dtype")
+"""What arguments are asked for, to tell arrays from nouns: often, and by no user."""
+
 
 def shown_by(bundle: Callable[[object], dict[str, str]]) -> None:
     """Take what returns the text of a noun by media type; it is above all nouns, and says so itself."""
@@ -35,7 +38,7 @@ class Suggesting:
         def __getattr__(self, name: str) -> object:
             """Raise AttributeError; of a column or another name that brackets take, it says so."""
             kind = type(self)
-            if name.startswith("_") or hasattr(kind, name) or name in getattr(kind, "__dataclass_fields__", ()):
+            if name in OF_ARRAYS or name.startswith("_") or hasattr(kind, name) or name in getattr(kind, "__dataclass_fields__", ()):
                 return object.__getattribute__(self, name)  # raises what it has raised before
             from symdyn.errors import hint, listed, nearest, suggestion, with_own_names  # an error's own
 
