@@ -38,7 +38,8 @@ class Suggesting:
         def __getattr__(self, name: str) -> object:
             """Raise AttributeError; of a column or another name that brackets take, it says so."""
             kind = type(self)
-            if name in OF_ARRAYS or name.startswith("_") or hasattr(kind, name) or name in getattr(kind, "__dataclass_fields__", ()):
+            fields = (*OF_ARRAYS, *getattr(kind, "__dataclass_fields__", ()))
+            if name.startswith("_") or hasattr(kind, name) or name in fields:
                 return object.__getattribute__(self, name)  # raises what it has raised before
             from symdyn.errors import hint, listed, nearest, suggestion, with_own_names  # an error's own
 
