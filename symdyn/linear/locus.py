@@ -293,7 +293,7 @@ def _followed(systems: Sequence[StateSpace]) -> Complexes:
 
 
 def _count(one: StateSpace) -> int:
-    return sum(2 if mode.oscillates else 1 for mode in one.spectrum.growing)
+    return sum(2 if mode.oscillates else 1 for mode in one.growth.growing)
 
 
 def _crossings(

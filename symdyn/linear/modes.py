@@ -68,7 +68,7 @@ PARTED = 1e-6
 """Distance of eigenvalues over the largest that rounding makes of one that is multiple."""
 
 SIDEWAYS = 1e-9
-"""Real parts over the size of the largest eigenvalue that are zero."""
+"""Real parts, or of samples |z| - 1, over the size of the largest eigenvalue that are zero."""
 
 ROUNDING = 1e-14
 """Entries over the largest that rounding leaves where there is nothing."""
@@ -119,12 +119,14 @@ class Spectrum:
         still: what A maps to nothing, a column each, shape (nx, nullity).
         modes: the others, those that grow fastest first.
         size: the largest of them, 1/s; 0 if all are zero.
+        sampled: whether they are z - 1 of a system from sample to sample.
     """
 
     zeros: int
     still: Array
     modes: tuple[Mode, ...]
     size: float
+    sampled: bool = False
 
     @property
     def values(self) -> Complexes:
@@ -137,15 +139,39 @@ class Spectrum:
     @property
     def growing(self) -> tuple[Mode, ...]:
         """Those that grow."""
-        return tuple(mode for mode in self.modes if mode.value.real > SIDEWAYS * self.size)
+        return self._that(1)
 
     @property
     def decaying(self) -> tuple[Mode, ...]:
         """Those that decay."""
-        return tuple(mode for mode in self.modes if mode.value.real < -SIDEWAYS * self.size)
+        return self._that(-1)
+
+    def _that(self, way: int) -> tuple[Mode, ...]:
+        ways = growth([mode.value for mode in self.modes], self.size, self.sampled)
+        return tuple(mode for mode, one in zip(self.modes, ways, strict=True) if one == way)
+
+    @property
+    def lasting(self) -> tuple[complex, ...]:
+        """Eigenvalues that do not decay, those that grow fastest first."""
+        return (*(mode.value for mode in self.growing + self._that(0)), *[0j] * self.zeros)
+
+    @property
+    def staying(self) -> Complexes:
+        """What moves in modes that do not decay, shape (nx, many); of a multiple zero what stays."""
+        return np.column_stack([self.still.astype(np.complex128), *(x.shape for x in self.growing + self._that(0))])
 
 
-def spectrum(A: Array, whole: float = 0.0) -> Spectrum:
+def growth(values: Sequence[complex] | Complexes, size: float, sampled: bool = False) -> Array:
+    """Return 1 of each eigenvalue that grows, -1 of one that decays, 0 of one that does neither, to rounding.
+
+    `size` is that of the largest; `sampled` values are z - 1.
+    """
+    each = np.asarray(values, dtype=np.complex128)
+    beyond = np.abs(1 + each) - 1 if sampled else each.real
+    return np.sign(np.where(np.abs(beyond) > SIDEWAYS * size, beyond, 0.0))
+
+
+def spectrum(A: Array, whole: float = 0.0, sampled: bool = False) -> Spectrum:
     """Return the eigenvalues of A, shape (nx, nx), 1/s; zero is what is nothing beside the size of the `whole`."""
     n = len(A)
     scale = balance(A)
@@ -180,7 +206,7 @@ def spectrum(A: Array, whole: float = 0.0) -> Spectrum:
         modes.append(Mode(complex(value), np.asarray(shape / shape[np.abs(shape).argmax()], dtype=np.complex128)))
     top = max((abs(mode.value) for mode in modes), default=0.0)
     modes.sort(key=lambda mode: (-round(mode.value.real / top, 9), abs(mode.value)))
-    return Spectrum(zeros, still, tuple(modes), top)
+    return Spectrum(zeros, still, tuple(modes), top, sampled)
 
 
 def _as_one(values: Complexes) -> Complexes:

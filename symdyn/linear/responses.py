@@ -19,7 +19,7 @@ from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError
 from symdyn.frozen import dataclass, replace
 from symdyn.linear.locus import RootLocus, array_of, numbers, root_locus
-from symdyn.linear.modes import SIDEWAYS, Complexes
+from symdyn.linear.modes import Complexes, growth
 from symdyn.linear.plots import Plotted, bode, courses, nyquist
 from symdyn.linear.weights import places
 from symdyn.table import Table
@@ -343,7 +343,8 @@ def _final(one: StateSpace, kind: str) -> Array:
     """Return where responses end, shape (y, w); nan of a channel that is not stable."""
     found = np.full(one.D.shape, math.nan)
     for i, k in np.ndindex(found.shape):
-        own, _ = one[one.outputs.names[i], one.inputs.names[k]].parted
+        own = one[one.outputs.names[i], one.inputs.names[k]]
+        own = own if own.stable else own.minimal
         if own.stable and kind == "step":
             x = np.linalg.solve((0.0 if one.period is None else 1.0) * np.eye(len(own.A)) - own.A, own.B)
             size = float((np.abs(own.C) @ np.abs(x) + np.abs(own.D))[0, 0])
@@ -357,14 +358,12 @@ def _final(one: StateSpace, kind: str) -> Array:
 def _usual_end(one: StateSpace) -> float:
     values = [mode.value for mode in one.modes if math.isfinite(mode.value.real)]
     size = max(map(abs, values), default=0.0)
-    growing = [value.real for value in values if value.real > SIDEWAYS * size]
-    if growing:
+    each = [*zip(values, growth(values, size), strict=True)]
+    if growing := [value.real for value, way in each if way > 0]:
         end = math.log(GROWN) / max(growing)
     else:
-        still = [ROUNDS * 2 * math.pi / abs(value) for value in values if value.real >= -SIDEWAYS * size]
-        end = max(
-            [*still, *(-SETTLED / value.real for value in values if value.real < -SIDEWAYS * size)], default=ROUNDS
-        )
+        ends = (-SETTLED / one.real if way else ROUNDS * 2 * math.pi / abs(one) for one, way in each)
+        end = max(ends, default=ROUNDS)
     return end if one.period is None else max(end, ROUNDS * one.period)
 
 

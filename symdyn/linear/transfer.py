@@ -30,13 +30,13 @@ Between controllable and uncontrollable, Systems & Control Letters 4 (1984), for
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.errors import LinearizeError
+from symdyn.errors import LinearizeError, listed
 from symdyn.frozen import asdict, dataclass, replace
 from symdyn.linear.modes import Complexes, balance, pairs_of, spectrum
 from symdyn.linear.plots import Answer, Transfers
@@ -182,6 +182,12 @@ def shown(value: complex) -> str:
     return f"{in_digits(x, 6)} ± {in_digits(abs(y), 6)}i" if abs(x) > NOTHING * abs(y) else f"±{in_digits(abs(y), 6)}i"
 
 
+def named(space: Array | Complexes, names: Sequence[str]) -> tuple[str, ...]:
+    """Return the names of the states that take part in a space of balanced states."""
+    share = np.linalg.norm(space / np.linalg.norm(space, axis=0), axis=1)
+    return tuple(name for name, x in zip(names, share, strict=True) if x > SAID * share.max(initial=0.0))
+
+
 def poles_in_words(values: Iterable[complex]) -> str:
     """Return poles or zeros as text, pairs once."""
     return ", ".join(shown(value) for value in values if value.imag >= 0) or "none"
@@ -315,8 +321,9 @@ class Margins(Answer):
         delay: s of dead time that it stands; inf of none.
         distance: of G(iω) from -1, the least.
         phase_crossover, gain_crossover: where gain and phase margin are, rad/s; nan of none.
-        stable: whether the loop is stable as it is; margins of one that is not are those to become so. What drifts
-            beside it, as a position on which nothing depends and that y does not show, takes no part.
+        stable: whether the loop is stable as it is; margins of one that is not are those to become so.
+        left_alone: states of what stays or swings for ever, which the loop does not move or does not show, such as
+            a position on which nothing depends; they count for no verdict.
     """
 
     gain: float
@@ -326,6 +333,7 @@ class Margins(Answer):
     phase_crossover: float
     gain_crossover: float
     stable: bool
+    left_alone: tuple[str, ...] = ()
 
     def __iter__(self) -> Iterator[float]:
         """Yield gain and phase margin, and where they are, as `margin` of python-control."""
@@ -337,7 +345,12 @@ class Margins(Answer):
         return 20 * math.log10(self.gain) if self.gain > 0 else -math.inf
 
     def __repr__(self) -> str:
-        return f"<Margins of a loop that is {'stable' if self.stable else 'unstable'}: {self.words}>"
+        return f"<Margins of a loop that is {self.verdict}: {self.words}>"
+
+    @property
+    def verdict(self) -> str:
+        """Whether it is stable, in words: "stable", "unstable", or "stable, but for phi, which is left alone"."""
+        return verdict(self.stable, self.left_alone)
 
     @property
     def words(self) -> str:
@@ -351,9 +364,17 @@ class Margins(Answer):
         at = ("" if math.isnan(w) else f" at {in_digits(w, 4)} rad/s" for *_, w in parts)
         return ", ".join(f"{what} {in_digits(x, 4)}{unit}{w}" for (what, x, unit, _), w in zip(parts, at, strict=True))
 
-    def as_json(self) -> dict[str, float | bool | None]:
+    def as_json(self) -> dict[str, float | bool | list[str] | None]:
         """Return them for JSON; what is not finite is None."""
-        return {name: x if math.isfinite(x) else None for name, x in asdict(self).items()}
+        numbers = {name: x if math.isfinite(x) else None for name, x in asdict(self).items() if name != "left_alone"}
+        return {**numbers, "left_alone": [*self.left_alone]}
+
+
+def verdict(stable: bool, left_alone: Sequence[str]) -> str:
+    """Return in words whether something is stable, and what does not count for it."""
+    if not stable or not left_alone:
+        return "stable" if stable else "unstable"
+    return f"stable, but for {listed(left_alone)}, which {'is' if len(left_alone) == 1 else 'are'} left alone"
 
 
 def margins(one: StateSpace) -> Margins:
@@ -391,10 +412,11 @@ def margins(one: StateSpace) -> Margins:
     gain, at = min(factors, key=lambda two: abs(math.log(two[0])), default=(math.inf, math.nan))
     phase, crossing = min(lags, key=lambda two: abs(two[0]), default=(math.inf, math.nan))
     delay = min((math.radians(lag % 360) / w for lag, w in lags if w > 0), default=math.inf)
-    inside, beside = one.parted
-    closed = replace(inside, A=inside.A - inside.B @ inside.C / (1 + one.D[0, 0]))
-    stable = closed.stable and beside.drifts_at_most
-    return Margins(gain, phase, delay, _distance(G, grid, values, d), at, crossing, stable)
+    closed = replace(one, A=one.A - one.B @ one.C / (1 + one.D[0, 0]))
+    shown = spectrum(A - b @ c / (1 + d), scale)
+    stable = not closed.growth.growing and not shown.zeros and len(shown.decaying) == len(shown.modes)
+    alone = closed.left_alone if stable else ()
+    return Margins(gain, phase, delay, _distance(G, grid, values, d), at, crossing, stable, alone)
 
 
 def _in_w(one: StateSpace) -> StateSpace:
