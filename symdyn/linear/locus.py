@@ -269,6 +269,8 @@ def root_locus(
             f'"{over}=linspace(0,10,100)"'
         )
     found = [system(float(value)) for value in x]
+    if any(getattr(one, "period", None) for one in found):
+        raise LinearizeError(f"{name or over}: a root locus is of a system without a period; ask before discretize")
     counts = [_count(one) for one in found]
     critical: list[Critical] = []
     for k in range(len(x) - 1):
@@ -293,7 +295,7 @@ def _followed(systems: Sequence[StateSpace]) -> Complexes:
 
 
 def _count(one: StateSpace) -> int:
-    return sum(2 if mode.oscillates else 1 for mode in one.growth.growing)
+    return sum(2 if mode.oscillates else 1 for mode in one.spectrum.growing)
 
 
 def _crossings(

@@ -28,10 +28,11 @@ from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError, listed, suggestion
 from symdyn.frozen import dataclass, replace
 from symdyn.linear.locus import array_of
+from symdyn.linear.margins import Margins, verdict
 from symdyn.linear.modes import Complexes, array, balance, growth, pairs_of, spectrum
 from symdyn.linear.plots import Plotted, pole_map
 from symdyn.linear.state_space import StateSpace
-from symdyn.linear.transfer import Margins, named, poles_in_words, shown, staircase, verdict
+from symdyn.linear.transfer import named, poles_in_words, shown, staircase
 from symdyn.linear.weights import SYMMETRIC, Axis, Weights, weight
 from symdyn.scene.values import Faults
 from symdyn.table import Table
@@ -288,8 +289,8 @@ def place(one: Linearization, poles: Sequence[complex] | Array, period: float | 
     if beside.shape[1]:
         stuck = spectrum(beside.T @ A @ beside, size).values[0]
         raise LinearizeError(
-            f"poles: no input moves the mode {shown(stuck)}, of {listed(named(beside, names))}; it stays there: declare "
-            "a drive that moves it, or take lqr, which leaves alone what has no weight and does not grow"
+            f"poles: no input moves the mode {shown(stuck)}, of {listed(named(beside, names))}; it stays there: "
+            "declare a drive that moves it, or take lqr, which leaves alone what has no weight and does not grow"
         )
     most = int(np.linalg.matrix_rank(B))
     often = [value for value in wanted if np.count_nonzero(wanted == value) > most]

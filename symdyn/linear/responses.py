@@ -42,7 +42,7 @@ class FrequencyResponse(Plotted):
         response: G, shape (N, y, w), units of outputs over those of inputs; infinite at an undamped mode.
         name: what it is of.
         kind: what `plot` draws.
-        unit: of frequencies there.
+        unit: of frequencies there, and in what is printed.
     """
 
     omega: Array
@@ -55,7 +55,8 @@ class FrequencyResponse(Plotted):
     unit: Literal["rad/s", "Hz"] = "rad/s"
 
     def __repr__(self) -> str:
-        span = f"{self.omega[0]:.4g} to {self.omega[-1]:.4g} rad/s, {len(self.omega)} frequencies"
+        at = self.hertz if self.unit == "Hz" else self.omega
+        span = f"{at[0]:.4g} to {at[-1]:.4g} {self.unit}, {len(at)} frequencies"
         return f"<FrequencyResponse of {self.name}: {_channels(self.inputs, self.outputs)}, {span}>"
 
     @checked(LinearizeError)
@@ -135,8 +136,13 @@ def frequency_response(
     """Return the frequency responses of a system; arguments and errors as of its method `bode`."""
     _check_driven(one, "a frequency response")
     switch = isinstance(hertz, bool | np.bool_)
-    if omega is not None and not switch:
-        raise LinearizeError("omega, hertz: give one of them")
+    if omega is not None and (hertz if switch else True):
+        told = ", ".join(f"{x:.6g}" for x in np.atleast_1d(array_of(omega))[:3])
+        more = ", ..." if np.size(omega) > 3 else ""
+        raise LinearizeError(
+            f"omega, hertz: give one of them: hertz=[{told}{more}] if they are in Hz; if they are in rad/s leave "
+            "hertz out, or give hertz=omega/(2*pi), to see them in Hz"
+        )
     if omega is not None:
         w = _frequencies(omega, "omega", "rad/s", one.period)
         f = w / (2 * math.pi)

@@ -19,10 +19,11 @@ import numpy.typing as npt
 from symdyn.algebra import Array
 from symdyn.arguments import argument, checked, native
 from symdyn.draw import FilledFigure
-from symdyn.errors import LinearizeError
+from symdyn.errors import LinearizeError, suggestion
 from symdyn.extras import install
 from symdyn.frozen import dataclass
 from symdyn.linear.locus import RootLocus
+from symdyn.linear.margins import Margins, margins, verdict
 from symdyn.linear.modes import Mode, Spectrum, array, balance, spectrum
 from symdyn.linear.plots import Plotted, pole_map
 from symdyn.linear.responses import (
@@ -33,19 +34,7 @@ from symdyn.linear.responses import (
     locus_over_gain,
     time_response,
 )
-from symdyn.linear.transfer import (
-    Margins,
-    Reach,
-    Transfer,
-    balanced,
-    invariant_zeros,
-    margins,
-    minimal,
-    named,
-    reach,
-    transfers,
-    verdict,
-)
+from symdyn.linear.transfer import Reach, Transfer, balanced, invariant_zeros, minimal, named, reach, transfers
 from symdyn.linear.weights import Axis, places, read_axis, read_matrix
 from symdyn.simulation.prescribed import timed
 from symdyn.table import Table
@@ -153,7 +142,7 @@ class StateSpace(Plotted):
         Raises:
             LinearizeError: a name that is not known, or None where there are several.
         """
-        i, k = places(self.outputs, self.inputs, channel)
+        i, k = places(self.outputs, self.inputs, channel, self.states.names)
         return StateSpace(self.A, self.B[:, [k]], self.C[[i]], self.D[[i]][:, [k]], self.states,
                           self.inputs.of([k]), self.outputs.of([i]), self.period, self.name)  # fmt: skip
 
@@ -285,8 +274,8 @@ class StateSpace(Plotted):
             input: w.
             omega: frequencies, rad/s, above zero; without them 200, from a decade below the slowest mode to one above
                 the fastest.
-            hertz: True shows these in Hz, in plots and notebooks; or frequencies in Hz, or a range of them,
-                "geomspace(0.1,10,200)", which are shown so.
+            hertz: frequencies in Hz, or a range of them, "geomspace(0.1,10,200)", shown so; True shows those in Hz that
+                nobody gives. With numbers in `omega` it is refused, since these are in rad/s.
 
         Raises:
             LinearizeError: a name that is not known; there is no input, a frequency is none, or both are given.
@@ -354,6 +343,9 @@ class StateSpace(Plotted):
         Raises:
             LinearizeError: a name that is not known, gains that do not increase, a loop 1 + k D = 0, or a sampled one.
         """
+        if output in self.outputs.names and input not in (None, *self.inputs.names):
+            told = f"input: {input} is no input; {suggestion(input, self.inputs.names)}; over a parameter it is"
+            raise LinearizeError(f'{told} symdyn.linear.root_locus("{input}", values, system)')
         return locus_over_gain(self[output, input], gains)
 
     def through(self, s: complex) -> npt.NDArray[np.complex128]:
