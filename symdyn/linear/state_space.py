@@ -175,7 +175,7 @@ class StateSpace(Plotted):
         if self.period is None:
             return self.spectrum.modes
         stays = [-1.0, *np.sort(np.abs(self.spectrum.values - 1))][self.growth.zeros]
-        found = [one for one in self.spectrum.modes if abs(one.value - 1) > stays]
+        found = [one for one in self.spectrum.modes if abs(one.value - 1) > stays * (1 + 1e-9)]
         return tuple(Mode(complex(np.log(one.value)) / self.period, one.shape) for one in found)
 
     @cached_property
