@@ -50,6 +50,10 @@ def test_a_drift_that_weights_leave_alone_counts_for_no_verdict(period: float | 
     assert f"{words}: Q" in repr(lqr)
     assert f"{words}: Q" in repr(lqg)
     assert lqg.margins().stable
+    with pytest.raises(AttributeError, match="it is verdict, in words, and stable"):
+        _ = lqg.closed_loop.stability
+    with pytest.raises(AttributeError, match=r"its .closed_loop has them"):
+        _ = lqr.verdict  # type: ignore[attr-defined]
     assert not lqg.closed_loop.stable  # its poles are not all inside
     assert lqg.margins().as_json()["left_alone"] == ["phi"]
     theta, phi = (lqg.closed_loop.step(name, "M").final[0, 0] for name in ("theta", "phi"))
@@ -197,6 +201,8 @@ def test_a_transfer_function_in_symbols_takes_the_rates_of_its_input() -> None:
     (free,) = (one for one in G.free_symbols if one not in lin.formulas.point)
     assert complex(G.xreplace({**lin.formulas.point, free: 1j})) == pytest.approx(own, rel=1e-12)
     assert lin.transfer("z", "road").at(1j) == pytest.approx(own, rel=1e-9)
+    assert lin.margins("z", "road").verdict == "stable"
+    assert lin.root_locus("z", "road", [0, 1]).growing.tolist() == [0, 0]  # neither took an input with rates
 
 
 def test_a_state_in_the_place_of_an_input_is_told_apart() -> None:
