@@ -42,9 +42,10 @@ def test_a_drift_that_weights_leave_alone_counts_for_no_verdict(period: float | 
     assert np.count_nonzero(lqg.closed_loop.poles == edge) == 1
 
     words = "stable, but for phi, which is left alone"
-    for found in (lqg.margins(), lqr.margins(), lqr.closed_loop):
+    for found in (lqg.margins(), lqr.margins()):
         assert (found.verdict, found.left_alone) == (words, ("phi",))
-    assert lqg.closed_loop.verdict == "stable, but for phi, phi_estimate, which are left alone"
+    assert lqr.closed_loop.verdict == "stable, but for phi, which does not decay"
+    assert lqg.closed_loop.verdict == "stable, but for phi, phi_estimate, which do not decay"
     assert repr(lqg.margins()).startswith(f"<Margins of a loop that is {words}: gain ")
     assert lqr.notes == (f"{words}: Q gives no weight to it",)
     assert f"{words}: Q" in repr(lqr)
@@ -135,7 +136,8 @@ def test_a_gain_that_cannot_reach_a_mode_says_what_would() -> None:
         lin.lqr()
     found = lin.lqr({"a": 1})
     assert found.notes == ("stable, but for b, b_dot, which are left alone: Q gives no weight to them",)
-    assert found.margins().verdict == found.closed_loop.verdict == "stable, but for b, b_dot, which are left alone"
+    assert found.margins().verdict == "stable, but for b, b_dot, which are left alone"
+    assert found.closed_loop.verdict == "stable, but for b, b_dot, which do not decay"
     with pytest.raises(LinearizeError, match=r"poles: no input moves .* or take lqr, which leaves alone"):
         lin.place([-1, -2, -3, -4])
 

@@ -16,9 +16,9 @@ from symdyn.arguments import argument
 from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError, listed
 from symdyn.frozen import dataclass, replace
-from symdyn.linear.margins import Margins
 from symdyn.linear.modes import Complexes, pairs_of
 from symdyn.linear.regulator import Gain, Regulator, at_drive, before_and_after, held, opened, riccati, steps, when
+from symdyn.linear.stability import Margins
 from symdyn.linear.state_space import StateSpace
 from symdyn.linear.transfer import poles_in_words
 from symdyn.linear.weights import Axis, Weights, weight

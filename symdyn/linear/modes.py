@@ -172,8 +172,12 @@ def growth(values: Sequence[complex] | Complexes, size: float, sampled: bool = F
 
 
 def spectrum(A: Array, whole: float = 0.0, sampled: bool = False) -> Spectrum:
-    """Return the eigenvalues of A, shape (nx, nx), 1/s; zero is what is nothing beside the size of the `whole`."""
+    """Return the eigenvalues of A, shape (nx, nx), 1/s; zero is what is nothing beside the size of the `whole`.
+
+    `sampled` ones are those of A - 1.
+    """
     n = len(A)
+    A = A - np.eye(n) if sampled else A
     scale = balance(A)
     left = A * scale[None, :] / scale[:, None]  # D⁻¹ A D
     size = float(np.abs(left).max(initial=whole))

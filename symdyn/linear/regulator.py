@@ -28,9 +28,9 @@ from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError, listed, suggestion
 from symdyn.frozen import dataclass, replace
 from symdyn.linear.locus import array_of
-from symdyn.linear.margins import Margins, verdict
 from symdyn.linear.modes import Complexes, array, balance, growth, pairs_of, spectrum
 from symdyn.linear.plots import Plotted, pole_map
+from symdyn.linear.stability import Margins, verdict
 from symdyn.linear.state_space import StateSpace
 from symdyn.linear.transfer import named, poles_in_words, shown, staircase
 from symdyn.linear.weights import SYMMETRIC, Axis, Weights, weight
@@ -360,10 +360,7 @@ def riccati(
     A: Array, B: Array, step: Array, held: Array, Q: Array, R: Array, period: float | None,
     gain: str, names: tuple[str, ...], measured: tuple[str, ...] = (),
 ) -> tuple[Array, Array, Complexes, tuple[str, ...]]:  # fmt: skip
-    """Return K, what is left to pay, the poles, and notes; `step` and `held` are A and B, or those when sampled.
-
-    A filter's are the dual matrices; `measured` are its outputs.
-    """
+    """Return K, what is left to pay, the poles, and notes; `step` and `held` are A and B, or those when sampled."""
     from scipy.linalg import solve_continuous_are, solve_discrete_are  # late: it takes long to load
 
     (weighed, forgets, beyond), scale = _WORDS[gain], balance(A)
@@ -400,9 +397,8 @@ def riccati(
     except (np.linalg.LinAlgError, ValueError) as error:
         raise LinearizeError(f"the Riccati equation has no solution that stabilises: {error}") from None
     poles = np.linalg.eigvals(part - way @ K).astype(np.complex128)
-    sampled = period is not None
-    rates = poles - 1 if sampled else poles
-    if not np.isfinite(K).all() or np.any(growth(rates, float(np.abs(rates).max(initial=0.0)), sampled) >= 0):
+    rates = poles - (period is not None)
+    if not np.isfinite(K).all() or np.any(growth(rates, np.abs(rates).max(), period is not None) >= 0):
         raise LinearizeError(
             "not all poles of what was found decay; weights differ by too much, or a mode is close to one out of reach"
         )

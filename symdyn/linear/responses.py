@@ -379,8 +379,6 @@ GAINS, DECADES = 300, 8
 
 def locus_over_gain(one: StateSpace, gains: Sequence[float] | Array | None) -> RootLocus:
     """Return the root locus of a loop over its gain; arguments and errors as of the method `root_locus`."""
-    if one.period is not None:
-        raise LinearizeError(f"{one.name}: a root locus is of a system without a period; ask before discretize")
     d = float(one.D[0, 0])
 
     def closed(k: float) -> StateSpace:

@@ -23,7 +23,6 @@ from symdyn.errors import LinearizeError, suggestion
 from symdyn.extras import install
 from symdyn.frozen import dataclass
 from symdyn.linear.locus import RootLocus
-from symdyn.linear.margins import Margins, margins, verdict
 from symdyn.linear.modes import Mode, Spectrum, array, balance, spectrum
 from symdyn.linear.plots import Plotted, pole_map
 from symdyn.linear.responses import (
@@ -34,6 +33,7 @@ from symdyn.linear.responses import (
     locus_over_gain,
     time_response,
 )
+from symdyn.linear.stability import Margins, margins, verdict
 from symdyn.linear.transfer import Reach, Transfer, balanced, invariant_zeros, minimal, named, reach, transfers
 from symdyn.linear.weights import Axis, places, read_axis, read_matrix
 from symdyn.simulation.prescribed import timed
@@ -160,11 +160,7 @@ class StateSpace(Plotted):
     @property
     def growth(self) -> Spectrum:
         """What grows, decays and stays: the eigenvalues of A, from sample to sample those of A - 1."""
-        return self.spectrum if self.period is None else spectrum(self._moves, sampled=True)
-
-    @property
-    def _moves(self) -> Array:
-        return self.A if self.period is None else self.A - np.eye(len(self.A))
+        return self.spectrum if self.period is None else spectrum(self.A, sampled=True)
 
     @property
     def modes(self) -> tuple[Mode, ...]:
@@ -204,22 +200,20 @@ class StateSpace(Plotted):
 
     @property
     def verdict(self) -> str:
-        """The same in words: "stable", "unstable", or "stable, but for phi, which is left alone"."""
-        return verdict(not self.growth.growing, self.left_alone)
+        """The same in words: "stable", "unstable", or "stable, but for phi, which does not decay"."""
+        return verdict(not self.growth.growing, self.left_alone, ("does not decay", "do not decay"))
 
     @property
     def left_alone(self) -> tuple[str, ...]:
         """States of modes that neither grow nor decay, as of what no weight of a regulator asks for."""
         found = self.growth
-        return () if found.growing else named(found.staying / balance(self._moves)[:, None], self.states.names)
+        return () if found.growing else named(found.staying / balance(self.A)[:, None], self.states.names)
 
     @property
     def minimal(self) -> StateSpace:
         """The system on what inputs move and outputs show; its states have no names."""
-        scale = balance(self._moves)
-        A, B, C = minimal(self._moves * scale / scale[:, None], self.B / scale[:, None], self.C * scale)
-        A = A if self.period is None else A + np.eye(len(A))
-        return StateSpace(A, B, C, self.D, None, self.inputs, self.outputs, self.period, self.name)
+        A, B, C, _ = balanced(self)
+        return StateSpace(*minimal(A, B, C), self.D, None, self.inputs, self.outputs, self.period, self.name)
 
     def damp(self) -> Table[str | float]:
         """Return a row a mode: eigenvalue, 1/s, frequency, Hz, damping ratio, and what moves."""
