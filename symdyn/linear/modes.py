@@ -14,10 +14,8 @@ At a place of rest, to first order in what moves the mechanism:
     M = ∂e/∂u̇    D = ∂e/∂u    K = X e        all at the place, at u = u̇ = 0
     (K - ω² M) v = 0                         frequencies ω and shapes v, as long as nothing damps
 
-A mode is drawn as q(t) = q₀ moved by Re(a v e^{iφ(t)}), at a visible size. What oscillates goes round once in
-`MODE_PERIOD`, however fast it is; what does not goes out and comes back. Growth and decay are left out, and loops are
-closed at every moment: a shape is shown, and not a run. Positions on which no velocity depends, as where a bicycle is
-and where it heads, do not determine the size, and stay fixed where they would go far: the observer rides along.
+A mode is drawn as q(t) = q₀ moved by Re(a v e^{iφ(t)}), at a visible size, without growth and decay. Positions on which
+no velocity depends do not determine the size, and stay fixed where they would go far: the observer rides along.
 
 Reference: Kublanovskaya's staircase; Golub and Van Loan, Matrix Computations (2013), 7.6.5 and 7.5.7 (balancing).
 """

@@ -6,9 +6,6 @@
 
 Users give weights and variances by name or as matrices, whose rows and columns have names and units (`Axis`).
 
-What is weighted and does not decay by itself must be moved by some input. What stays or swings for ever and has no
-weight, such as the place of a wheel on the ground, is left alone, and a note says so.
-
 References: Anderson and Moore, Optimal Control: Linear Quadratic Methods (1990), sections 2.3, 3.3 and 8.1; Tits and
 Yang, Globally convergent algorithms for robust pole assignment by state feedback, IEEE Trans. Aut. Control 41 (1996).
 """

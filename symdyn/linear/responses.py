@@ -137,12 +137,9 @@ def frequency_response(
     _check_driven(one, "a frequency response")
     switch = isinstance(hertz, bool | np.bool_)
     if omega is not None and (hertz if switch else True):
-        told = ", ".join(f"{x:.6g}" for x in np.atleast_1d(array_of(omega))[:3])
-        more = ", ..." if np.size(omega) > 3 else ""
-        raise LinearizeError(
-            f"omega, hertz: give one of them: hertz=[{told}{more}] if they are in Hz; if they are in rad/s leave "
-            "hertz out, or give hertz=omega/(2*pi), to see them in Hz"
-        )
+        told = ", ".join([*(f"{x:.6g}" for x in np.ravel(array_of(omega))[:3]), *["..."] * (np.size(omega) > 3)])
+        told = f"omega, hertz: give one of them: hertz=[{told}] if they are in Hz; if they are in rad/s leave hertz out"
+        raise LinearizeError(f"{told}, or give hertz=omega/(2*pi), to see them in Hz")
     if omega is not None:
         w = _frequencies(omega, "omega", "rad/s", one.period)
         f = w / (2 * math.pi)
