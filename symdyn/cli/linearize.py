@@ -18,7 +18,7 @@ from symdyn.draw import Reel
 from symdyn.emit import Contents, check_folder, write_file
 from symdyn.errors import LinearizeError, SimulateError, choice
 from symdyn.frozen import dataclass, replace
-from symdyn.linear import Margins, StateSpace, System, SystemsFile, locus_over, poles_in_words
+from symdyn.linear import StateSpace, System, SystemsFile, locus_over, poles_in_words
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene
 from symdyn.scene.values import Faults, split_commas
@@ -100,20 +100,16 @@ def _margins(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
     one, lines, data = system.linearization, Lines(), []
     for output, input in product(one.outputs.names, one.inputs.names):
         found = one.margins(output, input)
-        lines.append(f"loop {input} = -{output}, {_kind(found)}: {found.words}")
+        lines.append(f"loop {input} = -{output}, {found.verdict}: {found.words}")
         data.append({"output": output, "input": input, **found.as_json()})
     if options.lqr is not None:
         regulator = system.lqr(options.lqr, options.dt)
         others = " and closed at the other drives" * (len(regulator.inputs) > 1)
         for drive in regulator.inputs:
             found = regulator.margins(drive)
-            lines.append(f"loop of the regulator, cut open at {drive}{others}, {_kind(found)}: {found.words}")
+            lines.append(f"loop of the regulator, cut open at {drive}{others}, {found.verdict}: {found.words}")
             data.append({"output": drive, "input": drive, **found.as_json()})
     return lines or ["no input drives anything"], data
-
-
-def _kind(found: Margins) -> str:
-    return "stable" if found.stable else "unstable"
 
 
 def _step(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:

@@ -16,14 +16,9 @@ from .locus import RootLocus as RootLocus, read_values as read_values, root_locu
 from .modes import Mode as Mode, Spectrum as Spectrum, animate_modes as animate_modes
 from .regulator import Regulator as Regulator
 from .responses import FrequencyResponse as FrequencyResponse, TimeResponse as TimeResponse
-from .stability import Stability as Stability
+from .stability import Margins as Margins, Stability as Stability
 from .state_space import StateSpace as StateSpace
 from .steady import steady_at_start as steady_at_start
 from .system import System as System, SystemsFile as SystemsFile, track as track
-from .transfer import (
-    Margins as Margins,
-    Reach as Reach,
-    Transfer as Transfer,
-    poles_in_words as poles_in_words,
-)
+from .transfer import Reach as Reach, Transfer as Transfer, poles_in_words as poles_in_words
 from .weights import Axis as Axis

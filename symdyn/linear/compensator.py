@@ -15,11 +15,12 @@ from symdyn.algebra import Array
 from symdyn.arguments import argument
 from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError, listed
-from symdyn.frozen import dataclass
+from symdyn.frozen import dataclass, replace
 from symdyn.linear.modes import Complexes, pairs_of
 from symdyn.linear.regulator import Gain, Regulator, at_drive, before_and_after, held, opened, riccati, steps, when
+from symdyn.linear.stability import Margins
 from symdyn.linear.state_space import StateSpace
-from symdyn.linear.transfer import Margins, poles_in_words
+from symdyn.linear.transfer import poles_in_words
 from symdyn.linear.weights import Axis, Weights, weight
 from symdyn.scene.values import Faults
 from symdyn.table import Table
@@ -104,7 +105,9 @@ class Compensator(StateSpace):
 
     def margins(self, drive: str | None = None) -> Margins:  # type: ignore[override]  # of its loop
         """Return how far the loop, cut open at a drive, is from the edge of stability, as of a `Regulator`."""
-        return at_drive(self.loop, drive).margins()
+        found = at_drive(self.loop, drive).margins()
+        own = [name for name in found.left_alone if name not in self.states.names]
+        return replace(found, left_alone=tuple(own or found.left_alone))
 
     @property
     def loop(self) -> StateSpace:
@@ -155,7 +158,7 @@ def kalman(
     noise = weight("V", V, one.outputs.squared(forms[1]), faults, definite=True)
     faults.close(LinearizeError)
     K, P, poles, notes = riccati(
-        one.A.T, one.C.T, step.A.T, one.C.T, disturbed, noise, period, "kalman", one.states.names
+        one.A.T, one.C.T, step.A.T, one.C.T, disturbed, noise, period, "kalman", one.states.names, one.outputs.names
     )
     missed = [name for name in one.outputs.names if isinstance(V, Mapping) and name not in V]
     if missed:

@@ -17,12 +17,13 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from symdyn.algebra import Array, Nodes, shared_to_sympy
-from symdyn.arguments import SympyExpression, check_arguments, is_sympy
+from symdyn.arguments import SympyExpression, check_arguments, checked, is_sympy
 from symdyn.emit.print import latex_symbols
 from symdyn.errors import ArgumentError, LinearizeError, listed, quoted, suggestion
 from symdyn.frozen import dataclass, field
 from symdyn.graph import Expr, growing, substitute
 from symdyn.linear.symbolic import EXACT, Blocks, assembled, blocks_of, entries_of, exact, fresh, kept, places, symbolic
+from symdyn.linear.weights import Axis, places as channel
 from symdyn.shown import Shown
 from symdyn.simulation.prescribed import drive_names
 
@@ -72,6 +73,7 @@ class Formulas(Shown):
     definitions: Mapping[Any, Any]
     point: Mapping[Any, float]
     letters: Mapping[str, str] = field(repr=False)
+    rates: Mapping[str, str] = field(repr=False)
 
     def __call__(self) -> Formulas:
         """Return them, as a method would."""
@@ -80,7 +82,7 @@ class Formulas(Shown):
     def __repr__(self) -> str:
         sizes = ", ".join(f"{x} {getattr(self, x).rows}×{getattr(self, x).cols}" for x in "ABCD")
         more = f"; {len(self._needed())} definitions" if self._needed() else ""
-        return f"<Formulas of {self.name}: {sizes}{more}; .implicit, .point, .lambdify(), .latex()>"
+        return f"<Formulas of {self.name}: {sizes}{more}; .implicit, .point, .transfer(), .lambdify(), .latex()>"
 
     def _needed(self) -> list[tuple[Any, Any]]:
         """Return the definitions that A, B, C, D need, in order."""
@@ -96,6 +98,33 @@ class Formulas(Shown):
             for one in (self.A, self.B, self.C, self.D)
         )
         return A, B, C, D
+
+    @checked(LinearizeError)
+    def transfer(self, output: str | None = None, input: str | None = None) -> Any:
+        """Return the transfer function to an output from an input, G(s) in lowest terms; s is `sympy.Symbol("s")`.
+
+        It is det [s M - A, -B; C, D] / det (s M - A) of `implicit`, B and D polynomials in s for an input with rates; a
+        rational function of all symbols, those of `definitions` too. Beyond some eight states it takes long.
+
+        Raises:
+            LinearizeError: a name that is not known, or one is left out where there are several.
+        """
+        from sympy import Matrix, Symbol, cancel, collect, fraction
+        from sympy.polys.matrices import DomainMatrix
+
+        y, w, x = (tuple(map(str, one)) for one in (self.outputs, self.inputs, self.states))
+        i, k = channel(Axis(y, y), Axis(w, w), (output, input), x)
+        s = Symbol(fresh("s", {*map(str, self.point), *x, *w}))
+        B, D, power, name = 0 * self.B[:, 0], 0 * s, 0, w[k]
+        while name in w:
+            B, D = B + s**power * self.implicit[2][:, w.index(name)], D + s**power * self.D[i, w.index(name)]
+            name, power = self.rates.get(name, "") if w[k] not in self.rates.values() else "", power + 1
+        P = s * self.implicit[0] - self.implicit[1]
+        whole = Matrix([[P, -B], [self.C[i, :], Matrix([[D]])]])
+        two = [DomainMatrix.from_Matrix(one, extension=True) for one in (whole, P)]
+        above, below = (one.domain.to_sympy(one.charpoly()[-1]) for one in two)
+        above, below = fraction(cancel(-above / below))
+        return collect(above, s) / collect(below, s)
 
     def lambdify(self, *symbols: str | SympyExpression | Sequence[str | SympyExpression]) -> Callable[..., list[Array]]:
         """Return a function of symbols, or names, each once, in SI, that gives A, B, C, D; others keep their values.
@@ -196,7 +225,9 @@ def formulas(system: Linearization) -> Formulas:
         for axis in (system.states, system.inputs, system.outputs)
     )
     implicit = (M, side[:, :states], side[:, states:])
-    return Formulas(scene.name, x, w, y, A, B, C, D, implicit, dict(defined), numbers, latex_symbols(scene))
+    return Formulas(
+        scene.name, x, w, y, A, B, C, D, implicit, dict(defined), numbers, latex_symbols(scene), scene.rates
+    )
 
 
 def _letters(prepared: Prepared) -> dict[Expr, str]:

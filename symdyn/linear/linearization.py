@@ -185,7 +185,10 @@ class Linearization(StateSpace):
             _, i, k = np.argwhere(found.rates)[0]
             told = f"{self.name}: {found.outputs.names[i]} follows a rate of {found.inputs.names[k]} at once"
             raise LinearizeError(f"{told}, which only bode and nyquist can tell; ask for these, or for another output")
-        return found
+        if ahead:
+            return found
+        axes = (found.states, found.inputs, found.outputs)
+        return StateSpace(found.A, found.B, found.C, found.D, *axes, found.period, found.name)
 
     def to_control(self) -> Any:
         """Return it of inputs that are given alone, states beside one with rates being z; errors as of `step`."""

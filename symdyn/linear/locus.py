@@ -269,6 +269,8 @@ def root_locus(
             f'"{over}=linspace(0,10,100)"'
         )
     found = [system(float(value)) for value in x]
+    if any(getattr(one, "period", None) for one in found):
+        raise LinearizeError(f"{name or over}: a root locus is of a system without a period; ask before discretize")
     counts = [_count(one) for one in found]
     critical: list[Critical] = []
     for k in range(len(x) - 1):

@@ -14,10 +14,8 @@ At a place of rest, to first order in what moves the mechanism:
     M = ∂e/∂u̇    D = ∂e/∂u    K = X e        all at the place, at u = u̇ = 0
     (K - ω² M) v = 0                         frequencies ω and shapes v, as long as nothing damps
 
-A mode is drawn as q(t) = q₀ moved by Re(a v e^{iφ(t)}), at a visible size. What oscillates goes round once in
-`MODE_PERIOD`, however fast it is; what does not goes out and comes back. Growth and decay are left out, and loops are
-closed at every moment: a shape is shown, and not a run. Positions on which no velocity depends, as where a bicycle is
-and where it heads, do not determine the size, and stay fixed where they would go far: the observer rides along.
+A mode is drawn as q(t) = q₀ moved by Re(a v e^{iφ(t)}), at a visible size, without growth and decay. Positions on which
+no velocity depends do not determine the size, and stay fixed where they would go far: the observer rides along.
 
 Reference: Kublanovskaya's staircase; Golub and Van Loan, Matrix Computations (2013), 7.6.5 and 7.5.7 (balancing).
 """
@@ -68,7 +66,7 @@ PARTED = 1e-6
 """Distance of eigenvalues over the largest that rounding makes of one that is multiple."""
 
 SIDEWAYS = 1e-9
-"""Real parts over the size of the largest eigenvalue that are zero."""
+"""Real parts, or of samples |z| - 1, over the size of the largest eigenvalue that are zero."""
 
 ROUNDING = 1e-14
 """Entries over the largest that rounding leaves where there is nothing."""
@@ -119,12 +117,14 @@ class Spectrum:
         still: what A maps to nothing, a column each, shape (nx, nullity).
         modes: the others, those that grow fastest first.
         size: the largest of them, 1/s; 0 if all are zero.
+        sampled: whether they are z - 1 of a system from sample to sample.
     """
 
     zeros: int
     still: Array
     modes: tuple[Mode, ...]
     size: float
+    sampled: bool = False
 
     @property
     def values(self) -> Complexes:
@@ -137,17 +137,45 @@ class Spectrum:
     @property
     def growing(self) -> tuple[Mode, ...]:
         """Those that grow."""
-        return tuple(mode for mode in self.modes if mode.value.real > SIDEWAYS * self.size)
+        return self._that(1)
 
     @property
     def decaying(self) -> tuple[Mode, ...]:
         """Those that decay."""
-        return tuple(mode for mode in self.modes if mode.value.real < -SIDEWAYS * self.size)
+        return self._that(-1)
+
+    def _that(self, way: int) -> tuple[Mode, ...]:
+        ways = growth([mode.value for mode in self.modes], self.size, self.sampled)
+        return tuple(mode for mode, one in zip(self.modes, ways, strict=True) if one == way)
+
+    @property
+    def lasting(self) -> tuple[complex, ...]:
+        """Eigenvalues that do not decay, those that grow fastest first."""
+        return (*(mode.value for mode in self.growing + self._that(0)), *[0j] * self.zeros)
+
+    @property
+    def staying(self) -> Complexes:
+        """What moves in modes that do not decay, shape (nx, many); of a multiple zero what stays."""
+        return np.column_stack([self.still.astype(np.complex128), *(x.shape for x in self.growing + self._that(0))])
 
 
-def spectrum(A: Array, whole: float = 0.0) -> Spectrum:
-    """Return the eigenvalues of A, shape (nx, nx), 1/s; zero is what is nothing beside the size of the `whole`."""
+def growth(values: Sequence[complex] | Complexes, size: float, sampled: bool = False) -> Array:
+    """Return 1 of each eigenvalue that grows, -1 of one that decays, 0 of one that does neither, to rounding.
+
+    `size` is that of the largest; `sampled` values are z - 1.
+    """
+    each = np.asarray(values, dtype=np.complex128)
+    beyond = np.abs(1 + each) - 1 if sampled else each.real
+    return np.sign(np.where(np.abs(beyond) > SIDEWAYS * size, beyond, 0.0))
+
+
+def spectrum(A: Array, whole: float = 0.0, sampled: bool = False) -> Spectrum:
+    """Return the eigenvalues of A, shape (nx, nx), 1/s; zero is what is nothing beside the size of the `whole`.
+
+    `sampled` ones are those of A - 1.
+    """
     n = len(A)
+    A = A - np.eye(n) if sampled else A
     scale = balance(A)
     left = A * scale[None, :] / scale[:, None]  # D⁻¹ A D
     size = float(np.abs(left).max(initial=whole))
@@ -180,7 +208,7 @@ def spectrum(A: Array, whole: float = 0.0) -> Spectrum:
         modes.append(Mode(complex(value), np.asarray(shape / shape[np.abs(shape).argmax()], dtype=np.complex128)))
     top = max((abs(mode.value) for mode in modes), default=0.0)
     modes.sort(key=lambda mode: (-round(mode.value.real / top, 9), abs(mode.value)))
-    return Spectrum(zeros, still, tuple(modes), top)
+    return Spectrum(zeros, still, tuple(modes), top, sampled)
 
 
 def _as_one(values: Complexes) -> Complexes:

@@ -6,9 +6,6 @@
 
 Users give weights and variances by name or as matrices, whose rows and columns have names and units (`Axis`).
 
-What is weighted and does not decay by itself must be moved by some input. What stays or swings for ever and has no
-weight, such as the place of a wheel on the ground, is left alone, and a note says so.
-
 References: Anderson and Moore, Optimal Control: Linear Quadratic Methods (1990), sections 2.3, 3.3 and 8.1; Tits and
 Yang, Globally convergent algorithms for robust pole assignment by state feedback, IEEE Trans. Aut. Control 41 (1996).
 """
@@ -25,13 +22,14 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.arguments import argument
 from symdyn.draw import FilledFigure
-from symdyn.errors import LinearizeError, suggestion
+from symdyn.errors import LinearizeError, listed, suggestion
 from symdyn.frozen import dataclass, replace
 from symdyn.linear.locus import array_of
-from symdyn.linear.modes import SIDEWAYS, Complexes, array, balance, pairs_of, spectrum
+from symdyn.linear.modes import Complexes, array, balance, growth, pairs_of, spectrum
 from symdyn.linear.plots import Plotted, pole_map
+from symdyn.linear.stability import Margins, verdict
 from symdyn.linear.state_space import StateSpace
-from symdyn.linear.transfer import Margins, poles_in_words, shown, staircase
+from symdyn.linear.transfer import named, poles_in_words, shown, staircase
 from symdyn.linear.weights import SYMMETRIC, Axis, Weights, weight
 from symdyn.scene.values import Faults
 from symdyn.table import Table
@@ -90,7 +88,7 @@ class Regulator(Gain):
         return iter((self.K, self.S, self.poles))
 
     def __repr__(self) -> str:
-        told = "".join(f"\n    {line}" for line in (*self.lines(), f"poles: {poles_in_words(self.poles)}"))
+        told = "".join(f"\n    {line}" for line in (*self.lines(), f"poles: {poles_in_words(self.poles)}", *self.notes))
         return f"<Regulator of {self.name}{when(self.period)}:{told}>"
 
     @property
@@ -288,7 +286,8 @@ def place(one: Linearization, poles: Sequence[complex] | Array, period: float | 
     if beside.shape[1]:
         stuck = spectrum(beside.T @ A @ beside, size).values[0]
         raise LinearizeError(
-            f"poles: no input moves the mode {shown(stuck)}, of {_named(beside, names)}; it stays there"
+            f"poles: no input moves the mode {shown(stuck)}, of {listed(named(beside, names))}; it stays there: "
+            "declare a drive that moves it, or take lqr, which leaves alone what has no weight and does not grow"
         )
     most = int(np.linalg.matrix_rank(B))
     often = [value for value in wanted if np.count_nonzero(wanted == value) > most]
@@ -356,7 +355,7 @@ _WORDS = {
 
 def riccati(
     A: Array, B: Array, step: Array, held: Array, Q: Array, R: Array, period: float | None,
-    gain: str, names: tuple[str, ...],
+    gain: str, names: tuple[str, ...], measured: tuple[str, ...] = (),
 ) -> tuple[Array, Array, Complexes, tuple[str, ...]]:  # fmt: skip
     """Return K, what is left to pay, the poles, and notes; `step` and `held` are A and B, or those when sampled."""
     from scipy.linalg import solve_continuous_are, solve_discrete_are  # late: it takes long to load
@@ -367,24 +366,26 @@ def riccati(
     size = float(np.linalg.norm(A, 2)) or 1.0
     seen, unseen = staircase(A.T, Q)
     basis, notes = np.eye(len(A)), tuple[str, ...]()
-    drifting = _lasting(unseen.T @ A @ unseen, size)
-    if any(value.real <= SIDEWAYS * size for value in drifting):
-        if drifting[0].real > SIDEWAYS * size:
+    drifting = spectrum(unseen.T @ A @ unseen, size)
+    if drifting.lasting:
+        alone = named(unseen, names)
+        if drifting.growing:
             raise LinearizeError(
-                f"{weighed} {forgets} the mode {shown(drifting[0])}, of {_named(unseen, names)}, which "
-                "grows; name those there"
+                f"{weighed} {forgets} the mode {shown(drifting.lasting[0])}, of {listed(alone)}, which grows; "
+                "name those there"
             )
-        basis, notes = seen, (f"left alone: {_named(unseen, names)}; {weighed} {forgets} them",)
+        basis, notes = seen, (f"{verdict(True, alone)}: {weighed} {forgets} {'them' if alone[1:] else 'it'}",)
     if not basis.shape[1]:
         raise LinearizeError(f"{weighed} {forgets} anything that has to be; give weights by name")
     part, way = basis.T @ A @ basis, basis.T @ B
     beside = staircase(part, way)[1]
-    stuck = _lasting(beside.T @ part @ beside, size)
-    if stuck:
-        raise LinearizeError(
-            f"{beyond} the mode {shown(stuck[0])}, of {_named(basis @ beside, names)}, and it does not decay; "
-            f"leave those out of {weighed}, or let something reach them"
-        )
+    if stuck := spectrum(beside.T @ part @ beside, size).lasting:
+        of = listed(named(basis @ beside, names))
+        told = f"{beyond} the mode {shown(stuck[0])}, of {of}, and it does not decay"
+        if gain == "kalman":
+            found = [*measured, *_showing(part, way, basis, names, size)]
+            raise LinearizeError(f"{told}; measure it, too: linearize with {argument('outputs', found)}")
+        raise LinearizeError(f"{told}; declare a drive, or an input, that moves it, or leave {of} out of {weighed}")
     part, way, cost = basis.T @ step @ basis, basis.T @ held, basis.T @ Q @ basis
     try:
         P = (solve_continuous_are if period is None else solve_discrete_are)(part, way, (cost + cost.T) / 2, R)
@@ -393,7 +394,8 @@ def riccati(
     except (np.linalg.LinAlgError, ValueError) as error:
         raise LinearizeError(f"the Riccati equation has no solution that stabilises: {error}") from None
     poles = np.linalg.eigvals(part - way @ K).astype(np.complex128)
-    if not np.isfinite(K).all() or not np.all((poles.real < 0) if period is None else (np.abs(poles) < 1)):
+    rates = poles - (period is not None)
+    if not np.isfinite(K).all() or np.any(growth(rates, np.abs(rates).max(), period is not None) >= 0):
         raise LinearizeError(
             "not all poles of what was found decay; weights differ by too much, or a mode is close to one out of reach"
         )
@@ -401,13 +403,14 @@ def riccati(
     return K @ basis.T / scale[None, :], S, poles[np.argsort(-poles.real, kind="stable")].view(array), notes
 
 
-def _lasting(A: Array, size: float) -> list[complex]:
-    """Return eigenvalues that do not decay, those that grow fastest first."""
-    found = spectrum(A, size)
-    return [*(mode.value for mode in found.modes if mode.value.real >= -SIDEWAYS * size), *[0j] * found.zeros]
-
-
-def _named(space: Array, names: tuple[str, ...]) -> str:
-    """Return the names of the states that take part in a space of balanced states."""
-    share = np.linalg.norm(space, axis=1)
-    return ", ".join(name for name, x in zip(names, share, strict=True) if x > 0.1 * share.max(initial=0.0))
+def _showing(A: Array, C: Array, basis: Array, names: tuple[str, ...], size: float) -> list[str]:
+    """Return states that, measured beside what columns of C show, show all that does not decay; A and C are dual."""
+    found = list[str]()
+    while True:
+        beside = staircase(A, C)[1]
+        hidden = spectrum((beside.T @ A @ beside).T, size)
+        if not hidden.lasting:
+            return found
+        k = int(np.linalg.norm(basis @ beside @ hidden.staying, axis=1).round(6).argmax())
+        found.append(names[k])
+        C = np.column_stack([C, basis[k]])

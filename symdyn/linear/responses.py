@@ -19,7 +19,7 @@ from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError
 from symdyn.frozen import dataclass, replace
 from symdyn.linear.locus import RootLocus, array_of, numbers, root_locus
-from symdyn.linear.modes import SIDEWAYS, Complexes
+from symdyn.linear.modes import Complexes, growth
 from symdyn.linear.plots import Plotted, bode, courses, nyquist
 from symdyn.linear.weights import places
 from symdyn.table import Table
@@ -42,7 +42,7 @@ class FrequencyResponse(Plotted):
         response: G, shape (N, y, w), units of outputs over those of inputs; infinite at an undamped mode.
         name: what it is of.
         kind: what `plot` draws.
-        unit: of frequencies there.
+        unit: of frequencies there, and in what is printed.
     """
 
     omega: Array
@@ -55,7 +55,8 @@ class FrequencyResponse(Plotted):
     unit: Literal["rad/s", "Hz"] = "rad/s"
 
     def __repr__(self) -> str:
-        span = f"{self.omega[0]:.4g} to {self.omega[-1]:.4g} rad/s, {len(self.omega)} frequencies"
+        at = self.hertz if self.unit == "Hz" else self.omega
+        span = f"{at[0]:.4g} to {at[-1]:.4g} {self.unit}, {len(at)} frequencies"
         return f"<FrequencyResponse of {self.name}: {_channels(self.inputs, self.outputs)}, {span}>"
 
     @checked(LinearizeError)
@@ -135,8 +136,10 @@ def frequency_response(
     """Return the frequency responses of a system; arguments and errors as of its method `bode`."""
     _check_driven(one, "a frequency response")
     switch = isinstance(hertz, bool | np.bool_)
-    if omega is not None and not switch:
-        raise LinearizeError("omega, hertz: give one of them")
+    if omega is not None and (hertz if switch else True):
+        told = ", ".join([*(f"{x:.6g}" for x in np.ravel(array_of(omega))[:3]), *["..."] * (np.size(omega) > 3)])
+        told = f"omega, hertz: give one of them: hertz=[{told}] if they are in Hz; if they are in rad/s leave hertz out"
+        raise LinearizeError(f"{told}, or give hertz=omega/(2*pi), to see them in Hz")
     if omega is not None:
         w = _frequencies(omega, "omega", "rad/s", one.period)
         f = w / (2 * math.pi)
@@ -343,7 +346,8 @@ def _final(one: StateSpace, kind: str) -> Array:
     """Return where responses end, shape (y, w); nan of a channel that is not stable."""
     found = np.full(one.D.shape, math.nan)
     for i, k in np.ndindex(found.shape):
-        own, _ = one[one.outputs.names[i], one.inputs.names[k]].parted
+        own = one[one.outputs.names[i], one.inputs.names[k]]
+        own = own if own.stable else own.minimal
         if own.stable and kind == "step":
             x = np.linalg.solve((0.0 if one.period is None else 1.0) * np.eye(len(own.A)) - own.A, own.B)
             size = float((np.abs(own.C) @ np.abs(x) + np.abs(own.D))[0, 0])
@@ -357,14 +361,12 @@ def _final(one: StateSpace, kind: str) -> Array:
 def _usual_end(one: StateSpace) -> float:
     values = [mode.value for mode in one.modes if math.isfinite(mode.value.real)]
     size = max(map(abs, values), default=0.0)
-    growing = [value.real for value in values if value.real > SIDEWAYS * size]
-    if growing:
+    each = [*zip(values, growth(values, size), strict=True)]
+    if growing := [value.real for value, way in each if way > 0]:
         end = math.log(GROWN) / max(growing)
     else:
-        still = [ROUNDS * 2 * math.pi / abs(value) for value in values if value.real >= -SIDEWAYS * size]
-        end = max(
-            [*still, *(-SETTLED / value.real for value in values if value.real < -SIDEWAYS * size)], default=ROUNDS
-        )
+        ends = (-SETTLED / one.real if way else ROUNDS * 2 * math.pi / abs(one) for one, way in each)
+        end = max(ends, default=ROUNDS)
     return end if one.period is None else max(end, ROUNDS * one.period)
 
 
@@ -374,8 +376,6 @@ GAINS, DECADES = 300, 8
 
 def locus_over_gain(one: StateSpace, gains: Sequence[float] | Array | None) -> RootLocus:
     """Return the root locus of a loop over its gain; arguments and errors as of the method `root_locus`."""
-    if one.period is not None:
-        raise LinearizeError(f"{one.name}: a root locus is of a system without a period; ask before discretize")
     d = float(one.D[0, 0])
 
     def closed(k: float) -> StateSpace:

@@ -19,11 +19,11 @@ import numpy.typing as npt
 from symdyn.algebra import Array
 from symdyn.arguments import argument, checked, native
 from symdyn.draw import FilledFigure
-from symdyn.errors import LinearizeError
+from symdyn.errors import LinearizeError, suggestion
 from symdyn.extras import install
 from symdyn.frozen import dataclass
 from symdyn.linear.locus import RootLocus
-from symdyn.linear.modes import Mode, Spectrum, array, spectrum
+from symdyn.linear.modes import Mode, Spectrum, array, balance, spectrum
 from symdyn.linear.plots import Plotted, pole_map
 from symdyn.linear.responses import (
     CLOSE,
@@ -33,16 +33,8 @@ from symdyn.linear.responses import (
     locus_over_gain,
     time_response,
 )
-from symdyn.linear.transfer import (
-    Margins,
-    Reach,
-    Transfer,
-    balanced,
-    invariant_zeros,
-    margins,
-    reach,
-    transfers,
-)
+from symdyn.linear.stability import Margins, margins, verdict
+from symdyn.linear.transfer import Reach, Transfer, balanced, invariant_zeros, minimal, named, reach, transfers
 from symdyn.linear.weights import Axis, places, read_axis, read_matrix
 from symdyn.simulation.prescribed import timed
 from symdyn.table import Table
@@ -50,10 +42,6 @@ from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
     from symdyn.simulation import Feedback
-
-
-STAYS = 1e-8
-"""How near 1 an eigenvalue of a sampled system is of what stays as it is."""
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -154,7 +142,7 @@ class StateSpace(Plotted):
         Raises:
             LinearizeError: a name that is not known, or None where there are several.
         """
-        i, k = places(self.outputs, self.inputs, channel)
+        i, k = places(self.outputs, self.inputs, channel, self.states.names)
         return StateSpace(self.A, self.B[:, [k]], self.C[[i]], self.D[[i]][:, [k]], self.states,
                           self.inputs.of([k]), self.outputs.of([i]), self.period, self.name)  # fmt: skip
 
@@ -170,6 +158,11 @@ class StateSpace(Plotted):
         return spectrum(self.A)
 
     @property
+    def growth(self) -> Spectrum:
+        """What grows, decays and stays: the eigenvalues of A, from sample to sample those of A - 1."""
+        return self.spectrum if self.period is None else spectrum(self.A, sampled=True)
+
+    @property
     def modes(self) -> tuple[Mode, ...]:
         """Modes of eigenvalues that are not zero, those that grow fastest first.
 
@@ -177,7 +170,8 @@ class StateSpace(Plotted):
         """
         if self.period is None:
             return self.spectrum.modes
-        found = [one for one in self.spectrum.modes if abs(one.value - 1) > STAYS]
+        stays = [-1.0, *np.sort(np.abs(self.spectrum.values - 1))][self.growth.zeros]
+        found = [one for one in self.spectrum.modes if abs(one.value - 1) > stays * (1 + 1e-9)]
         return tuple(Mode(complex(np.log(one.value)) / self.period, one.shape) for one in found)
 
     @cached_property
@@ -189,6 +183,7 @@ class StateSpace(Plotted):
         if self.period is None:
             return self.spectrum.values.view(array)
         found = np.linalg.eigvals(self.A).astype(np.complex128)
+        found[np.argsort(np.abs(found - 1), kind="stable")[: self.growth.zeros]] = 1.0
         return found[np.argsort(-np.abs(found), kind="stable")].view(array)
 
     @cached_property
@@ -199,33 +194,26 @@ class StateSpace(Plotted):
 
     @property
     def stable(self) -> bool:
-        """Whether all poles decay: those that are zero, as of what drifts, do not."""
-        if self.period is None:
-            return len(self.spectrum.decaying) == len(self.spectrum.modes) and not self.spectrum.zeros
-        return bool(np.all(np.abs(self.poles) < 1))
+        """Whether all poles decay: those that are zero, of samples 1, as of what is left alone, do not."""
+        found = self.growth
+        return len(found.decaying) == len(found.modes) and not found.zeros
 
     @property
-    def parted(self) -> tuple[StateSpace, StateSpace]:
-        """The system of the states that inputs move and outputs show, and that of those beside them.
-
-        An entry is zero or not: exact for positions on which nothing depends, of which no entry is made by rounding.
-        """
-        moves = self.A != 0
-        both = _spread(np.any(self.B != 0, axis=1), moves) & _spread(np.any(self.C != 0, axis=0), moves.T)
-
-        def of(states: list[int]) -> StateSpace:
-            A, B, C = self.A[np.ix_(states, states)], self.B[states], self.C[:, states]
-            axes = (self.states.of(states), self.inputs, self.outputs)
-            return StateSpace(A, B, C, self.D, *axes, self.period, self.name)
-
-        return of(np.flatnonzero(both).tolist()), of(np.flatnonzero(~both).tolist())
+    def verdict(self) -> str:
+        """The same in words: "stable", "unstable", or "stable, but for phi, which does not decay"."""
+        return verdict(not self.growth.growing, self.left_alone, ("does not decay", "do not decay"))
 
     @property
-    def drifts_at_most(self) -> bool:
-        """Whether all poles decay but those that are zero, of what stays where it is or drifts."""
-        if self.period is None:
-            return len(self.spectrum.decaying) == len(self.spectrum.modes)
-        return bool(np.all((np.abs(self.poles) < 1) | (np.abs(self.poles - 1) <= STAYS)))
+    def left_alone(self) -> tuple[str, ...]:
+        """States of modes that neither grow nor decay, as of what no weight of a regulator asks for."""
+        found = self.growth
+        return () if found.growing else named(found.staying / balance(self.A)[:, None], self.states.names)
+
+    @property
+    def minimal(self) -> StateSpace:
+        """The system on what inputs move and outputs show; its states have no names."""
+        A, B, C, _ = balanced(self)
+        return StateSpace(*minimal(A, B, C), self.D, None, self.inputs, self.outputs, self.period, self.name)
 
     def damp(self) -> Table[str | float]:
         """Return a row a mode: eigenvalue, 1/s, frequency, Hz, damping ratio, and what moves."""
@@ -280,8 +268,8 @@ class StateSpace(Plotted):
             input: w.
             omega: frequencies, rad/s, above zero; without them 200, from a decade below the slowest mode to one above
                 the fastest.
-            hertz: True shows these in Hz, in plots and notebooks; or frequencies in Hz, or a range of them,
-                "geomspace(0.1,10,200)", which are shown so.
+            hertz: frequencies in Hz, or a range of them, "geomspace(0.1,10,200)", shown so; True shows those in Hz that
+                nobody gives. With numbers in `omega` it is refused, since these are in rad/s.
 
         Raises:
             LinearizeError: a name that is not known; there is no input, a frequency is none, or both are given.
@@ -349,6 +337,9 @@ class StateSpace(Plotted):
         Raises:
             LinearizeError: a name that is not known, gains that do not increase, a loop 1 + k D = 0, or a sampled one.
         """
+        if output in self.outputs.names and input not in (None, *self.inputs.names):
+            told = f"input: {input} is no input; {suggestion(input, self.inputs.names)}; over a parameter it is"
+            raise LinearizeError(f'{told} symdyn.linear.root_locus("{input}", values, system)')
         return locus_over_gain(self[output, input], gains)
 
     def through(self, s: complex) -> npt.NDArray[np.complex128]:
@@ -419,13 +410,6 @@ class StateSpace(Plotted):
             self.A, self.B, self.C, self.D, self.inputs.names, self.outputs.names, period=self.period,
             states=self.states.names,
         )  # fmt: skip
-
-
-def _spread(begun: npt.NDArray[np.bool_], moves: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-    """Return the states that some states reach."""
-    for _ in range(len(moves)):
-        begun = begun | (moves @ begun)
-    return begun
 
 
 SHORTEST = 1e-12

@@ -1,4 +1,4 @@
-"""Transfer functions G(s) = C (s - A)⁻¹ B + D, which modes inputs move and outputs show, and margins of loops.
+"""Transfer functions G(s) = C (s - A)⁻¹ B + D, and which modes inputs move and outputs show.
 
     G_ik(s) = g Π(s - z) / Π(s - p)        on the states that input k reaches and output i shows
 
@@ -13,15 +13,6 @@ What inputs reach is found by a staircase for the ranks, and the test of Popov, 
 States have different units: A is balanced, D⁻¹ A D, and B and C are scaled to the size of A, before sizes are compared.
 Of observability all is the same with Aᵀ and Cᵀ.
 
-Margins are how far a loop is from the edge of stability:
-
-    |G(iω)| = 1       at zeros of G(s) G(-s) - 1 on the imaginary axis: the phase left to -180° is the phase margin
-    Im G(iω) = 0      at zeros of G(s) - G(-s) there, and at ω = 0; where G < 0 the gain margin is 1/|G|
-    min |1 + G(iω)|   the distance, between frequencies close together
-
-Zeros are those of systems of twice the states, found as all zeros are. A sampled loop is looked at in
-w = (z - 1)/(z + 1), in which its unit circle is the imaginary axis: ω = 2 atan(Im w)/T.
-
 References: Emami-Naeini and Van Dooren, Computation of zeros of linear multivariable systems, Automatica 18 (1982); Van
 Dooren, The generalized eigenstructure problem in linear system theory, IEEE Trans. Aut. Control 26 (1981); Eising,
 Between controllable and uncontrollable, Systems & Control Letters 4 (1984), for σ.
@@ -29,15 +20,13 @@ Between controllable and uncontrollable, Systems & Control Letters 4 (1984), for
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.errors import LinearizeError
-from symdyn.frozen import asdict, dataclass, replace
+from symdyn.frozen import dataclass
 from symdyn.linear.modes import Complexes, balance, pairs_of, spectrum
 from symdyn.linear.plots import Answer, Transfers
 from symdyn.rounding import in_digits
@@ -182,6 +171,12 @@ def shown(value: complex) -> str:
     return f"{in_digits(x, 6)} ± {in_digits(abs(y), 6)}i" if abs(x) > NOTHING * abs(y) else f"±{in_digits(abs(y), 6)}i"
 
 
+def named(space: Array | Complexes, names: Sequence[str]) -> tuple[str, ...]:
+    """Return the names of the states that take part in a space of balanced states."""
+    share = np.linalg.norm(space / np.linalg.norm(space, axis=0), axis=1)
+    return tuple(name for name, x in zip(names, share, strict=True) if x > SAID * share.max(initial=0.0))
+
+
 def poles_in_words(values: Iterable[complex]) -> str:
     """Return poles or zeros as text, pairs once."""
     return ", ".join(shown(value) for value in values if value.imag >= 0) or "none"
@@ -290,161 +285,3 @@ def _compressed(A: Array, B: Array, C: Array, D: Array, nothing: float) -> tuple
         keep = len(A) - seen
         C, D = np.vstack([upper[:, :keep], A[keep:, :keep]]), np.vstack([through, B[keep:]])
         A, B = A[:keep, :keep], B[:keep]
-
-
-ASIDE = 1e-6
-"""Real parts of a zero over its size that are rounding."""
-
-NEAR = 1e-4
-"""Part of a frequency within which it is found to all digits."""
-
-LARGE = 1e9
-"""Of G, where it has a pole."""
-
-POINTS = 4000
-"""Frequencies at which the distance is looked for."""
-
-
-@dataclass(frozen=True)
-class Margins(Answer):
-    """Margins of the loop that feeds -y back to w.
-
-    Attributes:
-        gain: the factor next to 1 at which the loop is at the edge; one below 1 it must not fall to; inf of none.
-        phase: degrees of lag next to 0 that it stands; negative is what it lacks; inf of none.
-        delay: s of dead time that it stands; inf of none.
-        distance: of G(iω) from -1, the least.
-        phase_crossover, gain_crossover: where gain and phase margin are, rad/s; nan of none.
-        stable: whether the loop is stable as it is; margins of one that is not are those to become so. What drifts
-            beside it, as a position on which nothing depends and that y does not show, takes no part.
-    """
-
-    gain: float
-    phase: float
-    delay: float
-    distance: float
-    phase_crossover: float
-    gain_crossover: float
-    stable: bool
-
-    def __iter__(self) -> Iterator[float]:
-        """Yield gain and phase margin, and where they are, as `margin` of python-control."""
-        return iter((self.gain, self.phase, self.phase_crossover, self.gain_crossover))
-
-    @property
-    def decibels(self) -> float:
-        """The gain margin, dB."""
-        return 20 * math.log10(self.gain) if self.gain > 0 else -math.inf
-
-    def __repr__(self) -> str:
-        return f"<Margins of a loop that is {'stable' if self.stable else 'unstable'}: {self.words}>"
-
-    @property
-    def words(self) -> str:
-        """All of them in one line."""
-        parts = (
-            ("gain", self.gain, "", self.phase_crossover),
-            ("phase", self.phase, "°", self.gain_crossover),
-            ("delay", self.delay, " s", math.nan),
-            ("distance", self.distance, "", math.nan),
-        )
-        at = ("" if math.isnan(w) else f" at {in_digits(w, 4)} rad/s" for *_, w in parts)
-        return ", ".join(f"{what} {in_digits(x, 4)}{unit}{w}" for (what, x, unit, _), w in zip(parts, at, strict=True))
-
-    def as_json(self) -> dict[str, float | bool | None]:
-        """Return them for JSON; what is not finite is None."""
-        return {name: x if math.isfinite(x) else None for name, x in asdict(self).items()}
-
-
-def margins(one: StateSpace) -> Margins:
-    """Return the margins of a loop of one input and one output.
-
-    Raises:
-        LinearizeError: the loop has no answer, 1 + D = 0; or a sampled one has a pole at -1.
-    """
-    loop = one if one.period is None else _in_w(one)
-    A, b, c, _ = balanced(loop)
-    A, b, c = minimal(A, b, c)
-    d = float(loop.D[0, 0])
-    if abs(1 + d) < ASIDE:
-        raise LinearizeError(f"{one.name}: the loop has no answer, 1 + D = 0")
-
-    def G(w: float) -> complex:
-        try:
-            return complex((c @ np.linalg.solve(1j * w * np.eye(len(A)) - A, b.astype(np.complex128)))[0, 0] + d)
-        except np.linalg.LinAlgError:
-            return complex(math.inf)
-
-    scale = max(float(np.linalg.norm(A, 2)) if A.size else 0.0, 1e-300)
-    grid = np.geomspace(1e-6 * scale, 1e3 * scale, POINTS)
-    resonant = np.abs(np.linalg.eigvals(A)) if len(A) else np.zeros(0)
-    grid = np.unique([*grid, *(w * (1 + x) for w in resonant if w > 0 for x in np.linspace(-0.05, 0.05, 101))])
-    values = np.array([G(w) for w in grid])
-    phases = _phase_crossings(A, b, c, d, G, values)
-    gains = _crossings(
-        np.block([[A, -b @ c], [np.zeros_like(A), -A]]), np.vstack([b * d, b]), np.hstack([c, -d * c]), d * d - 1,
-        lambda w: abs(G(w)) - 1,
-    )  # fmt: skip
-    turn: Callable[[float], float] = (lambda w: w) if one.period is None else lambda w: 2 * math.atan(w) / one.period  # type: ignore[operator]
-    lags = [(math.degrees(np.angle(G(w))) % 360 - 180, turn(w)) for w in gains]
-    factors = [(1 / abs(G(w)), turn(w)) for w in phases]
-    gain, at = min(factors, key=lambda two: abs(math.log(two[0])), default=(math.inf, math.nan))
-    phase, crossing = min(lags, key=lambda two: abs(two[0]), default=(math.inf, math.nan))
-    delay = min((math.radians(lag % 360) / w for lag, w in lags if w > 0), default=math.inf)
-    inside, beside = one.parted
-    closed = replace(inside, A=inside.A - inside.B @ inside.C / (1 + one.D[0, 0]))
-    stable = closed.stable and beside.drifts_at_most
-    return Margins(gain, phase, delay, _distance(G, grid, values, d), at, crossing, stable)
-
-
-def _in_w(one: StateSpace) -> StateSpace:
-    """Return a sampled system in w = (z - 1)/(z + 1)."""
-    n = len(one.A)
-    try:
-        inverse = np.linalg.inv(one.A + np.eye(n))
-    except np.linalg.LinAlgError:
-        raise LinearizeError(f"{one.name}: has a pole at z = -1, where margins are not known") from None
-    B, C, D = 2 * inverse @ one.B, one.C @ inverse, one.D - one.C @ inverse @ one.B
-    return replace(one, A=(one.A - np.eye(n)) @ inverse, B=B, C=C, D=D, period=None)
-
-
-def _phase_crossings(
-    A: Array, b: Array, c: Array, d: float, G: Callable[[float], complex], values: Array
-) -> list[float]:
-    """Return frequencies at which G is real and negative; none where it is real at all of them."""
-    finite = values[np.abs(values) < LARGE]
-    if np.all(np.abs(finite.imag) <= ASIDE**2 * np.abs(finite)):
-        return []
-    zero = np.zeros_like(A)
-    found = _crossings(
-        np.block([[A, zero], [zero, -A]]), np.vstack([b, b]), np.hstack([c, c]), 0.0, lambda w: G(w).imag
-    )
-    least = ASIDE**2 * float(np.abs(finite).max(initial=0.0))
-    return [w for w in (0.0, *found) if G(w).real < -least and abs(G(w)) < LARGE]
-
-
-def _crossings(A: Array, B: Array, C: Array, D: float, error: Callable[[float], float]) -> list[float]:
-    """Return the frequencies, ascending, of zeros on the imaginary axis, each to where an error vanishes."""
-    from scipy.optimize import brentq  # late: it takes a second to load
-
-    size = float(np.linalg.norm(A, 2)) if A.size else 1.0
-    zeros = invariant_zeros(A, B, C, np.array([[D]]), size)
-    found = []
-    for w in sorted(z.imag for z in zeros if z.imag > 0 and abs(z.real) <= ASIDE * abs(z)):
-        low, high = w * (1 - NEAR), w * (1 + NEAR)
-        found.append(float(brentq(error, low, high, xtol=1e-300, rtol=8.9e-16)) if error(low) * error(high) < 0 else w)
-    return found
-
-
-def _distance(G: Callable[[float], complex], grid: Array, values: Array, d: float) -> float:
-    """Return the least distance of G from -1."""
-    from scipy.optimize import minimize_scalar
-
-    away = np.abs(1 + values)
-    least = [abs(1 + d), float(away[0])]
-    for k in np.flatnonzero((away[1:-1] <= away[:-2]) & (away[1:-1] <= away[2:])) + 1:
-        bounds = (float(grid[k - 1]), float(grid[k + 1]))
-        least.append(
-            float(minimize_scalar(lambda w: abs(1 + G(w)), bounds=bounds, options={"xatol": 1e-9 * bounds[0]}).fun)
-        )
-    return min(least)

@@ -15,7 +15,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.arguments import argument
 from symdyn.bounds import BOUNDS
-from symdyn.errors import LinearizeError, quoted, suggestion
+from symdyn.errors import LinearizeError, listed, quoted, suggestion
 from symdyn.frozen import dataclass
 from symdyn.linear.locus import array_of
 from symdyn.scene.values import Faults, Parameter, split_commas
@@ -52,23 +52,29 @@ class Axis:
         if name is None:
             raise LinearizeError(f"{what}: name one of {', '.join(self.names) or 'none that there are'}")
         if name not in self.names:
-            more = f'; linearize(..., outputs=["{name}"]) asks for others' if what == "output" else (
-                f'; over a parameter it is symdyn.linear.root_locus("{name}", values, system)'
-            )  # fmt: skip
+            more = f'; linearize(..., outputs=["{name}"]) asks for others' if what == "output" else ""
             raise LinearizeError(f"{what}: {name} is not known; {suggestion(name, self.names)}{more}")
         return self.names.index(name)
 
 
-def places(outputs: Axis, inputs: Axis, channel: tuple[str | None, str | None]) -> tuple[int, int]:
+def places(
+    outputs: Axis, inputs: Axis, channel: tuple[str | None, str | None], states: Sequence[str] = ()
+) -> tuple[int, int]:
     """Return the places of an output and an input, or of the only ones there are.
 
     Raises:
-        LinearizeError: as of `Axis.place`; or an input in the output's place.
+        LinearizeError: as of `Axis.place`; an input in the output's place, an output or a state in the input's.
     """
     output, input = channel
     if output in inputs.names and output not in outputs.names:
         write = f'"{input if input in outputs.names else (*outputs.names, "")[0]}", "{output}"'
         raise LinearizeError(f"output: {output} is an input; outputs come first, then inputs: ({write})")
+    if input is not None and input in (*outputs.names, *states) and input not in inputs.names:
+        kind = "an output" if input in outputs.names else "a state"
+        known = (
+            f"inputs are {listed(inputs.names)}" if inputs.names else "there is none: declare a drive, or [inputs.u]"
+        )
+        raise LinearizeError(f"input: {input} is {kind}, and no input; {known}")
     return outputs.place(output, "output"), inputs.place(input, "input")
 
 

@@ -1,0 +1,216 @@
+"""What a gain leaves alone, transfer functions in symbols, and lines that name what to type at linear systems."""
+
+import re
+
+import numpy as np
+import pytest
+
+import symdyn
+from symdyn.errors import LinearizeError
+from symdyn.linear import Linearization, StateSpace, root_locus
+from symdyn.scene import body, prismatic, revolute, scene
+
+Q, R, W, V = {"theta": 100, "theta_dot": 1, "phi_dot": 1e-4}, {"M": 100}, {"M": 1e-4}, {"theta": 3e-6, "phi": 3e-4}
+
+
+def wheel(*outputs: str) -> Linearization:
+    """A pendulum that a wheel holds upright; nothing depends on the wheel's angle."""
+    disc = body("disc", mass=0.2, inertia=[1e-4, "J", 1e-4], about="com")
+    return symdyn.linearize(
+        scene(
+            "wheel", gravity=[0, 0, -9.81], parameters={"m": 0.5, "J": 2e-4, "l": 0.2},
+            bodies=[body("arm", mass="m", com=[0, 0, "l/2"]), disc],
+            joints=[
+                revolute("pivot", "ground", "arm", axis=[0, 1, 0], coordinate="theta", damping=1e-3, drive=False),
+                revolute("axle", "arm", "disc", axis=[0, 1, 0], coordinate="phi", drive="M", origin=[0, 0, "l"]),
+            ],
+        ),
+        outputs=outputs,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("period", [None, 0.005, 0.01, 0.02])
+def test_a_drift_that_weights_leave_alone_counts_for_no_verdict(period: float | None) -> None:
+    """The verdict went by the rounding of the pole: 0.99999999999988 was stable and 1.0000000000003 was not."""
+    lin = wheel("theta", "phi")
+    lqg, lqr = lin.lqg(Q, R, W, V, period), lin.lqr(Q, R, period)
+    own = np.linalg.eigvals(lqg.closed_loop.A)
+    size = own.real if period is None else abs(own) - 1
+    edge = 0.0 if period is None else 1.0
+    assert np.sort(size)[-2] < -1e-3
+    assert abs(np.sort(size)[-1]) < 1e-9
+    assert np.count_nonzero(lqg.closed_loop.poles == edge) == 1
+
+    words = "stable, but for phi, which is left alone"
+    for found in (lqg.margins(), lqr.margins()):
+        assert (found.verdict, found.left_alone) == (words, ("phi",))
+    assert lqr.closed_loop.verdict == "stable, but for phi, which does not decay"
+    assert lqg.closed_loop.verdict == "stable, but for phi, phi_estimate, which do not decay"
+    assert repr(lqg.margins()).startswith(f"<Margins of a loop that is {words}: gain ")
+    assert lqr.notes == (f"{words}: Q gives no weight to it",)
+    assert f"{words}: Q" in repr(lqr)
+    assert f"{words}: Q" in repr(lqg)
+    assert lqg.margins().stable
+    with pytest.raises(AttributeError, match="it is verdict, in words, and stable"):
+        _ = lqg.closed_loop.stability
+    with pytest.raises(AttributeError, match=r"its .closed_loop has them"):
+        _ = lqr.verdict  # type: ignore[attr-defined]
+    assert not lqg.closed_loop.stable  # its poles are not all inside
+    assert lqg.margins().as_json()["left_alone"] == ["phi"]
+    theta, phi = (lqg.closed_loop.step(name, "M").final[0, 0] for name in ("theta", "phi"))
+    assert theta == pytest.approx(0, abs=1e-9)
+    assert np.isnan(phi)
+    weighed = lin.lqg(Q | {"phi": 1e-5}, R, W, V, period)
+    assert weighed.margins().verdict == weighed.closed_loop.verdict == "stable"
+
+
+def test_the_margins_beside_what_is_left_alone_are_those_of_python_control() -> None:
+    control = pytest.importorskip("control")
+    loop = wheel("theta", "phi").lqg(Q, R, W, V).loop
+    gain, phase, crossover, crossing = control.margin(loop.to_control())
+
+    found = loop.margins()
+    assert [found.gain, found.phase] == pytest.approx([gain, phase], rel=1e-4)
+    assert [found.phase_crossover, found.gain_crossover] == pytest.approx([crossover, crossing], rel=1e-4)
+
+
+@pytest.mark.parametrize("period", [None, 0.1])
+def test_a_pole_at_the_edge_that_the_loop_needs_is_not_left_alone(period: float | None) -> None:
+    """-1 + 1/(1 + s) is 0 at s = 0: the closed loop has a pole there, which its output shows."""
+    edge = StateSpace([[-1.0]], [[1.0]], [[-1.0]])
+    swings = StateSpace([[0.0, 1.0], [-1.0, 0.0]], [[0.0], [1.0]], [[1.0, 0.0]])
+    integrates = StateSpace([[0.0]], [[1.0]], [[1.0]])
+    hidden = StateSpace(np.diag([-1.0, 0.0]), [[1.0], [0.0]], [[1.0, 0.0]], states=["v", "x"])
+    beside = StateSpace([[-1, 0, 0], [0, 0, 2], [0, -2, 0]], [[1], [0], [0]], [[1, 0, 0]], states=["v", "a", "b"])
+    said = {
+        edge: "unstable", swings: "unstable", integrates: "stable", hidden: "stable, but for x, which is left alone",
+        beside: "stable, but for a, b, which are left alone",
+    }  # fmt: skip
+    for one, words in said.items():
+        if one is swings and period:
+            continue  # held between samples it grows, and so says another test
+        assert (one if period is None else one.discretize(period)).margins().verdict == words
+
+
+def test_a_double_pole_at_one_is_no_growth() -> None:
+    """Rounding parts it to 1 ± 1e-8, of which one grew; its end was that of what grows."""
+    turn = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
+    A = turn @ np.array([[0, 1, 0], [0, 0, 0.3], [0, 0, -2.0]]) @ turn.T
+    for period in (1e-3, 0.02, 0.5):
+        held = StateSpace(A, np.eye(3), np.eye(3)).discretize(period)
+        assert np.count_nonzero(held.poles == 1) == 2
+        assert [round(one.value.real, 6) for one in held.modes] == [-2]
+        assert not held.growth.growing
+        assert not held.stable
+    with pytest.raises(LinearizeError, match="a root locus is of a system without a period"):
+        root_locus("k", [0, 1], lambda k: held)
+
+
+@pytest.mark.parametrize("outputs", [["theta"], ["theta", "phi_dot"], ["theta_dot"]])
+def test_a_filter_names_the_outputs_that_show_what_it_misses(outputs: list[str]) -> None:
+    with pytest.raises(LinearizeError, match=r"no output shows the mode 0, of phi.* and it does not decay") as told:
+        wheel(*outputs).lqg(Q, R, W)
+    written = re.search(r"linearize with outputs=(\[.*\])$", str(told.value))
+    assert written is not None
+    named = [name.strip(' "') for name in written[1].strip("[]").split(",")]
+    assert named == [*outputs, "phi"]
+    assert wheel(*named).lqg(Q, R, W).margins().stable
+
+
+def test_a_filter_names_all_outputs_that_it_needs() -> None:
+    """Two carts that nothing holds, none of them measured: the positions show velocities, too."""
+    rails = [prismatic(f"j{k}", "ground", k, axis=[1, 0, 0], coordinate=k, drive=f"F{k}") for k in "ab"]
+    carts = scene("carts", gravity="none", bodies=[body(k, mass=1) for k in "ab"], joints=rails)
+    with pytest.raises(LinearizeError, match=r'outputs=\["a_dot", "a", "b"\]'):
+        symdyn.linearize(carts, outputs=["a_dot"]).kalman()
+    assert symdyn.linearize(carts, outputs=["a_dot", "a", "b"]).kalman().poles.real.max() < 0
+
+
+def test_a_gain_that_cannot_reach_a_mode_says_what_would() -> None:
+    spring = prismatic("j", "ground", "b", axis=[1, 0, 0], coordinate="b", drive=False, force="-4*b")
+    rails = [prismatic("i", "ground", "a", axis=[1, 0, 0], coordinate="a", drive="F"), spring]
+    lin = symdyn.linearize(scene("two", gravity="none", bodies=[body(k, mass=1) for k in "ab"], joints=rails))
+    with pytest.raises(
+        LinearizeError, match=r"no input moves the mode ±2i, of b, b_dot, .* or leave b, b_dot out of Q"
+    ):
+        lin.lqr()
+    found = lin.lqr({"a": 1})
+    assert found.notes == ("stable, but for b, b_dot, which are left alone: Q gives no weight to them",)
+    assert found.margins().verdict == "stable, but for b, b_dot, which are left alone"
+    assert found.closed_loop.verdict == "stable, but for b, b_dot, which do not decay"
+    with pytest.raises(LinearizeError, match=r"poles: no input moves .* or take lqr, which leaves alone"):
+        lin.place([-1, -2, -3, -4])
+
+
+def test_frequencies_beside_hertz_true_are_asked_which_they_are() -> None:
+    """They were taken as rad/s and drawn in Hz, without a word."""
+    lin = wheel("theta")
+    with pytest.raises(
+        LinearizeError, match=r"hertz=\[1, 2, 5, \.\.\.\] if they are in Hz; if they are in rad/s leave"
+    ):
+        lin.nyquist("theta", "M", np.array([1, 2, 5, 13.0]), hertz=True)
+    found = lin.bode("theta", "M", hertz=[1, 2, 5, 13.0])
+    for G, f in zip(found.response[:, 0, 0], found.hertz, strict=True):
+        own = (lin.C @ np.linalg.solve(2j * np.pi * f * np.eye(4) - lin.A, lin.B))[0, 0]
+        assert abs(G / own - 1) < 1e-10
+    assert repr(found).endswith("1 to 13 Hz, 4 frequencies>")
+    assert repr(lin.bode("theta", "M", [1, 2])).endswith("1 to 2 rad/s, 2 frequencies>")
+    assert len(lin.bode("theta", "M", [1, 2], hertz=False).omega) == 2
+
+
+def test_a_transfer_function_in_symbols_has_the_numbers_of_the_system() -> None:
+    from sympy import Poly, Symbol, fraction, gcd
+
+    s, lin = Symbol("s"), wheel("theta", "phi_dot")
+    for output in ("theta", "phi_dot"):
+        G = lin.formulas.transfer(output, "M")
+        assert {str(one) for one in G.free_symbols} == {"s", "m", "l", *["J"] * (output == "phi_dot")}
+        assert gcd(*fraction(G)) == 1
+        assert Poly(fraction(G)[1], s).degree() == (2 if output == "theta" else 3)
+        at = complex(G.xreplace(lin.formulas.point).subs(s, 1j))
+        assert at == pytest.approx(lin.transfer(output, "M").at(1j), rel=1e-12)
+    with pytest.raises(AttributeError, match=r'lin.formulas.transfer\("theta", "M"\) is it in SymPy'):
+        _ = lin.transfer("theta", "M").sympy  # type: ignore[attr-defined]
+    with pytest.raises(LinearizeError, match="output: tetha is not known; did you mean theta"):
+        lin.formulas.transfer("tetha", "M")
+
+
+def test_a_transfer_function_in_symbols_takes_the_rates_of_its_input() -> None:
+    """A mass on a spring and a damper whose foot is moved: (d s + k)/(m s² + d s + k); s is the scene's own letter."""
+    text = """
+        gravity = "none"
+        [parameters]
+        s = 2
+        d = 3
+        k = 50
+        [inputs.road]
+        unit = "m"
+        rates = 1
+        [bodies.car]
+        mass = "s"
+        [joints.up]
+        type = "prismatic"
+        parent = "ground"
+        child = "car"
+        axis = [0, 0, 1]
+        coordinate = "z"
+        drive = false
+        force = "k*(road - z) + d*(road_dot - z_dot)"
+    """
+    lin = symdyn.linearize(symdyn.scene.read_text(text, "toml"), outputs=["z"])
+    G = lin.formulas.transfer("z", "road")
+    own = (3j + 50) / (-2 + 3j + 50)
+    (free,) = (one for one in G.free_symbols if one not in lin.formulas.point)
+    assert complex(G.xreplace({**lin.formulas.point, free: 1j})) == pytest.approx(own, rel=1e-12)
+    assert lin.transfer("z", "road").at(1j) == pytest.approx(own, rel=1e-9)
+    assert lin.margins("z", "road").verdict == "stable"
+    assert lin.root_locus("z", "road", [0, 1]).growing.tolist() == [0, 0]  # neither took an input with rates
+
+
+def test_a_state_in_the_place_of_an_input_is_told_apart() -> None:
+    lin = wheel("theta")
+    for asked in (lin.bode, lin.transfer, lin.step, lin.margins, lin.formulas.transfer):
+        with pytest.raises(LinearizeError, match=r"^input: phi is a state, and no input; inputs are M$"):
+            asked("theta", "phi")
+    with pytest.raises(LinearizeError, match=r'input: l is no input; .* it is symdyn.linear.root_locus\("l", values'):
+        lin.root_locus("theta", "l")
