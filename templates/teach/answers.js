@@ -92,8 +92,14 @@ const Answers = (() => {
     });
     return rest.every(mine => mine && valued(key, mine).right) ? forgot(["extra", "", ""]) : told;
   }
+  // Whether an answer is a constant of letters, of which nothing is known of what its writer forgot
+  function settles(formulas) {
+    const used = formulas.flatMap(({of}) => [...Terms.used(of, points[0])]);
+    return used.length > 0 && used.every(name => QUESTIONS.parameters.includes(name));
+  }
   // A wrong answer's words, led by the terms that differ where these can be told apart
   function apart(key, formulas, told) {
+    if (QUESTIONS.free.includes(key) && settles(formulas)) return said(false, "answer.wrong");
     if (!has(terms, key)) return told;
     const rule = told.rule === "nothing" ? "" : told.rule;  // it gives way to every reason
     const [first, second] = formulas, {before} = motions.asked[key], front = before ? formula_of(before) : null;
@@ -104,6 +110,7 @@ const Answers = (() => {
       const minus = ({terms = []}) => terms.map(one => p => -one(p)), changes = told.rule === "nothing" ? [] : Terms.listed(key, whole, [...first.of.terms || [first.of], ...minus(second ? second.of : front || {})]);
       return {...(told.rule || !mixed(key, whole) ? told : forgot(["dimension", "", ""])), changes, kinds: changes.map(one => one[2]).filter(Boolean)};
     }
+    if (QUESTIONS.apart.rates.includes(told.rule) && found.rules.join() === "relative") return {...told, kinds: found.kinds, changes: found.changes};
     const text = found.rules.map((rule, k) => k || rule !== told.rule ? words.mistakes[rule] : told.reason).join(words.mistakes.and);
     return {...told, ...found, text: words["answer.mistake"].replace("{rule}", () => text)};
   }

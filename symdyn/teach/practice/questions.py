@@ -230,6 +230,7 @@ def _apart(diagnosis: Diagnosis) -> dict[str, Any] | None:
         "angles": ("relative", "absolute"),
         "paired": PAIRED,
         "whole": mistakes.ALL_OF_IT,
+        "rates": mistakes.OF_RATES,
         "ratios": sorted(" ".join(names) for names in diagnosis.atoms.ratios),
         "times": parts.WHOLE,
         "both": parts.BOTH,

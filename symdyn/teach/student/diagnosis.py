@@ -26,7 +26,7 @@ from symdyn.scene.values import Unit, UnitError, acceleration_name
 from symdyn.teach.student.course import Course
 from symdyn.teach.student.evidence import Evidence, common, evidence_of
 from symdyn.teach.student.grammar import Names
-from symdyn.teach.student.mistakes import ALL_OF_IT, FREE, MOST, SUITS, VAGUE, Mistake, mistakes
+from symdyn.teach.student.mistakes import ALL_OF_IT, FREE, MOST, OF_RATES, SUITS, VAGUE, Mistake, mistakes
 from symdyn.teach.student.motions import Motions, at_points, in_reach, motions_of, numbers
 from symdyn.teach.student.parts import Atoms, atoms_of, explained
 from symdyn.unlocked import cached_property
@@ -302,7 +302,9 @@ class Diagnosis:
 
     def told_apart(self, key: str, form: Form, found: Mistake | None) -> Mistake | None:
         """Return what terms of a wrong answer tell, with the mistake that was found if it suits; else that mistake."""
-        every = self.evidence(key)
+        every, names = self.evidence(key), set(form.symbols)
+        if key.startswith(FREE) and names and names <= {p.name for p in self.scene.parameters}:
+            return None  # a constant, which is free: nothing is known of what its writer forgot
         if not every or (found and found.rule in ALL_OF_IT):
             return found
         node = form.express(self._graph)
@@ -318,6 +320,8 @@ class Diagnosis:
         evidence, told = min(ways, key=lambda way: way[1].price, default=(every[0], None))
         unlike = found is not None and told is not None and not told.sure and found.rule not in told.rules
         if told is None or (unlike and "absolute" not in told.rules):
+            return found
+        if found and found.rule in OF_RATES and told.rules == ("relative",):  # rates that are lost turn nothing
             return found
         rules = list(dict.fromkeys((*told.rules, *(["untied"] if loose and told.sure else []))))
         kinds = [evidence.every[k].kind for k in told.terms]

@@ -250,6 +250,8 @@ SUITS: Mapping[str, tuple[str, ...]] = {
 """Rules found otherwise that explain what differs in a term of a kind."""
 ALL_OF_IT = ("turned", "factor", "half", "ratio")
 """Rules found otherwise that say more than terms do."""
+OF_RATES = ("slope", "velocities", "product")
+"""Rules found otherwise by which rates are lost that a relative rate may explain as well."""
 
 FREE = ("P:", "L:")
 """What keys of quantities begin with that hold a constant which is free."""
