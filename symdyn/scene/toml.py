@@ -16,7 +16,7 @@ from typing import Any, cast
 
 from symdyn.arguments import checked
 from symdyn.bounds import BOUNDS
-from symdyn.errors import SceneError, hint, suggestion
+from symdyn.errors import SceneError, hint, listed, nearest, suggestion
 from symdyn.scene.declaration.declare import SECTIONS, Declaration, reading_of
 from symdyn.scene.declaration.joint_table import Standing, said_joint, said_place
 from symdyn.scene.declaration.reading import BEGIN, Opened, Reading, ReadOptions, Written, read_bounded
@@ -196,6 +196,7 @@ def _unquoted(row: str, column: int) -> str:
 
 def _declaration(root: Mapping[str, object], source: str, faults: Faults) -> Declaration:
     keys = ("name", "text", "gravity", "units", *SECTIONS, *sections(), "loop", "dh")
+    _refuse_headers(root, keys, faults)
     for key in root:
         if key not in keys:
             faults.add("", f"unknown key {show(key)}; {hint('keys', key, ['']) or suggestion(key, keys)}")
@@ -221,6 +222,20 @@ def _declaration(root: Mapping[str, object], source: str, faults: Faults) -> Dec
         loops=_loops(root, faults),
         dh=None if dh is None else Entry("dh", dh, "dh"),
     )
+
+
+def _refuse_headers(root: Mapping[str, object], keys: Sequence[str], faults: Faults) -> None:
+    """Report parameters outside of their table, and lists of tables that have names: what they hold is not read."""
+    lone = [key for key in root if key not in keys and not isinstance(root[key], (Mapping, list))]
+    lone = [key for key in lone if nearest(key, keys) is None]
+    if any(not hint("keys", key, [""]) for key in lone):
+        do = "move it below [parameters]:" if "parameters" in root else "write [parameters] above"
+        faults.add("", f"unknown key {show(lone[0])}; {do} {listed(lone)}")
+    for kind in (*SECTIONS, *sections()):
+        rows = root.get(kind)
+        if isinstance(rows, list) and rows and isinstance(rows[0], Mapping):
+            faults.add(kind, f"[[{kind}]] is a list of tables; write [{kind}.{rows[0].get('name', 'NAME')}]")
+    faults.close()
 
 
 def _entries(root: Mapping[str, object], kind: str, faults: Faults) -> tuple[Entry, ...]:

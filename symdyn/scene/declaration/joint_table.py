@@ -365,10 +365,14 @@ def read_joints(entries: Sequence[Entry], faults: Faults) -> tuple[Joint, ...]:
     joints: list[Joint] = []
     mimics: list[Mimic | None] = []
     nq = nv = 0
+    names = {entry.name for entry in entries}
     for table in tables:
         kind = _type(table)
         placed = _placed(table, kind, _shape(table, kind))
-        mimics.append(read_mimic(table) if JOINTS[placed.type].velocities(placed) else None)
+        mimic = read_mimic(table) if JOINTS[placed.type].velocities(placed) else None
+        mimics.append(mimic)
+        for own, what in meaningless(placed, mimic is not None and (mimic.key != "joint" or mimic.ratios[0][0] in names)):
+            _refuse(table, own, what)
         joints.append(_joint(table, placed, nq, nv, mimics[-1] is not None))
         nq, nv = nq + len(joints[-1].coordinates), nv + len(joints[-1].rates)
     return couple(joints, mimics, tables)
@@ -416,8 +420,6 @@ def _placed(table: EntryReader, kind: str, shape: tuple[tuple[str, Any], ...]) -
 
 def _joint(table: EntryReader, joint: Joint, nq: int, nv: int, follows: bool) -> Joint:
     """Return a placed joint as one of the tree; nq coordinates and nv velocities of the scene come before its own."""
-    for keys, what in meaningless(joint, follows):
-        _refuse(table, keys, what)
     if not JOINTS[joint.type].velocities(joint):
         return joint
     parts = [part for part in ROWS if not (follows and part in OWN_COORDINATES)]
