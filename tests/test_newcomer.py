@@ -132,7 +132,7 @@ def test_a_run_that_takes_long_warns_and_names_what_grows() -> None:
         ("A sin(w t)", "write A*sin(w*t)"),
         ("0.1 sin(2 t)", "write 0.1*sin(2*t)"),
         ("sin x + cos(2t)", "write sin(x) + cos(2*t)"),
-        ("2theta", "theta is no unit; write 2*theta"),
+        ("2theta", "or write 2*theta"),
         ("x(t)", "of a symbol write x alone"),
         ("sin^2(theta)", "write sin(theta)**2"),
         ("2·theta", "a product is *"),

@@ -226,8 +226,7 @@ def _declaration(root: Mapping[str, object], source: str, faults: Faults) -> Dec
 
 def _refuse_headers(root: Mapping[str, object], keys: Sequence[str], faults: Faults) -> None:
     """Report parameters outside of their table, and lists of tables that have names: what they hold is not read."""
-    lone = [key for key in root if key not in keys and not isinstance(root[key], (Mapping, list))]
-    lone = [key for key in lone if nearest(key, keys) is None]
+    lone = [key for key in root if not isinstance(root[key], (Mapping, list)) and nearest(key, keys) is None]
     if any(not hint("keys", key, [""]) for key in lone):
         do = "move it below [parameters]:" if "parameters" in root else "write [parameters] above"
         faults.add("", f"unknown key {show(lone[0])}; {do} {listed(lone)}")

@@ -17,7 +17,7 @@ from symdyn.errors import hint, listed, nearest, suggestion
 from symdyn.graph import Graph, Op
 from symdyn.scene.declaration.dimensions import SceneUnits, check_dimensions
 from symdyn.scene.declaration.draft import KINDS, Draft, Use, judge, uses
-from symdyn.scene.forces.flows import Flow
+from symdyn.scene.forces.flows import changing
 from symdyn.scene.forces.force_table import FORCES
 from symdyn.scene.joints.joint_table import JOINTS, RESISTING
 from symdyn.scene.values.body import mass_faults
@@ -99,7 +99,7 @@ def _why(name: str, use: Use, scene: Scene, motion: dict[str, None]) -> str:
             f"uses {name}, which follows from forces: an algebraic loop; use coordinates, velocities, states, inputs, t"
         )
     if use.key.startswith(("mass", "inertia")) and (name in motion or name == CLOCK or name in given):
-        return f"uses {name}; {_changing(use, scene)}"
+        return f"uses {name}; {changing(use.where, scene)}"
     if name in given:
         if name in (one.name for one in scene.states):
             return f"uses {name}, a state; only forces, loads, masses, rates, signals and outputs may depend on it"
@@ -122,25 +122,11 @@ def _why(name: str, use: Use, scene: Scene, motion: dict[str, None]) -> str:
     over_time = f", or [inputs.{name}] over time" if CLOCK in use.allowed else ""
     near = nearest(name, sorted(use.allowed))
     known += [near] if near and near not in known else []
-    if not near and use.where.startswith("outputs.") and (of := re.fullmatch(_OF_PLACE, name)):
-        return f'uses {name}, of no point; write [points.{of[1]}] with body = "{scene.bodies[0].name}"'
+    if not near and use.where.startswith("outputs.") and (of := re.fullmatch(r"point_(\w+)_[xyz]", name)):
+        return f'uses {name}, of no point; write [points.{of[1]}] with body = "{scene.bodies[-1].name}"'
     if constant := hint("characters", name):
         return f"uses the undefined symbol {name}; {constant}"
     return f"uses the undefined symbol {name}; declare it in parameters ({suggestion(name, known)}){over_time}"
-
-
-_OF_PLACE = r"point_(\w+)_[xyz]"
-
-
-def _changing(use: Use, scene: Scene) -> str:
-    """Return how the mass in use becomes one that changes, in words to copy."""
-    of = use.where.rpartition(".")[2]
-    flow = f', and [flows.{of}] with body = "{of}", velocity = [0, 0, 0]'
-    flows = any(isinstance(one, Flow) and one.place.body == of for one in scene.elements)
-    taken = {*scene.coordinates, *(one.name for one in scene.letters)}
-    state = next(name for name in (f"m_{of}", f"mass_{of}", f"mass_of_{of}") if name not in taken)
-    said = f'mass = "{state}" and [states.{state}] with rate = -0.1, start = 1, unit = "kg"'
-    return f"a mass or an inertia changes by a state: write {said}{'' if flows else flow}"
 
 
 def check_joints(draft: Draft, values: Mapping[str, Value], faults: Faults) -> None:

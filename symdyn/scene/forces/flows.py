@@ -117,6 +117,16 @@ def _check(flow: Flow, stand: Stand) -> None:
         stand.fault(f"does nothing, as the mass of {body.name}, {shown(body.mass)}, has no state in it; write {ADVICE}")
 
 
+def changing(where: str, scene: Scene) -> str:
+    """Return how the mass of a body at a place of the text becomes one that changes, in words to copy."""
+    of, taken = where.rpartition(".")[2], {*scene.coordinates, *(one.name for one in scene.letters)}
+    state = next(name for name in (f"m_{of}", f"mass_{of}", f"mass_of_{of}") if name not in taken)
+    said = f'mass = "{state}" and [states.{state}] with rate = -0.1, start = 1, unit = "kg"'
+    if not any(isinstance(one, Flow) and one.place.body == of for one in scene.elements):
+        said += f', and [flows.{of}] with body = "{of}", velocity = [0, 0, 0]'
+    return f"a mass or an inertia changes by a state: write {said}"
+
+
 def with_flows(scene: Scene, places: Sequence[str], faults: Faults) -> Scene:
     """Return the scene whose flows know how mass and inertia change; a mass that changes without a flow is a fault."""
     rates, made = {one.name: one.rate for one in scene.states}, {}
@@ -128,7 +138,7 @@ def with_flows(scene: Scene, places: Sequence[str], faults: Faults) -> Scene:
             mass, spun = Quantity.ONE, [*NOTHING]
         if not flows and (states := rates.keys() & {name for x in (body.mass, *body.inertia) for name in x.symbols}):
             told = f"mass or inertia changes with {listed(sorted(states))}, and nothing tells what leaves or arrives"
-            faults.add(where, f'{told}; write [flows.jet] with body = "{body.name}" and its velocity')
+            faults.add(where, f'{told}; write [flows.jet] with body = "{body.name}", velocity = [0, 0, 0]')
         for one in flows:
             mass = folding.sub(mass, one.rate or Quantity.ZERO)
         kept = any(one.spread and one.frame == "body" for one in flows)
