@@ -1,4 +1,4 @@
-"""The sign of each key that acts, as docs/scenes.md tells it, in a run: a cart of 1 kg at q = 0.3 m, with q' = 2 m/s."""
+"""The sign of each key that acts, as docs/scenes.md tells it: a cart of 1 kg in a run at q = 0.3 m, 2 m/s."""
 
 from __future__ import annotations
 

@@ -197,9 +197,6 @@ def _unquoted(row: str, column: int) -> str:
 def _declaration(root: Mapping[str, object], source: str, faults: Faults) -> Declaration:
     keys = ("name", "text", "gravity", "units", *SECTIONS, *sections(), "loop", "dh")
     _refuse_headers(root, keys, faults)
-    for key in root:
-        if key not in keys:
-            faults.add("", f"unknown key {show(key)}; {hint('keys', key, ['']) or suggestion(key, keys)}")
     inside = root.get("parameters")
     if "gravity" not in root and isinstance(inside, Mapping) and "gravity" in inside:
         tell = faults.add if isinstance(inside["gravity"], list) or inside["gravity"] == "none" else faults.note
@@ -225,16 +222,26 @@ def _declaration(root: Mapping[str, object], source: str, faults: Faults) -> Dec
 
 
 def _refuse_headers(root: Mapping[str, object], keys: Sequence[str], faults: Faults) -> None:
-    """Report parameters outside of their table, and lists of tables that have names: what they hold is not read."""
-    lone = [key for key in root if not isinstance(root[key], (Mapping, list)) and nearest(key, keys) is None]
-    if any(not hint("keys", key, [""]) for key in lone):
+    """Report keys that are none, parameters outside of their table, and lists of tables that have names.
+
+    Reading ends where tables are not read: what refers to them would be told as missing.
+    """
+    unknown = [key for key in root if key not in keys]
+    lone = [key for key in unknown if not isinstance(root[key], (Mapping, list)) and nearest(key, keys) is None]
+    headless = any(not hint("keys", key, [""]) for key in lone)
+    if headless:
         do = "move it below [parameters]:" if "parameters" in root else "write [parameters] above"
         faults.add("", f"unknown key {show(lone[0])}; {do} {listed(lone)}")
+    for key in (one for one in unknown if not (headless and one in lone)):
+        faults.add("", f"unknown key {show(key)}; {hint('keys', key, ['']) or suggestion(key, keys)}")
+    unread = headless or any(isinstance(root[key], (Mapping, list)) for key in unknown)
     for kind in (*SECTIONS, *sections()):
         rows = root.get(kind)
         if isinstance(rows, list) and rows and isinstance(rows[0], Mapping):
+            unread = True
             faults.add(kind, f"[[{kind}]] is a list of tables; write [{kind}.{rows[0].get('name', 'NAME')}]")
-    faults.close()
+    if unread:
+        faults.close()
 
 
 def _entries(root: Mapping[str, object], kind: str, faults: Faults) -> tuple[Entry, ...]:

@@ -371,9 +371,8 @@ def read_joints(entries: Sequence[Entry], faults: Faults) -> tuple[Joint, ...]:
         placed = _placed(table, kind, _shape(table, kind))
         mimic = read_mimic(table) if JOINTS[placed.type].velocities(placed) else None
         mimics.append(mimic)
-        for own, what in meaningless(placed, bool(mimic and (mimic.key != "joint" or mimic.ratios[0][0] in names))):
-            _refuse(table, own, what)
-        joints.append(_joint(table, placed, nq, nv, mimic is not None))
+        follows = mimic is not None and (mimic.key != "joint" or mimic.ratios[0][0] in names)
+        joints.append(_joint(table, placed, nq, nv, follows))
         nq, nv = nq + len(joints[-1].coordinates), nv + len(joints[-1].rates)
     return couple(joints, mimics, tables)
 
@@ -420,6 +419,8 @@ def _placed(table: EntryReader, kind: str, shape: tuple[tuple[str, Any], ...]) -
 
 def _joint(table: EntryReader, joint: Joint, nq: int, nv: int, follows: bool) -> Joint:
     """Return a placed joint as one of the tree; nq coordinates and nv velocities of the scene come before its own."""
+    for keys, what in meaningless(joint, follows):
+        _refuse(table, keys, what)
     if not JOINTS[joint.type].velocities(joint):
         return joint
     parts = [part for part in ROWS if not (follows and part in OWN_COORDINATES)]

@@ -104,7 +104,7 @@ def _check(flow: Flow, stand: Stand) -> None:
     body = next((one for one in stand.scene.bodies if one.name == flow.place.body), None)
     if flow.place.body == Scene.GROUND:
         stand.fault(f"acts on {Scene.GROUND}, which does not move; name a body")
-    if body is None:
+    if body is None or stand.faults.told(f"bodies.{body.name}"):
         return
     if body.com is None or body.about != "com":
         stand.fault(f'the centre of mass of {body.name} must be known; give com, and inertia_about = "com"')
