@@ -520,8 +520,8 @@ CORRECT = (
         ("[flows.jet]", '[flows.two]\nbody = "rocket"\nvelocity = [0, 0, 0]\n[flows.jet]',
          f"flows.jet: rate is missing, as of two; {RATE}"),
         ('mass = "m"', "mass = 3",
-         'flows.jet: does nothing, as the mass of rocket, 3, has no state in it; write [states.m] with rate = "-c", '
-         'and mass = "m"'),
+         'flows.jet: does nothing, as the mass of rocket, 3, has no state in it; a mass or an inertia changes by a '
+         'state: write mass = "m_rocket" and [states.m_rocket] with rate = -0.1, start = 1, unit = "kg"'),
         ('mass = "m"', 'mass = "m*z"',
          "bodies.rocket: mass = m*z uses z; a mass or an inertia changes by a state: write "
          'mass = "m_rocket" and [states.m_rocket] with rate = -0.1, start = 1, unit = "kg"'),

@@ -222,25 +222,19 @@ def _declaration(root: Mapping[str, object], source: str, faults: Faults) -> Dec
 
 
 def _refuse_headers(root: Mapping[str, object], keys: Sequence[str], faults: Faults) -> None:
-    """Report keys that are none, parameters outside of their table, and lists of tables that have names.
-
-    Reading ends where tables are not read: what refers to them would be told as missing.
-    """
+    """Report keys that are none, parameters above their table, and lists; what refers to tables unread is not told."""
     unknown = [key for key in root if key not in keys]
     lone = [key for key in unknown if not isinstance(root[key], (Mapping, list)) and nearest(key, keys) is None]
-    headless = any(not hint("keys", key, [""]) for key in lone)
-    if headless:
+    lone = [] if all(hint("keys", key, [""]) for key in lone) else lone
+    if lone:
         do = "move it below [parameters]:" if "parameters" in root else "write [parameters] above"
         faults.add("", f"unknown key {show(lone[0])}; {do} {listed(lone)}")
-    for key in (one for one in unknown if not (headless and one in lone)):
+    for key in (one for one in unknown if one not in lone):
         faults.add("", f"unknown key {show(key)}; {hint('keys', key, ['']) or suggestion(key, keys)}")
-    unread = headless or any(isinstance(root[key], (Mapping, list)) for key in unknown)
-    for kind in (*SECTIONS, *sections()):
-        rows = root.get(kind)
-        if isinstance(rows, list) and rows and isinstance(rows[0], Mapping):
-            unread = True
-            faults.add(kind, f"[[{kind}]] is a list of tables; write [{kind}.{rows[0].get('name', 'NAME')}]")
-    if unread:
+    rows = [(kind, one) for kind in (*SECTIONS, *sections()) if isinstance(one := root.get(kind), list)]
+    for kind, one in ((kind, one[0]) for kind, one in rows if one and isinstance(one[0], Mapping)):
+        faults.add(kind, f"[[{kind}]] is a list of tables; write [{kind}.{one.get('name', 'NAME')}]")
+    if lone or rows or any(isinstance(root[key], (Mapping, list)) for key in unknown):
         faults.close()
 
 

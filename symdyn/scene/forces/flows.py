@@ -63,10 +63,6 @@ class Flow(Load):
     kind = "flow"
 
 
-ADVICE = '[states.m] with rate = "-c", and mass = "m"'
-"""How a mass changes."""
-
-
 def flows_of(body: str, scene: Scene) -> list[Flow]:
     """Return the flows of a body."""
     return [one for one in scene.loads if isinstance(one, Flow) and one.place.body == body]
@@ -114,7 +110,8 @@ def _check(flow: Flow, stand: Stand) -> None:
         told = f"rate is missing, as of {silent[0]}" if silent else f"rate is one too many for {body.name}"
         stand.fault(f"{told}; one of its flows has none, and takes what others leave of the rate of its mass")
     elif len(flows) == 1 and flow.flux == Quantity.ZERO and flow.spun == NOTHING:
-        stand.fault(f"does nothing, as the mass of {body.name}, {shown(body.mass)}, has no state in it; write {ADVICE}")
+        told = f"does nothing, as the mass of {body.name}, {shown(body.mass)}, has no state in it"
+        stand.fault(f"{told}; {changing(body.name, stand.scene)}")
 
 
 def changing(where: str, scene: Scene) -> str:
@@ -122,7 +119,7 @@ def changing(where: str, scene: Scene) -> str:
     of, taken = where.rpartition(".")[2], {*scene.coordinates, *(one.name for one in scene.letters)}
     state = next(name for name in (f"m_{of}", f"mass_{of}", f"mass_of_{of}") if name not in taken)
     said = f'mass = "{state}" and [states.{state}] with rate = -0.1, start = 1, unit = "kg"'
-    if not any(isinstance(one, Flow) and one.place.body == of for one in scene.elements):
+    if not flows_of(of, scene):
         said += f', and [flows.{of}] with body = "{of}", velocity = [0, 0, 0]'
     return f"a mass or an inertia changes by a state: write {said}"
 
