@@ -122,8 +122,9 @@ def _why(name: str, use: Use, scene: Scene, motion: dict[str, None]) -> str:
     over_time = f", or [inputs.{name}] over time" if CLOCK in use.allowed else ""
     near = nearest(name, sorted(use.allowed))
     known += [near] if near and near not in known else []
-    if not near and use.where.startswith("outputs.") and (of := re.fullmatch(r"point_(\w+)_[xyz]", name)):
-        return f'uses {name}, of no point; write [points.{of[1]}] with body = "{scene.bodies[-1].name}"'
+    if not near and use.where.startswith("outputs.") and (place := re.fullmatch(r"point_(\w+)_[xyz]", name)):
+        body = next((one.name for one in reversed(scene.bodies)), "NAME")
+        return f'uses {name}, of no point; write [points.{place[1]}] with body = "{body}"'
     if constant := hint("characters", name):
         return f"uses the undefined symbol {name}; {constant}"
     return f"uses the undefined symbol {name}; declare it in parameters ({suggestion(name, known)}){over_time}"

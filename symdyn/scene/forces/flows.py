@@ -117,7 +117,7 @@ def _check(flow: Flow, stand: Stand) -> None:
 def changing(where: str, scene: Scene) -> str:
     """Return how the mass of a body at a place of the text becomes one that changes, in words to copy."""
     of, taken = where.rpartition(".")[2], {*scene.coordinates, *(one.name for one in scene.letters)}
-    state = next(name for name in (f"m_{of}", f"mass_{of}", f"mass_of_{of}") if name not in taken)
+    state = next((name for name in (f"m_{of}", f"mass_{of}") if name not in taken), f"mass_of_{of}")
     said = f'mass = "{state}" and [states.{state}] with rate = -0.1, start = 1, unit = "kg"'
     if not flows_of(of, scene):
         said += f', and [flows.{of}] with body = "{of}", velocity = [0, 0, 0]'
