@@ -520,11 +520,11 @@ CORRECT = (
         ("[flows.jet]", '[flows.two]\nbody = "rocket"\nvelocity = [0, 0, 0]\n[flows.jet]',
          f"flows.jet: rate is missing, as of two; {RATE}"),
         ('mass = "m"', "mass = 3",
-         'flows.jet: does nothing, as the mass of rocket, 3, has no state in it; write [states.m] with rate = "-c", '
-         'and mass = "m"'),
+         'flows.jet: does nothing, as the mass of rocket, 3, has no state in it; a mass or an inertia changes by a '
+         'state: write mass = "m_rocket" and [states.m_rocket] with rate = -0.1, start = 1, unit = "kg"'),
         ('mass = "m"', 'mass = "m*z"',
-         "bodies.rocket: mass = m*z uses z; a mass or an inertia changes by a state: write [states.m] with its rate, "
-         'and mass = "m"'),
+         "bodies.rocket: mass = m*z uses z; a mass or an inertia changes by a state: write "
+         'mass = "m_rocket" and [states.m_rocket] with rate = -0.1, start = 1, unit = "kg"'),
         ('mass = "m"', 'mass = "m"\ncom = ["m", 0, 0]',
          "bodies.rocket: com[0] = m uses m, a state; only forces, loads, masses, rates, signals and outputs may depend "
          "on it"),
@@ -532,7 +532,7 @@ CORRECT = (
          'flows.jet: the centre of mass of rocket must be known; give com, and inertia_about = "com"'),
         ('[flows.jet]\nbody = "rocket"\nvelocity = [0, 0, "-ve"]', "",
          "bodies.rocket: mass or inertia changes with m, and nothing tells what leaves or arrives; write [flows.jet] "
-         'with body = "rocket" and its velocity'),
+         'with body = "rocket", velocity = [0, 0, 0]'),
         ('velocity = [0, 0, "-ve"]', "",
          "flows.jet: velocity is missing; write velocity = [0, 0, 0] of what leaves at rest in the body, or another "
          "one, m/s"),

@@ -118,8 +118,9 @@ EDITS = [
     ("mass = 1\n", 'mass = "m2"\n',
      "bodies.link2: mass = m2 uses the undefined symbol m2; declare it in parameters (known are g, m1, l1)"),
     ("mass = 1\n", 'mass = "q1"\n',
-     "bodies.link2: mass = q1 uses q1; a mass or an inertia changes by a state: write [states.m] with its rate, and "
-     'mass = "m"'),
+     "bodies.link2: mass = q1 uses q1; a mass or an inertia changes by a state: write "
+     'mass = "m_link2" and [states.m_link2] with rate = -0.1, start = 1, unit = "kg", and [flows.link2] with body = '
+     '"link2", velocity = [0, 0, 0]'),
     ("mass = 1\n", 'mass = "1/(m1 - 2)"\n',
      "bodies.link2: mass = 1/(m1 - 2) divides by zero; check the values of its parameters"),
     ("mass = 1\n", 'mass = "1/cos(pi/2)"\n',

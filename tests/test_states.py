@@ -134,7 +134,7 @@ LOOP = "which follows from forces: an algebraic loop; use coordinates, velocitie
             'mass = "m"',
             'mass = "m*i"',
             "bodies.bob: mass or inertia changes with i, and nothing tells what leaves or arrives; write [flows.jet] "
-            'with body = "bob" and its velocity',
+            'with body = "bob", velocity = [0, 0, 0]',
         ),
         (
             "(u - drop)/L",

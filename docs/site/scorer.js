@@ -1,7 +1,7 @@
 /* How the site's search weighs what it finds: pages for users before those about the inside, pages before their members. */
 var Scorer = {
   score: ([docname, title, anchor, descr, score, filename, kind]) => {
-    if (/^(decisions|architecture|theory|performance|performance-of-runs|accuracy|accuracy-of-code|operation-counts|formulations)$/.test(docname)) return score * 0.3;
+    if (kind !== "index" && /^(decisions|architecture|theory|performance|performance-of-runs|accuracy|accuracy-of-code|operation-counts|formulations)$/.test(docname)) return score * 0.3;
     if (/^walkthroughs\//.test(docname)) return score * 0.3;
     if (kind === "object" && anchor.split(".").length > 3) return score * 0.5;
     if (/^(start|howto|simulate|linearize|control|equations|scenes)$/.test(docname)) return score * 1.2;

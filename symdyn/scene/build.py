@@ -391,14 +391,14 @@ def joint(name: str, type: JointType | str, parent: str, child: str, **keys: Unp
         tip: from the moved joint frame to the child's body frame; or child_origin: from that to the joint frame.
         coordinate: name of q of a joint that has one; q1, q2, ... when left out.
         coordinates: names of all of its q, a quaternion's as (w, x, y, z); latex: how q is printed, a list for several.
-        drive: name of the driving force or torque; True for tau1, tau2, ..., False: none; a list of these for several.
-        force: generalized force beside the drive, N m or N, in what moves, inputs and t; a list for several.
+        drive: name of what drives it, towards growing q; True for tau1, tau2, ..., False: none; a list for several.
+        force: generalized force Q beside the drive, of the same sign, N m or N, in what moves, inputs and t; or a list.
         mimic: {"joint": name, "ratio": 1, "offset": 0}, position = ratio · position of that joint + offset, in place
             of a coordinate; {"coordinate": name, ...} of a joint with several; {"joint": name, "radii": [its r, own r],
             "mesh": "external"} of wheels; {"ratios": {name: ratio, ...}} of several, as in a differential gear.
         armature: inertia of a rotor, seen at the joint, kg m^2 or kg; at a ball about all axes alike.
         rotor: {"inertia": ..., "gear": ...} in its place: armature = inertia · gear^2.
-        damping: viscous damping of every velocity, N m s/rad or N s/m.
+        damping: viscous damping of every velocity, Q = -damping · rate, N m s/rad or N s/m.
         friction: dry friction, N m or N, kept as data; {"coulomb": ..., ...} enters the equations, see `Friction`.
         limits: {"lower": ..., "upper": ..., ...}, data; "restitution" makes stops of two, "one_way": True a freewheel.
         start: position at the start, or a guess of it where loops close; zeros, and no rotation, when left out.

@@ -16,7 +16,7 @@ from typing import Any, cast
 
 from symdyn.arguments import checked
 from symdyn.bounds import BOUNDS
-from symdyn.errors import SceneError, hint, suggestion
+from symdyn.errors import SceneError, hint, listed, nearest, suggestion
 from symdyn.scene.declaration.declare import SECTIONS, Declaration, reading_of
 from symdyn.scene.declaration.joint_table import Standing, said_joint, said_place
 from symdyn.scene.declaration.reading import BEGIN, Opened, Reading, ReadOptions, Written, read_bounded
@@ -196,9 +196,7 @@ def _unquoted(row: str, column: int) -> str:
 
 def _declaration(root: Mapping[str, object], source: str, faults: Faults) -> Declaration:
     keys = ("name", "text", "gravity", "units", *SECTIONS, *sections(), "loop", "dh")
-    for key in root:
-        if key not in keys:
-            faults.add("", f"unknown key {show(key)}; {hint('keys', key, ['']) or suggestion(key, keys)}")
+    _refuse_headers(root, keys, faults)
     inside = root.get("parameters")
     if "gravity" not in root and isinstance(inside, Mapping) and "gravity" in inside:
         tell = faults.add if isinstance(inside["gravity"], list) or inside["gravity"] == "none" else faults.note
@@ -221,6 +219,23 @@ def _declaration(root: Mapping[str, object], source: str, faults: Faults) -> Dec
         loops=_loops(root, faults),
         dh=None if dh is None else Entry("dh", dh, "dh"),
     )
+
+
+def _refuse_headers(root: Mapping[str, object], keys: Sequence[str], faults: Faults) -> None:
+    """Report keys that are none, parameters above their table, and lists; what refers to tables unread is not told."""
+    unknown = [key for key in root if key not in keys]
+    lone = [key for key in unknown if not isinstance(root[key], (Mapping, list)) and nearest(key, keys) is None]
+    lone = [] if all(hint("keys", key, [""]) for key in lone) else lone
+    if lone:
+        do = "move it below [parameters]:" if "parameters" in root else "write [parameters] above"
+        faults.add("", f"unknown key {show(lone[0])}; {do} {listed(lone)}")
+    for key in (one for one in unknown if one not in lone):
+        faults.add("", f"unknown key {show(key)}; {hint('keys', key, ['']) or suggestion(key, keys)}")
+    rows = [(kind, one) for kind in (*SECTIONS, *sections()) if isinstance(one := root.get(kind), list)]
+    for kind, one in ((kind, one[0]) for kind, one in rows if one and isinstance(one[0], Mapping)):
+        faults.add(kind, f"[[{kind}]] is a list of tables; write [{kind}.{one.get('name', 'NAME')}]")
+    if lone or rows or any(isinstance(root[key], (Mapping, list)) for key in unknown):
+        faults.close()
 
 
 def _entries(root: Mapping[str, object], kind: str, faults: Faults) -> tuple[Entry, ...]:

@@ -92,7 +92,7 @@ def analysed(scene: Scene, uses: Iterable[Use], more: Mapping[str, str] | None =
 
 def check_dimensions(scene: Scene, uses: Iterable[Use], faults: Faults) -> None:
     """Report terms that measure something else than is asked for; a parameter that fits nowhere at its own line."""
-    uses = tuple(uses)
+    uses = tuple(use for use in uses if not faults.told(use.where, "has "))  # what it is at is not known
     found = analysed(scene, uses)
     ratios = [(pair, pair.ratio) for pair in found.pairs] if found.wrong else []
     right = {one for pair, by in ratios if not by.letters and by.dimension == NUMBER for one in _symbols(pair)}

@@ -193,7 +193,7 @@ DRIVE: Shape = {"anyOf": [LETTER, FLAG, {"type": "array", "items": {"anyOf": [LE
 
 DRIVES = KeyGroup(
     {
-        "drive": described("name of the driving force or torque, false for a passive joint", DRIVE),
+        "drive": described("name of the driving force or torque, towards growing q; false: passive", DRIVE),
         "drives": described("names of the driving forces, false where it is passive", DRIVE),
     },
     lambda table, at: {"drives": _drives(table, at)},
@@ -222,7 +222,7 @@ EACH: Shape = {"anyOf": [NUMBER, {"type": "array", "items": NUMBER}]}
 
 FORCE: KeyGroup = KeyGroup(
     {
-        "force": described("generalized force beside the drive, N m or N, in what moves, inputs and t", EACH),
+        "force": described("generalized force Q beside the drive, towards growing q, N m or N; a formula", EACH),
         "forces": described("generalized forces, one a velocity, N m or N", EACH),
     },
     lambda table, at: {"forces": _acting(_numbers(table, _either(table, *FORCE.keys), at))},
@@ -300,7 +300,7 @@ def _said_friction(joint: Joint, at: Standing) -> dict[str, object]:
 
 
 FRICTION = KeyGroup(
-    {"friction": described("dry friction: a number is data, a table acts", ANYTHING)}, _friction, _said_friction
+    {"friction": described("a number is data; a table acts, against the rate", ANYTHING)}, _friction, _said_friction
 )
 
 START = KeyGroup(
@@ -365,11 +365,14 @@ def read_joints(entries: Sequence[Entry], faults: Faults) -> tuple[Joint, ...]:
     joints: list[Joint] = []
     mimics: list[Mimic | None] = []
     nq = nv = 0
+    names = {entry.name for entry in entries}
     for table in tables:
         kind = _type(table)
         placed = _placed(table, kind, _shape(table, kind))
-        mimics.append(read_mimic(table) if JOINTS[placed.type].velocities(placed) else None)
-        joints.append(_joint(table, placed, nq, nv, mimics[-1] is not None))
+        mimic = read_mimic(table) if JOINTS[placed.type].velocities(placed) else None
+        mimics.append(mimic)
+        follows = mimic is not None and (mimic.key != "joint" or mimic.ratios[0][0] in names)
+        joints.append(_joint(table, placed, nq, nv, follows))
         nq, nv = nq + len(joints[-1].coordinates), nv + len(joints[-1].rates)
     return couple(joints, mimics, tables)
 

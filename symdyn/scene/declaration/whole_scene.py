@@ -9,6 +9,7 @@ Joints hang every body on ground, each on one joint; what closes a loop connects
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterator, Mapping
 from fractions import Fraction
 
@@ -16,6 +17,7 @@ from symdyn.errors import hint, listed, nearest, suggestion
 from symdyn.graph import Graph, Op
 from symdyn.scene.declaration.dimensions import SceneUnits, check_dimensions
 from symdyn.scene.declaration.draft import KINDS, Draft, Use, judge, uses
+from symdyn.scene.forces.flows import changing
 from symdyn.scene.forces.force_table import FORCES
 from symdyn.scene.joints.joint_table import JOINTS, RESISTING
 from symdyn.scene.values.body import mass_faults
@@ -97,7 +99,7 @@ def _why(name: str, use: Use, scene: Scene, motion: dict[str, None]) -> str:
             f"uses {name}, which follows from forces: an algebraic loop; use coordinates, velocities, states, inputs, t"
         )
     if use.key.startswith(("mass", "inertia")) and (name in motion or name == CLOCK or name in given):
-        return f'uses {name}; a mass or an inertia changes by a state: write [states.m] with its rate, and mass = "m"'
+        return f"uses {name}; {changing(use.where, scene)}"
     if name in given:
         if name in (one.name for one in scene.states):
             return f"uses {name}, a state; only forces, loads, masses, rates, signals and outputs may depend on it"
@@ -120,6 +122,9 @@ def _why(name: str, use: Use, scene: Scene, motion: dict[str, None]) -> str:
     over_time = f", or [inputs.{name}] over time" if CLOCK in use.allowed else ""
     near = nearest(name, sorted(use.allowed))
     known += [near] if near and near not in known else []
+    if not near and use.where.startswith("outputs.") and (place := re.fullmatch(r"point_(\w+)_[xyz]", name)):
+        body = next((one.name for one in reversed(scene.bodies)), "NAME")
+        return f'uses {name}, of no point; write [points.{place[1]}] with body = "{body}"'
     if constant := hint("characters", name):
         return f"uses the undefined symbol {name}; {constant}"
     return f"uses the undefined symbol {name}; declare it in parameters ({suggestion(name, known)}){over_time}"

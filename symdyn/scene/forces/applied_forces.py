@@ -1,11 +1,5 @@
 """Forces that are applied: springs, dampers, dry friction, loads.
 
-Springs and dampers are at a joint or between two points.
-
-A spring: preload + k1 x + k2 x² + … along the way x from its free length.
-
-A viscous damper: c1 v + c3 v³ + … against the rate v of its way.
-
 Dry friction follows Coulomb's and Stribeck's curve, and stands in the joint's own table, under `friction`. Reference:
 Olsson et al., Friction models and friction compensation, European Journal of Control 4 (1998).
 """
@@ -34,15 +28,7 @@ from symdyn.spatial import Vec, Wrench
 
 @dataclass(frozen=True)
 class Spring(Strut):
-    """A spring: force = preload + k1 x + k2 x² + …, x the way from `free`; its energy belongs to P.
-
-    At a joint, x is its position less `free`, and the force opposes it; between points, x is their distance less
-    `free`, and the force pulls them together.
-
-    Attributes:
-        stiffness: k1, k2, …; N/m or N m/rad, N/m² …
-        preload: force at x = 0, N or N m.
-    """
+    """A spring, by `SPRING_LAW`; its energy belongs to P; N or N m, N/m or N m/rad and so on."""
 
     stiffness: tuple[Quantity, ...] = ()
     preload: Quantity = Quantity.ZERO
@@ -125,6 +111,8 @@ ZIGZAG = (
     (1.0, 0.0),
 )
 
+SPRING_LAW = "Q = -(preload + k1 x + k2 x^2 + ..) at a joint, x = q - free; between points a pull, x = length - free"
+
 SPRING = ForceKind(
     section="springs",
     noun=Spring,
@@ -139,15 +127,17 @@ SPRING = ForceKind(
             unit=("N m/rad", "N/m"),
             each=("rad", "m"),
             text="stiffness of {}",
+            holds=f"k1, or [k1, k2, ..]: {SPRING_LAW}; {{}}",
             positive=True,
         ),
-        number("free", ("rad", "m"), letters=("s",), text="free position of {}"),
+        number("free", ("rad", "m"), letters=("s",), text="free position of {}", holds="where x = 0; {}"),
         number(
             "preload",
             FORCE_UNITS,
             silent=lambda spring: spring.preload == Quantity.ZERO and spring.stiffness,
             letters=("p",),
             text="preload of {}",
+            holds=f"force at x = 0: {SPRING_LAW}; {{}}",
         ),
     ),
     needs=("stiffness", "preload"),
@@ -183,9 +173,10 @@ def spring(
         name: of the spring.
         joint: the joint with one coordinate that it is at; or
         ends: the two points that it connects, each the name of a body or point or {"body": name, "at": [x, y, z]}.
-        stiffness: k1, or k1, k2, ... of the force k1 x + k2 x^2 + ..., x the way from `free`.
-        free: position or length at which that vanishes, rad or m; zero when left out.
-        preload: force there, N m or N.
+        stiffness: k1, or k1, k2, ... of Q = -(preload + k1 x + k2 x^2 + ...), x = q - free, at a joint; between points
+            that is a pull, x = length - free.
+        free: position or length at which x = 0, rad or m; zero when left out.
+        preload: force there, N m or N: a positive one drives q down, or pulls the ends together.
         text: a description, which lessons and pictures call it by.
     """
     law = {"stiffness": stiffness, "free": free, "preload": preload}
@@ -197,10 +188,7 @@ def spring(
 
 @dataclass(frozen=True)
 class Damper(Strut):
-    """A viscous damper: force = c1 v + c3 v³ + …, against the rate v of a joint or of the distance of two points.
-
-    Its `damping` is c1, c3, c5, …; N s/m or N m s/rad, …
-    """
+    """A viscous damper: c1 v + c3 v³ + … against the rate v of a joint or a distance; N s/m or N m s/rad."""
 
     damping: tuple[Quantity, ...] = ()
 
@@ -242,6 +230,7 @@ DAMPER = ForceKind(
             unit=("N m s/rad", "N s/m"),
             each=("rad^2/s^2", "m^2/s^2"),
             text="damping of {}",
+            holds="c1, or [c1, c3, ..]: Q = -(c1 v + c3 v^3 + ..) at a joint, likewise along a distance; {}",
             positive=True,
         ),
     ),
@@ -268,15 +257,15 @@ def damper(
     damping: Number | Sequence[Number],
     text: str = "",
 ) -> Entry:
-    """Declare a viscous damper: c1, or c1, c3, ... of the force c1 v + c3 v^3 + ...; ends as in `spring`."""
+    """Declare a viscous damper: c1, or c1, c3, ... of Q = -(c1 v + c3 v^3 + ...), v the rate; ends as in `spring`."""
     return entry("dampers", name, joint=joint, **as_keys(ends), damping=damping, text=text)
 
 
 @dataclass(frozen=True)
 class Friction(Element):
-    """Dry friction of the joint of this name, opposed to its rate v; N m or N, rad/s or m/s.
+    """Dry friction of the joint of this name, against its rate v; N m or N, rad/s or m/s.
 
-        force = (coulomb + (static - coulomb) exp(-(v / stribeck)^2)) · tanh(v / smoothing)
+        Q = -(coulomb + (static - coulomb) exp(-(v / stribeck)^2)) · tanh(v / smoothing)
 
     Attributes:
         coulomb: size of the force when sliding.
@@ -401,7 +390,7 @@ LOAD = ForceKind(
         Key(
             "couple", EntryReader.vector, NULL, letters=("Cx", "Cy", "Cz"), unit="N m", text="couple of {}", names=TIMED
         ),
-        one_of("frame", ("ground", "body"), "whose axes the components are along", "ground"),
+        one_of("frame", ("ground", "body"), "along whose axes both act on the body, a couple right-handed", "ground"),
     ),
     needs=("force", "couple"),
     missing="has neither force nor couple; write one, such as force = [0, 0, 10]",
@@ -432,8 +421,8 @@ def load(
         body: that it acts on.
         at: the place in body coordinates, m; the origin when left out; or
         point: that it acts at.
-        force: N, formulas in t, parameters, coordinates and velocities.
-        couple: N m, the same.
+        force: on the body, N, formulas in t, parameters, coordinates and velocities.
+        couple: on the body, right-handed, N m, the same.
         frame: "ground" or "body", whose axes the components are along; the ground's when left out.
         text: as of `spring`.
     """

@@ -63,10 +63,6 @@ class Flow(Load):
     kind = "flow"
 
 
-ADVICE = '[states.m] with rate = "-c", and mass = "m"'
-"""How a mass changes."""
-
-
 def flows_of(body: str, scene: Scene) -> list[Flow]:
     """Return the flows of a body."""
     return [one for one in scene.loads if isinstance(one, Flow) and one.place.body == body]
@@ -104,7 +100,7 @@ def _check(flow: Flow, stand: Stand) -> None:
     body = next((one for one in stand.scene.bodies if one.name == flow.place.body), None)
     if flow.place.body == Scene.GROUND:
         stand.fault(f"acts on {Scene.GROUND}, which does not move; name a body")
-    if body is None:
+    if body is None or stand.faults.told(f"bodies.{body.name}"):
         return
     if body.com is None or body.about != "com":
         stand.fault(f'the centre of mass of {body.name} must be known; give com, and inertia_about = "com"')
@@ -114,7 +110,18 @@ def _check(flow: Flow, stand: Stand) -> None:
         told = f"rate is missing, as of {silent[0]}" if silent else f"rate is one too many for {body.name}"
         stand.fault(f"{told}; one of its flows has none, and takes what others leave of the rate of its mass")
     elif len(flows) == 1 and flow.flux == Quantity.ZERO and flow.spun == NOTHING:
-        stand.fault(f"does nothing, as the mass of {body.name}, {shown(body.mass)}, has no state in it; write {ADVICE}")
+        told = f"does nothing, as the mass of {body.name}, {shown(body.mass)}, has no state in it"
+        stand.fault(f"{told}; {changing(body.name, stand.scene)}")
+
+
+def changing(where: str, scene: Scene) -> str:
+    """Return how the mass of a body at a place of the text becomes one that changes, in words to copy."""
+    of, taken = where.rpartition(".")[2], {*scene.coordinates, *(one.name for one in scene.letters)}
+    state = next((name for name in (f"m_{of}", f"mass_{of}") if name not in taken), f"mass_of_{of}")
+    said = f'mass = "{state}" and [states.{state}] with rate = -0.1, start = 1, unit = "kg"'
+    if not flows_of(of, scene):
+        said += f', and [flows.{of}] with body = "{of}", velocity = [0, 0, 0]'
+    return f"a mass or an inertia changes by a state: write {said}"
 
 
 def with_flows(scene: Scene, places: Sequence[str], faults: Faults) -> Scene:
@@ -128,7 +135,7 @@ def with_flows(scene: Scene, places: Sequence[str], faults: Faults) -> Scene:
             mass, spun = Quantity.ONE, [*NOTHING]
         if not flows and (states := rates.keys() & {name for x in (body.mass, *body.inertia) for name in x.symbols}):
             told = f"mass or inertia changes with {listed(sorted(states))}, and nothing tells what leaves or arrives"
-            faults.add(where, f'{told}; write [flows.jet] with body = "{body.name}" and its velocity')
+            faults.add(where, f'{told}; write [flows.jet] with body = "{body.name}", velocity = [0, 0, 0]')
         for one in flows:
             mass = folding.sub(mass, one.rate or Quantity.ZERO)
         kept = any(one.spread and one.frame == "body" for one in flows)

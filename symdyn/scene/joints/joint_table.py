@@ -281,7 +281,7 @@ DAMPING = number(
     letters=("fv",),
     text="damping of {}",
     positive=True,
-    holds="viscous, {}",
+    holds="viscous, Q = -damping * rate, {}",
     never_negative=True,
 )
 
@@ -289,7 +289,7 @@ DRY = number("friction", FORCE_UNITS, never_negative=True)
 """Dry friction as data; what acts is a table."""
 
 LIMITED = Key(
-    "limits", _limits, Limits(), inside=LIMITS, holds="of position, velocity and force", shape=shape_of(LIMITS)
+    "limits", _limits, Limits(), inside=LIMITS, holds="lower <= q <= upper; rate and force", shape=shape_of(LIMITS)
 )
 
 RESISTING: tuple[Key[Quantity] | Key[Limits], ...] = (ARMATURE, DAMPING, DRY, LIMITED)

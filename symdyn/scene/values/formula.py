@@ -243,8 +243,10 @@ def _value(match: re.Match[str], text: str) -> Quantity:
             return _formula(text)
         except _BrokenError as broken:
             begin = max(match.span("unit")[0], match.span("other")[0])
-            or_product = meant(text).replace("; write", " or write") if " " not in text else ""
-            alone = UnitError(f"{error}{or_product}")
+            symbols = " " not in text or re.match(r"\w{1,2} is no unit", str(error))
+            product = meant(text.replace("^", "**")) if symbols else ""
+            told = str(error).partition("; there are")[0] if product else str(error)
+            alone = UnitError(told + product.replace("; write", " or write" if told.endswith("?") else "; write"))
             raise (_letters_beside(text, begin, error) or (broken if re.search(_SUM, text) else alone)) from None
     below = folding.constant(_exact(match["below"] or "1"))
     size = folding.div(folding.constant(_exact(match["number"])), below)

@@ -47,7 +47,7 @@ SPELLED = {
     "inch": "in", "inche": "in", "foot": "ft", "feet": "ft", "pound": "lb", "kelvin": "K", "mps": "m/s",
     "kph": "km/h", "mph": "km/h (1 mph is 1.609344 km/h)", "mile": "km (1 mile is 1.609344 km)", "nm": "N m",
     "centimeter": "cm", "centimetre": "cm", "kilometer": "km", "kilometre": "km", "kmh": "km/h", "cc": "cm^3",
-    "l": "dm^3", "litre": "dm^3", "liter": "dm^3",
+    "litre": "dm^3", "liter": "dm^3",
 }  # fmt: skip
 """Words for units, which are no symbols, and the symbol that is meant; without an s at the end."""
 
@@ -74,7 +74,7 @@ def meant_by(name: str, power: str, known: Mapping[str, Dimension]) -> str | Non
         first, last = name[:k], name[k:]
         if first in known and last in known and known[first] != known[last] and not first.endswith(last):
             return f"{first} {last}{f'^{power}' if power else ''}"
-    return nearest(name, known) or SPELLED.get(nearest(word, SPELLED) or "")
+    return None if len(name) == 1 else nearest(name, known) or SPELLED.get(nearest(word, SPELLED) or "")
 
 
 LONGEST = 60
