@@ -119,7 +119,7 @@ def _independent(scene: Scene, over: Mapping[str, Any] | Iterable[str] | str, fa
     if isinstance(over, Mapping):
         values, units = parameter_values(scene), SceneUnits(scene)
         for name, x in ((str(name), x) for name, x in over.items()):
-            if KINDS["float"].takes(x) or (isinstance(x, str) and x[:1].isdigit()):
+            if KINDS["float"].takes(x) or (isinstance(x, str) and x[:1].isdigit() and x[-1:] != "%"):
                 spreads[name] = read_number(x, values, f"over {name}", faults, units.letter(name), spread=True) or 0.0
         texts = {str(name): x for name, x in over.items() if str(name) not in spreads}
     for name, spread in spreads.items():
