@@ -148,7 +148,7 @@ def test_dynamic_symbols_are_functions_for_scipy_too() -> None:
 
 def test_parameters_without_a_value_are_asked_for() -> None:
     equations = symdyn.equations(symdyn.read(EXAMPLES / "two_link.toml"))
-    with pytest.raises(EmitError, match=r"two_link: no value for g, h1, h2, m1, m2; give \{'g': 1\}"):
+    with pytest.raises(EmitError, match=r"two_link: no value for g, h1, h2, m1, m2; give \{'g': 1, 'h1': 1, .*'m2': 1\}"):
         equations.lambdify()
     with pytest.raises(EmitError, match="3 names no values"):
         equations.lambdify(3)  # type: ignore[arg-type]

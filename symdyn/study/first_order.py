@@ -95,9 +95,8 @@ def read_spread(
     else:
         found = Spread(tuple([over] if isinstance(over, str) else over), {}, _covariance(covariance, faults))
         if len(found.covariance) != len(found.names):
-            faults.add(
-                "covariance", f"is {len(found.covariance)} × {len(found.covariance)}, of {len(found.names)} names"
-            )
+            size = len(found.covariance)
+            faults.add("covariance", f"is {size} × {size}, of {len(found.names)} names")
     parameters = [one.name for one in scene.parameters]
     known = [*parameters, *(state_names(scene) if starts else ())]
     every = [*parameters, *state_names(scene)]

@@ -222,8 +222,9 @@ def _solved(problem: Collocation, z: Array, exact: bool | None, options: Mapping
     except RuntimeError as fault:
         words = str(fault).strip().splitlines()[-1]
         told = words.rpartition(".cpp:")[2].partition(": ")[2] or words
-        own = "besides guess=z, starts=8, exact and seed options are its own, such as max_iter=500; collocation(..., "
-        own += "intervals=50) makes it finer"
+        own = (
+            "guess, starts=8, seed, exact are ours, others its own, such as max_iter=500; intervals=50 is collocation's"
+        )
         raise SimulateError(f"IPOPT: {told}; {own}") from None
     wall = time.perf_counter() - began
     stats, z = solver.stats(), np.array(found["x"], dtype=np.float64).ravel()

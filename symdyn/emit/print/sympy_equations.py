@@ -131,8 +131,7 @@ class SympyEquations(Shown, BySympy):
     @property
     def letters(self) -> dict[Any, str]:
         """What the scene's letters are in LaTeX, by symbol."""
-        each = latex_symbols(self.scene).items()
-        return {self.symbols[name]: latex for name, latex in each if name in self.symbols}
+        return {self.symbols[name]: tex for name, tex in latex_symbols(self.scene).items() if name in self.symbols}
 
     def latex(self) -> str:
         """Return the equations as they stand in LaTeX, with the scene's letters."""
