@@ -184,9 +184,8 @@ def output_error(
     parameter_values(scene)
     faults, known = Faults(""), [one.name for one in scene.parameters]
     asked = None if parameters is None else (parameters,) if isinstance(parameters, str) else tuple(parameters)
-    for name in asked or ():
-        if name not in known:
-            faults.add("parameters", f"{name} is not known; {suggestion(name, known)}")
+    for name in (one for one in asked or () if one not in known):
+        faults.add("parameters", f"{name} is not known; {suggestion(name, known)}")
     faults.close(IdentifyError)
     wanted = None if measured is None else (measured,) if isinstance(measured, str) else tuple(measured)
     names, logs, notes = read_measured(problem, data, wanted, pieces)
