@@ -168,7 +168,7 @@ def test_a_symbol_written_as_a_name_is_that_one(force: Any, dynamic: bool) -> No
     assert symbols.lambdify({sympy.Symbol("F"): force})(0.7, x) == pytest.approx(expected, rel=1e-14)
     assert symbols.subs(F=force).tau == symbols.subs(F=text).tau
     assert symbols.subs({sympy.Symbol("mp"): 3}).M == symbols.subs(mp=3).M
-    assert symbols[THETA] == symbols["theta"]
+    assert symbols[sympy.Symbol("theta")] == symbols["theta"]
 
 
 def test_a_slope_has_the_rate_of_a_plain_symbol() -> None:

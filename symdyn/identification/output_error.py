@@ -33,7 +33,6 @@ from symdyn.scene import Scene, SceneLike, SceneUnits, with_values
 from symdyn.scene.values import Faults
 from symdyn.shown import Shown
 from symdyn.simulation import Problem, opened
-from symdyn.simulation.integrate.integration import LONG, spoken
 from symdyn.simulation.prescribed import Entries, parameter_values
 from symdyn.table import Table
 
@@ -209,11 +208,11 @@ def output_error(
     positive = {one.name for one in scene.parameters if one.positive}
     least = np.full(len(search.before), -np.inf)
     least[: len(search.parameters)] = [POSITIVE if name in positive else -np.inf for name in search.parameters]
-    begun, due = perf_counter(), [LONG]
+    begun, due = perf_counter(), [60.0]
 
     def look(runs: int) -> None:
         if (spent := perf_counter() - begun) >= due[0]:
-            told, due[0] = f"{scene.name}: the search goes on after {spoken(spent)}, {runs} runs", 4 * spent
+            told, due[0] = f"{scene.name}: the search goes on after {spent:.0f} s, {runs} runs", 4 * spent
             (say or partial(warnings.warn, category=RuntimeWarning, stacklevel=2))(told)
 
     search.look = look

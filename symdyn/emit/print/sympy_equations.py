@@ -7,7 +7,6 @@ r(q) = 0,  G q̇ = 0,  G q̈ + Ġ q̇ = 0        rows of loops and contacts
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
-from contextlib import suppress
 from fractions import Fraction
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -23,8 +22,7 @@ from symdyn.errors import ArgumentError, EmitError, UnknownNameError, choice, li
 from symdyn.frozen import dataclass, field, fields, replace
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene, SceneUnits, parse
-from symdyn.scene.values import Faults, FormulaError, Unit, acceleration_name, fits, question, velocity_name
-from symdyn.scene.values.formula import formula_text
+from symdyn.scene.values import Faults, FormulaError, Unit, acceleration_name, fits, names_in, question, velocity_name
 from symdyn.shown import BySympy, Shown
 from symdyn.unlocked import cached_property
 
@@ -96,7 +94,7 @@ class SympyEquations(Shown, BySympy):
     def __getitem__(self, name: str | SympyExpression) -> Any:
         """Return what stands for a name; UnknownNameError if there is none, with those that there are."""
         check_arguments(SympyEquations.__getitem__, locals(), UnknownNameError)
-        name = formula_text(name)
+        name = str(name)
         if name not in self.symbols:
             raise UnknownNameError(f"there is no {name!r}; {choice(name, self.symbols)}")
         return self.symbols[name]
@@ -174,7 +172,7 @@ class SympyEquations(Shown, BySympy):
 
         def ours(found: Any) -> Any:
             """Return an expression in what stands here for its names: also for q(t) and its derivatives."""
-            return found.xreplace({x: self.symbols[name] for x, name in _names(found).items() if name in self.symbols})
+            return found.xreplace({x: self[name] for x, name in names_in(found).items() if name in self.symbols})
 
         def read(symbol: Any, value: Any) -> Any:
             letter = units.letter(names.get(symbol, ""))
@@ -286,7 +284,7 @@ class SympyEquations(Shown, BySympy):
         for _ in given:  # values in which parameters, and others of them, stand
             known = {one: known[one].xreplace({k: v for k, v in known.items() if k not in places}) for one in known}
         parts = [self._explicit(part).xreplace(known) for part in (*self._balance(), self.rates, self.sd)]
-        left = set().union(*map(_names, parts)) - set(places)
+        left = set().union(*map(names_in, parts)) - set(places)
         for one in sorted(map(str, left - set(self.symbols.values()))):
             raise UnknownNameError(f"{self.scene.name}: there is no {one}; {choice(one, self.symbols)}")
         if free := sorted(map(str, left)):
@@ -304,18 +302,6 @@ class SympyEquations(Shown, BySympy):
             return np.concatenate([np.ravel(moved), np.linalg.solve(A, b)[:n, 0], np.ravel(own)])
 
         return rates
-
-
-def _names(found: Any) -> dict[Any, str]:
-    """Return the symbols, functions and derivatives of an expression, each with its name in formulas."""
-    from sympy import Derivative, Symbol
-    from sympy.core.function import AppliedUndef
-
-    names = {one: str(one) for one in found.atoms(Symbol, AppliedUndef, Derivative)}
-    for one in names:
-        with suppress(FormulaError):
-            names[one] = formula_text(one)
-    return names
 
 
 MOST, GROWTH = 500_000, 3
