@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +31,17 @@ def noisy(run: Trajectory, *names: str, seed: int = 0) -> dict[str, object]:
 def swing(until: float = 5.0) -> Trajectory:
     values = {"l": 0.55, "b": 0.02}
     return symdyn.simulate(symdyn.example("pendulum"), until=until, every=0.02, start={"q1": 1}, values=values)
+
+
+def test_a_search_of_more_than_a_minute_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    module = sys.modules["symdyn.identification.output_error"]  # which the function hides
+    monkeypatch.setattr(module, "perf_counter", iter(range(0, 10**6, 50)).__next__)
+    run, said = swing(1.0), list[str]()
+    output_error(symdyn.example("pendulum"), {"t": run.t, "q1": run["q1"]}, ["l", "b"], say=said.append)
+    assert said[0].startswith("pendulum: the search goes on after 100 s, ")
+    assert said[1].startswith("pendulum: the search goes on after 400 s, ")
+    with pytest.warns(RuntimeWarning, match="the search goes on after"):
+        output_error(symdyn.example("pendulum"), {"t": run.t, "q1": run["q1"]}, ["l", "b"])
 
 
 def within(found: OutputFit, truth: dict[str, float], errors: float = 4.0) -> bool:

@@ -6,6 +6,7 @@ import inspect
 import re
 from collections.abc import Callable
 from functools import cache, partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,15 @@ import pytest
 from reference import CONSTRUCTED, catalogue, members, object_of
 
 import symdyn
-from symdyn.errors import ArgumentError, DrawError, LinearizeError, SimulateError, SymdynError, UnknownNameError
+from symdyn.errors import (
+    ArgumentError,
+    DerivationError,
+    DrawError,
+    LinearizeError,
+    SimulateError,
+    SymdynError,
+    UnknownNameError,
+)
 from symdyn.simulation import Trajectory
 from symdyn.transcription import Solution, along
 
@@ -217,3 +226,52 @@ def test_a_force_that_is_just_at_its_limit_has_reached_it(limits: Any, told: str
     found = symdyn.simulate(CART, until=0.2, feedback=law, method="dop853")
     assert [one for one in found.notes if one.startswith("F ")] == [f"F {told}"]
     assert found.saturations == ()
+
+
+@pytest.mark.parametrize(
+    ("word", "told"),
+    [
+        ("accelerations", "forward_dynamics"), ("qdd", "forward_dynamics"), ("coriolis", "coriolis_matrix"),
+        ("gravity", "gravity_forces"), ("inverse", "inverse_dynamics"), ("energy", "kinetic_energy"),
+        ("position", "pose:NAME"), ("torque", "inverse_dynamics"), ("mass", "mass_matrix"), ("J", "jacobian:NAME"),
+    ],
+)  # fmt: skip
+def test_functions_are_found_by_other_words(word: str, told: str) -> None:
+    with pytest.raises(DerivationError, match=rf"there is no output '{word}'; did you mean {told}\?"):
+        symdyn.lambdify(symdyn.example("cart_pole"), word)
+
+
+def test_what_is_given_to_another_argument_is_told() -> None:
+    with pytest.raises(DrawError, match=r"or file='x\.svg'"):
+        symdyn.picture(symdyn.example("cart_pole"), [0, 0], "x.svg")  # type: ignore[arg-type]
+    with pytest.raises(ArgumentError, match=r"'values'; symdyn\.scene\.bind\(scene"):
+        symdyn.read("x.toml", values={})  # type: ignore[call-arg]
+
+
+@pytest.mark.runs("cc")
+def test_collocation_takes_values_as_runs_do() -> None:
+    scene, values = symdyn.example("two_link"), {"m1": 1, "m2": 2, "h1": 1, "h2": 0.5, "g": 9.81}
+    with pytest.raises(SimulateError, match=r"have no value; give them, as in values="):
+        symdyn.collocation(scene, 1, 4, end={"q1": 1})
+    one = symdyn.collocation(scene, 1, 4, end={"q1": 1}, values=values)
+    other = symdyn.collocation(symdyn.Problem(scene, values=values), 1, 4, end={"q1": 1})
+    assert one.scene == other.scene
+    assert np.array_equal(one.residual(one.guess), other.residual(other.guess))
+
+
+@pytest.mark.runs("cc")
+def test_a_second_run_in_the_same_axes_is_called_so() -> None:
+    axes = pytest.importorskip("matplotlib.pyplot").subplots()[1]
+    run = symdyn.simulate(symdyn.example("pendulum"), until=0.1)
+    for _ in range(3):
+        run.plot("q1", axes=axes)
+    assert axes.get_legend_handles_labels()[1] == ["$q_1$", "$q_1$ (run 2)", "$q_1$ (run 3)"]
+
+
+def test_a_parameter_that_no_formula_has_is_noted(tmp_path: Path) -> None:
+    path = tmp_path / "p.toml"
+    text = symdyn.scene.write_text(symdyn.example("pendulum"), "toml").text
+    path.write_text(text)
+    assert not [note for note in symdyn.scene.read_noting(path).notes if "no formula" in note]
+    path.write_text(text.replace('"-g"', "-9.81"))
+    assert "parameters.g: no formula of the scene has it" in symdyn.scene.read_noting(path).notes[0]

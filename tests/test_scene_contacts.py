@@ -101,7 +101,7 @@ def test_the_normal_is_that_of_gravity_as_it_is_declared_whatever_is_bound() -> 
 
 def test_a_plane_that_gravity_tilts_is_told(tmp_path: Path) -> None:
     path = tmp_path / "wheel.toml"
-    path.write_text(HEAD.replace("GRAVITY", "[0, -9.81, 0]").replace("PARAMETER", "1"), encoding="utf-8")
+    path.write_text(HEAD.replace("GRAVITY", '[0, "-g", 0]').replace("PARAMETER", "1"), encoding="utf-8")
 
     (note,) = read_noting(path).notes
     assert "constraints.touch: its plane is level: normal = [0, 1, 0], against gravity" in note

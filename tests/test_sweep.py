@@ -487,6 +487,22 @@ def test_a_sequence_that_is_not_even_is_told() -> None:
     assert said == ["5 is no power of two, of which Sobol's sequence is most even; 8 is"]
 
 
+@pytest.mark.runs("cc")
+def test_groups_are_counted_and_a_part_of_a_value_is_named() -> None:
+    pendulum = symdyn.example("pendulum")
+    runs = symdyn.sweep(pendulum, "m=uniform(1,2)", "max(q1)", until=0.1, design="saltelli", count=5)
+    assert len(runs) == 24
+    assert runs.notes[0] == "8 groups, a power of two, of names + 2 runs each"
+    told = r'no distribution; write "tolerance\(5 %\)" or "normal\(m, 5 /100\*m\)"'
+    with pytest.raises(SimulateError, match=told):
+        symdyn.sweep(pendulum, {"m": "5 %"}, "max(q1)", until=0.1)
+    with pytest.raises(SimulateError, match=told):
+        symdyn.uncertainty(pendulum, {"m": "5 %"}, until=0.1)
+    bars = symdyn.uncertainty(pendulum, {"m": "normal(m, 5 /100*m)"}, until=0.1, values={"m": 2}, start={"q1": 1})
+    other = symdyn.uncertainty(pendulum, {"m": 0.1}, until=0.1, values={"m": 2}, start={"q1": 1})
+    assert bars["sd_q1"][-1] == pytest.approx(other["sd_q1"][-1], rel=1e-4)
+
+
 FULL = """
 import resource, signal, sys
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import sympy
 from scipy.integrate import solve_ivp
+from sympy.physics.vector import dynamicsymbols
 
 import symdyn
 from symdyn.errors import EmitError, UnknownNameError
@@ -146,9 +147,55 @@ def test_dynamic_symbols_are_functions_for_scipy_too() -> None:
     assert dynamic(0.0, x) == pytest.approx(plain(0.0, x), rel=1e-14)
 
 
+T = sympy.Symbol("t")
+THETA = sympy.Function("theta")(T)
+
+
+@pytest.mark.parametrize("dynamic", [False, True])
+@pytest.mark.parametrize(
+    "force",
+    [
+        -2 * sympy.Symbol("theta_dot") * sympy.Symbol("theta") + sympy.sin(T),
+        -2 * sympy.Symbol("theta_dot", positive=True) * THETA + sympy.sin(sympy.Symbol("t", positive=True)),
+        -2 * THETA.diff(T) * THETA + sympy.sin(T),
+        -2 * dynamicsymbols("theta", 1) * dynamicsymbols("theta") + sympy.sin(dynamicsymbols._t),
+    ],
+)
+def test_a_symbol_written_as_a_name_is_that_one(force: Any, dynamic: bool) -> None:
+    symbols = symdyn.equations(symdyn.example("cart_pole")).sympy(dynamic=dynamic)
+    text, x = "-2*theta_dot*theta + sin(t)", np.array([0.1, 0.3, -0.2, 0.5])
+    expected = symbols.lambdify({"F": text})(0.7, x)
+    assert symbols.lambdify({sympy.Symbol("F"): force})(0.7, x) == pytest.approx(expected, rel=1e-14)
+    assert symbols.subs(F=force).tau == symbols.subs(F=text).tau
+    assert symbols.subs({sympy.Symbol("mp"): 3}).M == symbols.subs(mp=3).M
+    assert symbols[sympy.Symbol("theta")] == symbols["theta"]
+
+
+def test_a_slope_has_the_rate_of_a_plain_symbol() -> None:
+    symbols = symdyn.equations(symdyn.example("cart_pole")).sympy()
+    slopes = []
+    for rate in (sympy.Symbol("theta_dot"), symbols["theta_dot"]):
+        x, f = symbols.subs(F=-2 * rate).state_space()
+        slopes.append(f.jacobian(x))
+    assert slopes[0] == slopes[1]
+    assert slopes[0][2, 3].subs(symbols["theta_dot"], 0) != 0
+
+
+def test_a_force_may_have_parameters_and_no_strange_names() -> None:
+    symbols = symdyn.equations(symdyn.example("cart_pole")).sympy()
+    mass, x = sympy.Symbol("mp"), np.array([0.1, 0.3, -0.2, 0.5])
+    one = symbols.lambdify({"F": -mass * sympy.Symbol("x"), "mp": 2 * sympy.Symbol("mc"), "mc": 3})(0, x)
+    assert one == pytest.approx(symbols.lambdify({"F": -6 * sympy.Symbol("x"), "mp": 6, "mc": 3})(0, x), rel=1e-14)
+    for strange, name in ((sympy.Symbol("mu"), "mu"), (sympy.Function("u")(T), r"u\(t\)")):
+        with pytest.raises(UnknownNameError, match=f"cart_pole: there is no {name}; "):
+            symbols.lambdify({"F": strange})
+    with pytest.raises(EmitError, match="is no value; give a number, a formula or an expression"):
+        symbols.subs(F=sympy.Matrix([1]))
+
+
 def test_parameters_without_a_value_are_asked_for() -> None:
     equations = symdyn.equations(symdyn.read(EXAMPLES / "two_link.toml"))
-    with pytest.raises(EmitError, match=r"two_link: no value for g, h1, h2, m1, m2; give \{'g': 1\}"):
+    with pytest.raises(EmitError, match=r"two_link: no value for g, h1, h2, m1, m2; give \{'g': 1, .*'m2': 1\}"):
         equations.lambdify()
     with pytest.raises(EmitError, match="3 names no values"):
         equations.lambdify(3)  # type: ignore[arg-type]

@@ -128,7 +128,7 @@ def run_output_error(scene: Scene, options: argparse.Namespace) -> int:
 
     names = [name for part in split_commas(options.parameters or "") if (name := part.strip())]
     with Waiting("fitting runs"):
-        found = output_error(scene, options.data, names or None, start=pairs(options.start, "--start") or None)
+        found = output_error(scene, options.data, names or None, start=pairs(options.start, "--start") or None, say=say)
     for note in found.notes:
         say(note)
     if options.json:

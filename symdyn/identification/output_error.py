@@ -15,7 +15,10 @@ References: Ljung, System Identification (1999), 7.2 to 7.4, 9.4; Bock (1981); B
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from time import perf_counter
 from typing import Any, Unpack
 
 import numpy as np
@@ -145,6 +148,7 @@ def output_error(
     parameters: str | Sequence[str] | None = None,
     measured: str | Sequence[str] | None = None,
     pieces: int = 1,
+    say: Callable[[str], None] | None = None,
     **fields: Unpack[Problem.Fields],
 ) -> OutputFit:
     """Return the parameters with which simulated runs are closest to measured ones.
@@ -163,6 +167,7 @@ def output_error(
             not is reported.
         measured: which columns are fitted; None for all coordinates, velocities and states that the logs have.
         pieces: into how many pieces every log is cut, each with a start of its own: for motions that forget theirs.
+        say: told after a minute, and then after four times as long, that the search goes on; a RuntimeWarning without.
         **fields: of `Problem`.
         forces: driving forces that the logs have no columns of, as `simulate` takes them.
         start: guesses of coordinates and states at the start that were not measured, by name.
@@ -178,9 +183,8 @@ def output_error(
     parameter_values(scene)
     faults, known = Faults(""), [one.name for one in scene.parameters]
     asked = None if parameters is None else (parameters,) if isinstance(parameters, str) else tuple(parameters)
-    for name in asked or ():
-        if name not in known:
-            faults.add("parameters", f"{name} is not known; {suggestion(name, known)}")
+    for name in (one for one in asked or () if one not in known):
+        faults.add("parameters", f"{name} is not known; {suggestion(name, known)}")
     faults.close(IdentifyError)
     wanted = None if measured is None else (measured,) if isinstance(measured, str) else tuple(measured)
     names, logs, notes = read_measured(problem, data, wanted, pieces)
@@ -198,13 +202,20 @@ def output_error(
     search, more = _begin(scene, names, logs, chosen, guess)
     if asked is None:
         told = _told(search)
-        held = [name for name in chosen if name not in told]
-        if held:
+        if held := [name for name in chosen if name not in told]:
             more = (*more, f"{listed(held)} kept as given: identifiable in combination with {listed(told)} only")
             search, _ = _begin(scene, names, logs, told, guess)
     positive = {one.name for one in scene.parameters if one.positive}
     least = np.full(len(search.before), -np.inf)
     least[: len(search.parameters)] = [POSITIVE if name in positive else -np.inf for name in search.parameters]
+    begun, due = perf_counter(), [60.0]
+
+    def look(runs: int) -> None:
+        if (spent := perf_counter() - begun) >= due[0]:
+            told, due[0] = f"{scene.name}: the search goes on after {spent:.0f} s, {runs} runs", 4 * spent
+            (say or partial(warnings.warn, category=RuntimeWarning, stacklevel=2))(told)
+
+    search.look = look
     return _found(scene, search, searched(search, least), names, (*notes, *more))
 
 

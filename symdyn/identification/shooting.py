@@ -12,7 +12,7 @@ Reference: Bock, Numerical treatment of inverse problems in chemical reaction ki
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -351,6 +351,7 @@ class Search:
     floor: Array
     loose: float = 0.0
     runs: int = 0
+    look: Callable[[int], object] = abs
     _at: bytes = b""
     _runs: list[ShootingRun | None] = field(default_factory=list)
 
@@ -373,6 +374,7 @@ class Search:
             values = self.values(unknowns)
             self._runs = [one.run(values, self.moves(unknowns, k)) for k, one in enumerate(self.pieces)]
             self._at, self.runs = unknowns.tobytes(), self.runs + len(self.pieces)
+            self.look(self.runs)
         return self._runs
 
     def forget(self) -> None:
@@ -443,8 +445,6 @@ def _best(search: Search, unknowns: Array, least: Array) -> Array:
             f"a change of the start grows {grown:.1g} times until the end of a piece: the motion forgets its start, "
             "and no search finds the run again; cut the log into pieces with a start of their own (pieces=4, or more)"
         )
-    found = least_squares(
-        search.residuals, unknowns, search.jacobian, bounds=(least, np.inf), x_scale="jac", xtol=1e-10, ftol=1e-12,
-        gtol=1e-12, max_nfev=MOST_RUNS,
-    )  # fmt: skip
-    return np.asarray(found.x, dtype=np.float64)
+    limits: dict[str, Any] = {"xtol": 1e-10, "ftol": 1e-12, "gtol": 1e-12, "max_nfev": MOST_RUNS}
+    x = least_squares(search.residuals, unknowns, search.jacobian, bounds=(least, np.inf), x_scale="jac", **limits).x
+    return np.asarray(x, dtype=np.float64)

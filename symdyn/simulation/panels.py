@@ -321,9 +321,12 @@ def _fill(
     """Draw panels over t, or a curve, what curves are called inside or beside, in lines of a width, points."""
     along = trajectory.t if over is None else over.values
     for axis, part in zip(axes, parts, strict=True):
+        there = [words.partition(" (run ")[0] for words in axis.get_legend_handles_labels()[1]]
         for one in part.curves[:MOST_LINES]:
+            label = _label(one, part.mixed)
+            label += f" (run {there.count(label) + 1})" * (label in there)
             style = "steps-post" if one.column.name in trajectory.held and over is None else "default"
-            axis.plot(along, one.values, label=_label(one, part.mixed), linewidth=line, drawstyle=style)
+            axis.plot(along, one.values, label=label, linewidth=line, drawstyle=style)
         more = len(part.curves) - MOST_LINES
         title = part.title + (f" (and {more} more)" if more > 0 else "")
         axis.set_title(title, loc="left", fontsize="medium").set_parse_math(False)  # a unit is a stranger's text
@@ -339,10 +342,7 @@ def _fill(
 
 
 def _label(curve: Curve, mixed: bool = False) -> str:
-    """Return what a curve is called, among mixed ones with its unit.
-
-    It is its name where matplotlib does not know a letter of its symbol.
-    """
+    """Return what a curve is called, among mixed ones with its unit; its name where matplotlib lacks a letter."""
     from matplotlib.mathtext import MathTextParser
 
     unit = f", {curve.column.printed_unit}" if mixed and curve.column.unit else ""

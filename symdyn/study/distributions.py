@@ -313,6 +313,8 @@ def _read(scene: Scene, name: str, specified: Any, faults: Faults) -> Distributi
     if call is None or call["kind"] not in DISTRIBUTIONS:
         there = (*DISTRIBUTIONS, TOLERANCE)
         near = suggestion(call["kind"], there) if call else f"{FORM}; {suggestion('', there)}"
+        if specified[:1].isdigit() and specified[-1:] == "%":
+            near = f'write "tolerance({specified})" or "normal({name}, {specified[:-1]}/100*{name})"'
         faults.add(where, f'"{specified}" is no list of values and no distribution; {near}')
         return None
     kind = DISTRIBUTIONS[call["kind"]]

@@ -95,9 +95,8 @@ def read_spread(
     else:
         found = Spread(tuple([over] if isinstance(over, str) else over), {}, _covariance(covariance, faults))
         if len(found.covariance) != len(found.names):
-            faults.add(
-                "covariance", f"is {len(found.covariance)} × {len(found.covariance)}, of {len(found.names)} names"
-            )
+            size = len(found.covariance)
+            faults.add("covariance", f"is {size} × {size}, of {len(found.names)} names")
     parameters = [one.name for one in scene.parameters]
     known = [*parameters, *(state_names(scene) if starts else ())]
     every = [*parameters, *state_names(scene)]
@@ -119,7 +118,7 @@ def _independent(scene: Scene, over: Mapping[str, Any] | Iterable[str] | str, fa
     if isinstance(over, Mapping):
         values, units = parameter_values(scene), SceneUnits(scene)
         for name, x in ((str(name), x) for name, x in over.items()):
-            if KINDS["float"].takes(x) or (isinstance(x, str) and x[:1].isdigit()):
+            if KINDS["float"].takes(x) or (isinstance(x, str) and x[:1].isdigit() and x[-1:] != "%"):
                 spreads[name] = read_number(x, values, f"over {name}", faults, units.letter(name), spread=True) or 0.0
         texts = {str(name): x for name, x in over.items() if str(name) not in spreads}
     for name, spread in spreads.items():

@@ -370,6 +370,8 @@ def made(
     count, kind = job.design.count, job.design.kind
     if kind == "sobol" and count & (count - 1):
         notes += (f"{count} is no power of two, of which Sobol's sequence is most even; {1 << count.bit_length()} is",)
+    if kind == "saltelli":
+        notes += (f"{count // (len(job.design.over) + 2)} groups, a power of two, of names + 2 runs each",)
     for note in notes:
         say(note)
     began, of_runs = perf_counter(), tuple[str, ...]()

@@ -222,7 +222,7 @@ def _solved(problem: Collocation, z: Array, exact: bool | None, options: Mapping
     except RuntimeError as fault:
         words = str(fault).strip().splitlines()[-1]
         told = words.rpartition(".cpp:")[2].partition(": ")[2] or words
-        own = "options are its own, such as max_iter=500, print_level=5; collocation(..., intervals=50) makes it finer"
+        own = "guess, starts=8 and seed are ours, others its own, such as max_iter=500; intervals=50 is collocation's"
         raise SimulateError(f"IPOPT: {told}; {own}") from None
     wall = time.perf_counter() - began
     stats, z = solver.stats(), np.array(found["x"], dtype=np.float64).ravel()

@@ -266,6 +266,7 @@ def collocation(
     path: Mapping[str, Range] | None = None,
     free: str | Sequence[str] = (),
     phases: Sequence[Mapping[str, object]] | None = None,
+    values: Mapping[str, object] | None = None,
 ) -> Collocation:
     """Return an optimal control problem in numbers: the equations of a motion from a start to an end.
 
@@ -301,6 +302,7 @@ def collocation(
             `slips`, {name: 1 or -1}, the sign of the slip; `strikes`, what strikes where the phase begins, and of
             what bounces with friction the sign of its slip behind, {name: 1, -1 or 0}; `duration` and `intervals`, its
             own; `end`, coordinates where it ends. What closes strikes, unnamed. `until` is the time of all of them.
+        values: as of `Problem`.
 
     Raises:
         SimulateError: with every fault of the arguments, one line each.
@@ -328,19 +330,19 @@ def collocation(
         raise SimulateError(f"{declared.name}: an input that the scene holds: {fault}") from None
     scene, faults = problem.scene, Faults("")
     first = faults.taken(lambda: problem.initial, Start(np.zeros(0), np.zeros(0)))
-    values = parameter_values(scene)
+    numbers = parameter_values(scene)
     mesh = read_mesh(intervals, faults)
     if method not in METHODS:
         faults.add("", f"method {method} is not known; {suggestion(method, METHODS)}")
     inputs = [one.name for one in scene.inputs]
-    known_names("free", free, (*values, *(one.name for one in declared.inputs)), faults, scene)
+    known_names("free", free, (*numbers, *(one.name for one in declared.inputs)), faults, scene)
     for words in filter(None, map(scene.derived_words, free)):
         faults.add("free", words)
     free = tuple(name for name in free if name not in inputs)
     span = read_span(until, faults)
     kept = [one for one in declared.inputs if one.name not in inputs]
     formulas = _read(
-        scene, kept, {"path": tuple(path or ()), "running": (cost,), "final": (final_cost,)}, values, faults
+        scene, kept, {"path": tuple(path or ()), "running": (cost,), "final": (final_cost,)}, numbers, faults
     )
     schedule: tuple[Phase, ...] = (Phase(mesh, span),)
     if phases is not None:
@@ -351,7 +353,7 @@ def collocation(
     rates, resting = _resting(scene, end or {}, end_rates)
     limits = [
         read_range(
-            one, f"path: {name}", faults, Parameter("", unit=SceneUnits(scene).of_formula(formula, {})), values, scene
+            one, f"path: {name}", faults, Parameter("", unit=SceneUnits(scene).of_formula(formula, {})), numbers, scene
         )
         for (name, one), formula in zip((path or {}).items(), formulas["path"], strict=False)
     ]
@@ -365,16 +367,16 @@ def collocation(
     )  # fmt: skip
     grid = grid_of(METHODS[method], [one.mesh for one in schedule])
     made = Layout(scene, free, functions.written, grid, len(limits), schedule)
-    lower, upper = made.bounded(first, bounds or {}, values, faults)
+    lower, upper = made.bounded(first, bounds or {}, numbers, faults)
     closing = np.flatnonzero(np.diff(grid.phase[grid.starts], append=-1))  # the last interval of each phase
     asked = [*((one.end, {}, []) for one in schedule[:-1]), ({**schedule[-1].end, **(end or {})}, rates, resting)]
     ends = [
-        made.ended(goal, speeds, still, values, lower, upper, faults, node)
+        made.ended(goal, speeds, still, numbers, lower, upper, faults, node)
         for (goal, speeds, still), node in zip(asked, grid.ends[closing].tolist(), strict=True)
     ]
     faults.close(SimulateError)
     sides, law = made.asked(lower, upper, np.reshape(limits, (-1, 2)), span, functions)
-    guess = np.clip(made.guessed(first, ends, values), lower, upper)
+    guess = np.clip(made.guessed(first, ends, numbers), lower, upper)
     driven = functions.written.driven
     return Collocation(
         problem.scene, METHODS[method], grid, free, tuple(made.names[k] for k in driven), driven, made.place, made.row,

@@ -40,7 +40,7 @@ from symdyn.dynamics.outputs.tangent_space import COLUMNS, independent_positions
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.dynamics.recursive.joint_table import lacking, tree_alone
 from symdyn.dynamics.recursive.table_loops import TABLE_LOOPS
-from symdyn.errors import DerivationError, choice, listed, nearest, quoted
+from symdyn.errors import DerivationError, choice, hint, listed, nearest, quoted
 from symdyn.graph import Expr
 from symdyn.scene import Scene
 
@@ -293,7 +293,8 @@ def _those_there(name: str, closed: bool) -> str:
     there = (*OUTPUTS, *(CLOSED if closed else ()), STATE_MATRICES)
     what = next((end for word in WORDS if name.endswith(end := word.removeprefix("NAME"))), "")
     asked = name.removesuffix(what)
-    if near := next((one for one in there if one.startswith(f"{asked}_")), None) or nearest(asked, there):
+    begun = (one for one in there if one.startswith(f"{asked}_") and not hint("names", asked))
+    if near := next(begun, None) or nearest(asked, there):
         at = ":NAME" if near in OUTPUTS and OUTPUTS[near].place else ""
         return f"did you mean {near}{what}{at}?"
     derived = f"derivatives of each, such as inverse_dynamics_derivatives: {', '.join(WORDS)}"

@@ -11,8 +11,8 @@ from fractions import Fraction
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from symdyn.algebra import Form, Number, Symbol
-from symdyn.arguments import check_arguments, suggesting
+from symdyn.algebra import Form, Number, Symbol, graph_to_sympy
+from symdyn.arguments import SympyExpression, check_arguments, suggesting
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.loops import differentiated
 from symdyn.dynamics.mechanism import TIME, State
@@ -22,7 +22,7 @@ from symdyn.errors import ArgumentError, EmitError, UnknownNameError, choice, li
 from symdyn.frozen import dataclass, field, fields, replace
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene, SceneUnits, parse
-from symdyn.scene.values import Faults, FormulaError, Unit, acceleration_name, fits, question, velocity_name
+from symdyn.scene.values import Faults, FormulaError, Unit, acceleration_name, fits, names_in, question, velocity_name
 from symdyn.shown import BySympy, Shown
 from symdyn.unlocked import cached_property
 
@@ -91,9 +91,10 @@ class SympyEquations(Shown, BySympy):
         coordinates = listed(self.scene.coordinates)
         return f"<SympyEquations of {self.scene.name}: M, C, c, g, k_E, tau{rows}, K and P in {coordinates}>"
 
-    def __getitem__(self, name: str) -> Any:
+    def __getitem__(self, name: str | SympyExpression) -> Any:
         """Return what stands for a name; UnknownNameError if there is none, with those that there are."""
         check_arguments(SympyEquations.__getitem__, locals(), UnknownNameError)
+        name = str(name)
         if name not in self.symbols:
             raise UnknownNameError(f"there is no {name!r}; {choice(name, self.symbols)}")
         return self.symbols[name]
@@ -107,8 +108,6 @@ class SympyEquations(Shown, BySympy):
         >>> arm.M.subs(arm.values)[2, 2]
         343/24
         """
-        from symdyn.algebra import graph_to_sympy
-
         graph = Graph()
         found = {one.name: one.value.express(graph) for one in self.scene.parameters if one.value is not None}
         numbers = graph_to_sympy(list(found.values()))
@@ -130,8 +129,7 @@ class SympyEquations(Shown, BySympy):
     @property
     def letters(self) -> dict[Any, str]:
         """What the scene's letters are in LaTeX, by symbol."""
-        each = latex_symbols(self.scene).items()
-        return {self.symbols[name]: latex for name, latex in each if name in self.symbols}
+        return {self.symbols[name]: tex for name, tex in latex_symbols(self.scene).items() if name in self.symbols}
 
     def latex(self) -> str:
         """Return the equations as they stand in LaTeX, with the scene's letters."""
@@ -156,13 +154,8 @@ class SympyEquations(Shown, BySympy):
         (h1*h2*m2 + h2**2*m2, h2**2*m2)
         """
         given = (*given, by_name) if by_name else given
-        known = self._known(
-            given[0]
-            if len(given) == 1
-            else {given[0]: given[1]}
-            if len(given) == 2 and isinstance(given[0], Hashable)
-            else given
-        )
+        pair = {given[0]: given[1]} if len(given) == 2 and isinstance(given[0], Hashable) else given
+        known = self._known(given[0] if len(given) == 1 else pair)
         parts = {one.name: getattr(self, one.name) for one in fields(self)}
         put = {name: self._explicit(part).subs(known) for name, part in parts.items() if hasattr(part, "free_symbols")}
         motions = {one: form.subs(known) for one, form in self.motions.items()}
@@ -172,12 +165,14 @@ class SympyEquations(Shown, BySympy):
         """Return values and expressions, of which texts are formulas of symdyn, by symbol."""
         from sympy import Basic, SympifyError, sympify
 
-        from symdyn.algebra import graph_to_sympy
-
         if not isinstance(values, Mapping) or any(not isinstance(one, str | Basic) for one in values):
             raise EmitError(f"given = {quoted(values)} names no values; give them by name or symbol, as in {{'m': 2}}")
 
         names, units = {one: name for name, one in self.symbols.items()}, SceneUnits(self.scene)
+
+        def ours(found: Any) -> Any:
+            """Return an expression in what stands here for its names: also for q(t) and its derivatives."""
+            return found.xreplace({x: self[name] for x, name in names_in(found).items() if name in self.symbols})
 
         def read(symbol: Any, value: Any) -> Any:
             letter = units.letter(names.get(symbol, ""))
@@ -185,7 +180,10 @@ class SympyEquations(Shown, BySympy):
                 raise EmitError(f"given: {asked}")
             if not isinstance(value, str):
                 try:
-                    return sympify(value, strict=True)
+                    found = ours(sympify(value, strict=True))
+                    if getattr(found, "is_Matrix", False) or not found.is_commutative:
+                        raise TypeError
+                    return found
                 except (SympifyError, AttributeError, TypeError, ValueError, RecursionError):
                     raise EmitError(
                         f"given: {quoted(value)} is no value; give a number, a formula or an expression"
@@ -200,7 +198,7 @@ class SympyEquations(Shown, BySympy):
             (found,) = graph_to_sympy([formula.express(Graph())])
             return found.xreplace({one: self[str(one)] for one in found.free_symbols})
 
-        symbols = ((self[one] if isinstance(one, str) else one, value) for one, value in values.items())
+        symbols = ((self[one] if isinstance(one, str) else ours(one), value) for one, value in values.items())
         return {symbol: read(symbol, value) for symbol, value in symbols}
 
     def _explicit(self, part: Any) -> Any:
@@ -280,14 +278,18 @@ class SympyEquations(Shown, BySympy):
         import sympy
 
         idle = [*filter(None, self.scene.drives), *(one.name for one in self.scene.inputs)]
-        known = {**self.values, **self._known(dict.fromkeys(idle, 0)), **self._known({} if values is None else values)}
-        x, t = self.q.col_join(self.qd).col_join(self.s), self.symbols[TIME]
+        given = self._known(dict.fromkeys(idle, 0)) | self._known({} if values is None else values)
+        known, x, t = self.values | given, self.q.col_join(self.qd).col_join(self.s), self.symbols[TIME]
         places = {one: sympy.Dummy() for one in (*reversed(list(x)), t)}
-        parts = [
-            self._explicit(part).xreplace(known).xreplace(places) for part in (*self._balance(), self.rates, self.sd)
-        ]
-        if free := sorted(map(str, set().union(*(one.free_symbols for one in parts)) - set(places.values()))):
-            raise EmitError(f"{self.scene.name}: no value for {listed(free)}; give {{'{free[0]}': 1}}")
+        for _ in given:  # values in which parameters, and others of them, stand
+            known = {one: known[one].xreplace({k: v for k, v in known.items() if k not in places}) for one in known}
+        parts = [self._explicit(part).xreplace(known) for part in (*self._balance(), self.rates, self.sd)]
+        left = set().union(*map(names_in, parts)) - set(places)
+        for one in sorted(map(str, left - set(self.symbols.values()))):
+            raise UnknownNameError(f"{self.scene.name}: there is no {one}; {choice(one, self.symbols)}")
+        if free := sorted(map(str, left)):
+            raise EmitError(f"{self.scene.name}: no value for {listed(free)}; give {dict.fromkeys(free, 1)}")
+        parts = [part.xreplace(places) for part in parts]
         shared = partial(sympy.cse, order="none", list=False)  # the usual order takes minutes of an arm
         call, n = sympy.lambdify([places[t], [places[one] for one in x]], parts, "numpy", cse=shared), self.M.rows
 
@@ -312,8 +314,6 @@ CRAMER = 3
 def sympy_equations(page: Printable, dynamic: bool = False) -> SympyEquations:
     """Return what a page says in SymPy; with `dynamic` what moves is a function of time."""
     from sympy import ImmutableMatrix
-
-    from symdyn.algebra import graph_to_sympy
 
     scene, rows, n = page.scene, page.constraints.rows, range(len(page.rows))
     positive = [one.name for one in scene.parameters if one.positive]

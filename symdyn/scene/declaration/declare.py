@@ -186,6 +186,9 @@ def assemble(
     positions = read_locks(joints, faults)
     _note_friction(scene, faults)
     note_angles(scene, faults)
+    used = {name for one in Quantity.inside(scene) for name in one.symbols}
+    for name in (one.name for one in scene.parameters if one.name not in used):
+        faults.note(f"parameters.{name}", "no formula of the scene has it")
     excused = check(draft, faults, allow_invalid_inertia)
     faults.close()
     carried = {body.name: body for body in scene.bodies}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, TypeVar
@@ -13,7 +13,7 @@ from symdyn.arguments import SympyExpression, argument, is_sympy
 from symdyn.errors import SceneError, SimulateError, hint, nearest, printable, spoken, suggestion, without_long_words
 from symdyn.frozen import dataclass
 from symdyn.scene.values.body import ELEMENTARY, UNMOVED, Pose
-from symdyn.scene.values.formula import quantity
+from symdyn.scene.values.formula import formula_text, quantity
 from symdyn.scene.values.grammar import check_words
 from symdyn.scene.values.quantity import NULL, FormulaError, Quantity, Vector, spell
 
@@ -335,3 +335,15 @@ def entry(kind: str, name: str, **table: object) -> Entry:
     """Return a table of what was given; what is None or at its default was not."""
     given = {key: value for key, value in table.items() if value is not None}
     return Entry(str(name), given, f"{kind}.{name}")
+
+
+def names_in(found: Any) -> dict[Any, str]:
+    """Return the symbols, functions and derivatives of an expression of SymPy, each with its name in formulas."""
+    from sympy import Derivative, Symbol
+    from sympy.core.function import AppliedUndef
+
+    names = {one: str(one) for one in found.atoms(Symbol, AppliedUndef, Derivative)}
+    for one in names:
+        with suppress(FormulaError):
+            names[one] = formula_text(one)
+    return names
