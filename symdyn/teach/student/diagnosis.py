@@ -319,7 +319,8 @@ class Diagnosis:
         loose = any(one.how == "rows" and not tied for one, _ in ways)
         evidence, told = min(ways, key=lambda way: way[1].price, default=(every[0], None))
         unlike = found is not None and told is not None and not told.sure and found.rule not in told.rules
-        if told is None or (unlike and "absolute" not in told.rules):
+        swapped = told is not None and told.rules == ("trig",) and found is not None and found.rule == "index"
+        if told is None or (unlike and "absolute" not in told.rules and not swapped):
             return found
         if found and found.rule in OF_RATES and told.rules == ("relative",):  # rates that are lost turn nothing
             return found
