@@ -38,6 +38,7 @@ from symdyn.teach.practice.quiz import boxed
 from symdyn.teach.student.answer import EMPTY
 from symdyn.teach.student.course import Course
 from symdyn.teach.student.diagnosis import Diagnosis
+from symdyn.teach.student.grammar import Target
 from symdyn.teach.student.statements import find_target
 
 ROOT = Path(__file__).parent.parent
@@ -417,10 +418,11 @@ class Judged:
 
 def sealed_in_shell(answer: Mapping[str, Any], key: str, scene: Scene) -> Judged:
     """Return what `check_derivation` says to a sealed answer."""
-    target = key.replace("solved", "tau").replace(":", "").replace(",", "").replace("dL/d", "slope")
-    target = re.sub(r"_dot$", "dot", target) if target.startswith("slope") else target
-    try:  # the shell is given what stands before a box
-        answers, _ = boxed(answer["answer"], find_target(target, scene), key, Diagnosis(scene), "text")
+    kind, _, at = key.partition(":")
+    name = re.sub(r"_dot$", "dot", f"{kind}{at}".replace(",", "").replace("dL/d", "slope"))
+    try:  # the shell is given what stands before a box; a drive called tau2 may be that of another joint
+        target = Target("tau", (int(at),)) if kind in ("tau", "solved") else find_target(name, scene)
+        answers, _ = boxed(answer["answer"], target, key, Diagnosis(scene), "text")
     except SymdynError:
         return Judged(None)
     rules = [
