@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from typing import Any, Generic, TypeVar
 from unicodedata import combining, east_asian_width
 
@@ -43,6 +43,13 @@ class Table(Suggesting, Generic[C]):
 
     def __repr__(self) -> str:
         return self.text().rstrip()
+
+    def __iter__(self) -> Iterator[Sequence[C]]:
+        """Yield the rows."""
+        return iter(self.rows)
+
+    def __len__(self) -> int:
+        return len(self.rows)
 
     @staticmethod
     def matrix(

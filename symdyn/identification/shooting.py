@@ -164,8 +164,8 @@ class Shooting:
                     return here
             here, coarse = finer, fine
         raise IdentifyError(
-            f"{self.scene.name}: {MOST_STEPS} steps between two samples do not follow the motion; it is too fast for "
-            "the samples, stiff, or has no value in between: give other values or starts, or more samples a second"
+            f"{self.scene.name}: {MOST_STEPS} steps between two samples do not follow the motion, too fast, stiff or "
+            "without a value: give other values or starts, smoother friction (smoothing = 0.05), or more samples a second"
         )
 
 

@@ -96,7 +96,8 @@ class SympyEquations(Shown, BySympy):
         check_arguments(SympyEquations.__getitem__, locals(), UnknownNameError)
         name = str(name)
         if name not in self.symbols:
-            raise UnknownNameError(f"there is no {name!r}; {choice(name, self.symbols)}")
+            new = f"; a letter of your own is sympy.Symbol({name!r})" * name.isidentifier()
+            raise UnknownNameError(f"there is no {name!r}; {choice(name, self.symbols)}{new}")
         return self.symbols[name]
 
     @cached_property
