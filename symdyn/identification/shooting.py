@@ -165,7 +165,7 @@ class Shooting:
             here, coarse = finer, fine
         raise IdentifyError(
             f"{self.scene.name}: {MOST_STEPS} steps between two samples do not follow the motion, too fast, stiff or "
-            "without a value: give other values or starts, smoother friction (smoothing = 0.05), or more samples a second"
+            "without a value: give other values or starts, friction with smoothing = 0.05, or more samples a second"
         )
 
 
