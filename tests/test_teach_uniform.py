@@ -79,12 +79,18 @@ def test_the_motion_in_time_is_that_of_a_run(changes: tuple[tuple[str, str], ...
     assert known.get("phi", run["phi"][-1]) == pytest.approx(run["phi"][-1], rel=1e-8)
 
 
+@pytest.mark.runs("cc")
 @pytest.mark.parametrize(
     "change",
     [
         ('damping = "b"', "friction = { coulomb = 0.5, smoothing = 0.01 }"),
         ('damping = "b"', 'damping = "b"\nforce = "-2*phi"'),
         ('damping = "b"', 'force = "b*phi_dot"'),
+        ('damping = "b"', 'force = "-2*sign(phi_dot)"'),
+        ('damping = "b"', 'damping = "b"\nforce = "-2*sign(phi_dot)"'),
+        ('damping = "b"', 'force = "if(phi_dot > 1, -2, 0)"'),
+        ('damping = "b"', "friction = { coulomb = 0.5 }"),
+        ("[bodies.drum]", '[inputs.u]\nunit = "N m"\n[loads.wind]\nbody = "drum"\ncouple = [0, 0, "u"]\n[bodies.drum]'),
         ('drive = "M"', 'drive = "M"\nmotion = "2*t"'),
     ],
 )

@@ -136,7 +136,7 @@ const Terms = (() => {
   }
   function states([kind, form, , , also], c) {
     const [lost, turned, factor] = apart.states[kind].map((rule, k) => rule || (form ? apart.plain[k] : ""));
-    const scaled = factor + (apart.round.some(x => Math.abs(1 + c - x) < CLOSE * x) ? " power" : "");
+    const scaled = factor + (/π/.test(form) && apart.round.some(x => Math.abs(1 + c - x) < CLOSE * x) ? " power" : "");
     if (!turned && c < -1 - CLOSE) return [];
     const vague = ["spring", "friction", "force"].includes(turned) ? [turned, "termsign"] : [turned];  // they say no sign
     return (Math.abs(c + 1) < CLOSE ? [lost, ...also.map(kind => apart.states[kind][0])] : Math.abs(c + 2) < CLOSE ? vague : c < -1 ? [turned, scaled] : [scaled]).join(" ").split(" ").filter(Boolean);

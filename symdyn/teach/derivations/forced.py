@@ -28,7 +28,6 @@ from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute
 from symdyn.scene import SceneUnits
-from symdyn.scene.values import acceleration_name
 from symdyn.teach.derivations.charts import SOLID, Curve, Panel, chart
 from symdyn.teach.derivations.precession import NO_FORM, lowest, shortened
 from symdyn.teach.derivations.reduced import at_bound
@@ -204,10 +203,10 @@ def uniform_steps(lesson: Lesson, chosen: Chosen) -> list[Step]:
         (rate,), (inertia,) = state.qd, gradient(told, state.qdd)
         found = lowest(-substitute([told], {state.qdd[0]: graph.zero})[0] / inertia)
         gain, slope = (lowest(x) for x in (substitute([found], {rate: graph.zero})[0], *gradient(found, [rate])))
-        derived = {x.name for x in lesson.scene.derived}
-        states = (x.name for x in lesson.scene.parameters if acceleration_name(x.name) in derived)
-        moving = {*state.q, rate, graph.symbol(TIME), *state.clock, *map(graph.symbol, states)}
+        moving = {*state.q, rate, graph.symbol(TIME), *state.clock}
         if moving.intersection(reachable([gain, slope])) or (gain.is_zero and slope.is_zero):
+            return []
+        if not lowest(found - gain - slope * rate).is_zero:  # a sign of the rate, or a branch
             return []
         if not slope.is_zero and chosen.of(slope)[0] >= 0:  # driven by its own rate: it runs away
             return []

@@ -164,7 +164,10 @@ def _at_rest(lesson: Lesson, forces: Sequence[Expr]) -> list[Expr]:
 
 def _level(lesson: Lesson, P: Expr, forces: Sequence[Expr]) -> bool:
     """Whether it rests wherever it is."""
-    pulls = [*_at_rest(lesson, forces), *gradient(P, lesson.state.q)]
+    try:
+        pulls = [*_at_rest(lesson, forces), *gradient(P, lesson.state.q)]
+    except ZeroDivisionError:  # a force divides by a rate
+        return False
     return not led_by(lesson) and all(zero(lesson, x) for x in pulls)
 
 

@@ -181,9 +181,17 @@ def walkthrough(
     document = with_cost(document, declared) if formulation in WAYS else document
     document = _with_mass_matrix(with_contacts(_with_matter(document), touched))
     document = with_states(document, declared) if declared.states else document
+    if declared.given or any(joint.dry for joint in declared.joints):  # what acts is not constant
+        document = _without(document, "uniform")
     document = replace(document, brief=detail == "brief")
     refuse_too_long(scene.name, f"the lesson by {formulation}", document.forms(), _shorter())
     return document
+
+
+def _without(document: Document, key: str) -> Document:
+    """Return a document without the steps of a key."""
+    kept = (replace(part, steps=tuple(x for x in part.steps if x.key != key)) for part in document.sections)
+    return replace(document, sections=tuple(kept))
 
 
 def usual_formulation(scene: Scene) -> str:

@@ -17,7 +17,7 @@ from math import cos, isfinite, pi, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.algebra import Array
+from symdyn.algebra import Array, Pi
 from symdyn.frozen import dataclass, replace
 from symdyn.graph import Op
 from symdyn.scene import SceneUnits
@@ -202,7 +202,8 @@ def _states(column: Column, c: float) -> tuple[str, ...]:
     """Return the rules that a column tells with a coefficient 1 + c."""
     plain = PLAIN if column.form is not None else ("", "", "")
     lost, turned, scaled = (own or other for own, other in zip(STATES[column.kind], plain, strict=True))
-    scaled += " power" * any(abs(1 + c - x) < CLOSE * x for x in ROUND)
+    turns = column.form is not None and any(isinstance(x, Pi) for x in column.form.walk())
+    scaled += " power" * (turns and any(abs(1 + c - x) < CLOSE * x for x in ROUND))
     if abs(c + 2) < CLOSE:  # some say no sign
         told: tuple[str, ...] = (turned, "termsign" if turned in ("spring", "friction", "force") else "")
     else:
@@ -304,7 +305,7 @@ def atoms_of(course: Course, motions: Motions) -> Atoms:
     Where rows tie motions together a rate may be a multiple of another one, and a coordinate of a sine: none is known.
     """
     scene, units = course.scene, SceneUnits(course.scene)
-    named = [(p.name, p.unit or "") for p in scene.parameters]
+    named = [(p.name, units.inferred.get(p.name, p.unit) or "1") for p in scene.parameters]
     moving = [
         *zip(scene.velocities, units.velocities, strict=True),
         *zip(scene.coordinates, units.coordinates, strict=True),
