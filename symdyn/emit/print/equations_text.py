@@ -62,6 +62,9 @@ GROUPS = tuple(ENTRYWISE)
 IN_PLACE = ("base-parameters", "inverse-kinematics")
 """What can be printed in place of equations."""
 
+SHORT = ("sc", "SC")
+"""Letters of sines and cosines by joint number; where a scene has s1 or c2, the next."""
+
 _CHOICES = {"format": tuple(FORMATS), "group": GROUPS, "angles": ("long", "short")}
 
 
@@ -93,7 +96,8 @@ def equations_text(
     write = FORMATS[format].document if document else FORMATS[format].page
     if write is None:
         raise EmitError(f"a document is written in LaTeX, not as {format}; leave the format out, or the document")
-    return write(Printable.of(scene, angles == "short", requested_digits() or FORMATS[format].digits), group)
+    letters = SHORT[group == "matrix" :] if angles == "short" else ()  # c_2 is an entry of M q̈ + c + g
+    return write(Printable.of(scene, letters, requested_digits() or FORMATS[format].digits), group)
 
 
 def base_parameters_text(scene: Scene, format: str = "latex") -> str:
