@@ -83,7 +83,7 @@ def equations_text(
             a double holds, rounded to 15) or "sympy" (Python that runs after `from sympy import *`; numbers exact).
         group: "equations" (one a joint), "coefficients" (k_{z,11} = …), "textbook" (under-braced, as (5.40)) or
             "matrix" (M(q) q̈ + c + g).
-        angles: "long" for \sin(q_1 + q_2), "short" for s_{12}.
+        angles: "long" for \sin(q_1 + q_2), "short" for s_{12}, or S_{12} where a symbol has that letter.
         document: a whole LaTeX document with energies and a symbol table.
 
     Raises:
@@ -224,7 +224,7 @@ class EquationsOfMotion(Shown, BySympy):
 
         Args:
             group: "equations" (one a joint), "coefficients" (k_{z,11} = …), "textbook" (under-braced) or "matrix".
-            angles: "long" for \sin(q_1 + q_2), "short" for s_{12}.
+            angles: "long" for \sin(q_1 + q_2), "short" for s_{12}, or S_{12} where a symbol has that letter.
             document: a whole document, with energies and a table of symbols.
 
         Raises:
