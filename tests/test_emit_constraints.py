@@ -38,7 +38,7 @@ def functions(name: str) -> Any:
 def test_short_angles_reach_the_rows(name: str, angles: str) -> None:
     text = equations_text(example(name), "text", angles=angles)
 
-    assert ("cos(psi)" in text) == (angles == "long")
+    assert ("*cos(psi)" in text) == (angles == "long")
     assert ("*c2 " in text) == (angles == "short")
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 import subprocess
@@ -10,16 +11,18 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from patience import HANG
 
+from symdyn import lambdify
 from symdyn.algebra.form import Function, Number, Power, Product, Sum, Symbol
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics.closed_forms.closed_form import closed_form
 from symdyn.dynamics.mechanism.lagrange import Energies
 from symdyn.emit.print.breaking import BREAK, LINE, break_lines, latex_width
 from symdyn.emit.print.equations_text import FORMATS, GROUPS, equations_text
-from symdyn.emit.print.formula_text import Latex, significant, text_of
+from symdyn.emit.print.formula_text import Latex, shorthands, significant, text_of
 from symdyn.emit.print.printed_names import PrintName, latex_symbols, latex_unit
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
@@ -207,15 +210,76 @@ def test_short_notation_writes_sines_by_joint_number() -> None:
 
     assert "k_G2 = m2*" in text
     assert "*s12" in text
-    assert "sin" not in text
-    assert "s_{12}" in equations_text(example("two_link"), "latex", "matrix", "short")
+    assert "sin" not in re.sub("#.*", "", text)
+    assert "S_{12}" in equations_text(example("two_link"), "latex", "matrix", "short")  # c_2 is an entry of c
 
 
-def test_short_notation_does_not_take_the_name_of_a_parameter() -> None:
-    scene = example("two_link")
-    named = replace(scene, parameters=(*scene.parameters, Parameter("c2", Quantity.number(1))))
+LETTERED = """
+[parameters]
+m = { value = 2 }
+c2 = { value = 3 }
+s1 = { value = 0.4 }
+[bodies.upper]
+mass = "m"
+com = ["s1", 0, 0]
+[bodies.lower]
+mass = "m"
+com = ["s1", 0, 0]
+[joints.hip]
+type = "revolute"
+parent = "ground"
+child = "upper"
+axis = [0, 1, 0]
+coordinate = "q1"
+[joints.knee]
+type = "revolute"
+parent = "upper"
+child = "lower"
+axis = [0, 1, 0]
+origin = ["s1", 0, 0]
+coordinate = "q2"
+damping = "c2"
+"""
 
-    assert "cos(q2)" in equations_text(named, "text", "coefficients", "short")
+
+@pytest.mark.parametrize("group", GROUPS)
+def test_short_notation_leaves_a_scene_its_letters_and_says_what_its_own_are(group: str) -> None:
+    scene = read_text(LETTERED, "lettered")
+    text = equations_text(scene, "text", group, "short")
+    legend = dict(line[2:].split(" = ") for line in text.splitlines() if line.startswith("#"))
+    moved = {"q1": 0.3, "q2": -0.8, "q1_dot": 1.1, "q2_dot": 0.7, "q1_ddot": -0.4, "q2_ddot": 2.0}
+    known = {"m": 2.0, "c2": 3.0, "s1": 0.4, **moved, "sin": math.sin, "cos": math.cos}
+    drives = lambdify(scene, "inverse_dynamics")(*np.reshape([*moved.values()], (3, 2)))
+    known |= dict(zip(("tau1", "tau2"), drives, strict=True))
+    known |= {name: eval(form, known) for name, form in legend.items()}
+
+    words = {*re.findall(r"[A-Za-z]\w*", re.sub("#.*", "", text))}
+    assert {"S2", "C2", "C12"} <= words
+    assert {word for word in words if re.fullmatch(r"[SC]\d+", word)} == {*legend}
+    for form, mark in (("latex", "% "), ("sympy", "# ")):
+        lines = equations_text(scene, form, group, "short").splitlines()
+        assert len([line for line in lines if line.startswith(mark)]) == len(legend), form
+    if group == "equations":
+        for line in paragraphs(text)[:2]:
+            left, right = line.split(" = ")
+            assert eval(left, known) == pytest.approx(eval(right, known), abs=1e-12)
+
+
+def test_short_notation_without_letters_left_is_written_out() -> None:
+    for name in ("S4", "S_4"):
+        scene = read_text(LETTERED.replace("m = {", f"{name} = {{").replace('"m"', f'"{name}"'), "lettered")
+        text = equations_text(scene, "text", angles="short")
+
+        assert "sin(q2)" in text
+        assert "#" not in text
+
+
+def test_short_notation_tells_joints_of_two_digits_apart() -> None:
+    q1, q11, q12 = (Symbol(f"q{k}") for k in (1, 11, 12))
+    forms = [Function(Op.SIN, (angle,)) for angle in (Sum((q1, q12)), Sum((q11, Symbol("q2"))))]
+    found = shorthands(Sum(tuple(forms)), {"q1": 1, "q2": 2, "q11": 11, "q12": 12}, "sc")
+
+    assert [str(one.name) for one in found.values()] == ["s1_12", "s11_2"]
 
 
 def test_passive_joints_and_declared_forces_stand_on_the_right() -> None:

@@ -192,9 +192,10 @@ OF_CAR = [
     ("e^{-z} + m e^(-a z)", "exp(-z) + m*exp(-a*z)"),
     ("|z - zf| m + |a|", "abs(z - zf)*m + abs(a)"),
     ("a∗b", "a*b"),
+    (r"m g a - mga/3 + ɡ \mathrm{g} + 𝑔²", "9.81*m*a*2/3 + 2*9.81**2"),
     ("a sin 2mt + cos^2 b t z", "a*sin(2*m*t) + cos(b*t)**2*z"),
 ]
-"""Names of several letters, and names that the scene gives a formula."""
+"""Names of several letters, names that the scene gives a formula, and g where gravity is a number."""
 
 
 def _by_page(asked: object, way: str, texts: Sequence[str]) -> list[Any]:
@@ -226,6 +227,64 @@ def test_a_page_reads_every_spelling_as_the_shell_does(scene: Scene, rows: Seque
                 for one in (same, node)
             ]
             assert values == pytest.approx([value, value], rel=1e-9, abs=1e-12), text
+
+
+LEG = """
+gravity = [0, 0, -9.81]
+[parameters]
+m = {}
+a = {}
+[joints.hip]
+type = "revolute"
+parent = "ground"
+child = "leg"
+axis = [0, 1, 0]
+coordinate = "q"
+[bodies.leg]
+mass = "m"
+com = ["a", 0, 0]
+"""
+
+
+@pytest.mark.runs("node")
+@pytest.mark.skipif(shutil.which("node") is None, reason="the page's program runs in node")
+def test_both_doors_judge_answers_with_g_where_gravity_is_a_number() -> None:
+    scene = read_text(LEG, "leg")
+    asked = questions_of(scene, {"P:": ("P:", read_formula("-9.81*m*a*sin(q)", scene))}, "en")
+    answers = {
+        "-m g a sin q": True,
+        "-mga sin(q)": True,
+        "-9.81 m a sin q": True,
+        "m g a sin q": False,
+        "-m a sin q": False,
+    }
+
+    there = _by_page(asked, "text => Answers.judge('P:', text).right", list(answers))
+
+    assert there == list(answers.values())
+    assert [check_derivation(f"P = {text}", scene)[0].right for text in answers] == there
+    assert check_derivation(r"m a^2 \ddot q - m g a \cos q = \tau_1", scene)[0].right
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "same"),
+    [
+        ("-9.81]", "'-9.81*a']", None),
+        ("[0, 0, -9.81]", "[0, 6, -8]", None),
+        ("[0, 0, -9.81]", "'none'", None),
+        ("a = {}", "a = { latex = 'g' }", "a"),
+        ("m = {}", "m = {}\ng = { value = 'm/a' }", "m/a"),
+        ("0, 0, -9.81", "0, 4, 0", "4"),
+    ],
+)
+def test_g_is_what_the_scene_calls_so_or_gravity_along_one_axis(old: str, new: str, same: str | None) -> None:
+    scene = read_text(LEG.replace(old, new), "leg")
+
+    if same:
+        assert read_formula("m*g", scene) == read_formula(f"m*({same})", scene)
+    else:
+        with pytest.raises(TeachError, match="g is no symbol of leg"):
+            read_formula("m*g", scene)
 
 
 @pytest.mark.parametrize(("text", "at"), {"m1*|q_9|": 5, "|q1": 1, "||q1| - q2|": 1, "|q1 - |q2||": 1}.items())

@@ -62,6 +62,9 @@ GROUPS = tuple(ENTRYWISE)
 IN_PLACE = ("base-parameters", "inverse-kinematics")
 """What can be printed in place of equations."""
 
+SHORT = ("sc", "SC")
+"""Letters of sines and cosines by joint number; where a scene has s1 or c2, the next."""
+
 _CHOICES = {"format": tuple(FORMATS), "group": GROUPS, "angles": ("long", "short")}
 
 
@@ -80,7 +83,7 @@ def equations_text(
             a double holds, rounded to 15) or "sympy" (Python that runs after `from sympy import *`; numbers exact).
         group: "equations" (one a joint), "coefficients" (k_{z,11} = …), "textbook" (under-braced, as (5.40)) or
             "matrix" (M(q) q̈ + c + g).
-        angles: "long" for \sin(q_1 + q_2), "short" for s_{12}.
+        angles: "long" for \sin(q_1 + q_2), "short" for s_{12}, or S_{12} where a symbol has that letter.
         document: a whole LaTeX document with energies and a symbol table.
 
     Raises:
@@ -93,7 +96,8 @@ def equations_text(
     write = FORMATS[format].document if document else FORMATS[format].page
     if write is None:
         raise EmitError(f"a document is written in LaTeX, not as {format}; leave the format out, or the document")
-    return write(Printable.of(scene, angles == "short", requested_digits() or FORMATS[format].digits), group)
+    letters = SHORT[group == "matrix" :] if angles == "short" else ()  # c_2 is an entry of M q̈ + c + g
+    return write(Printable.of(scene, letters, requested_digits() or FORMATS[format].digits), group)
 
 
 def base_parameters_text(scene: Scene, format: str = "latex") -> str:
@@ -220,7 +224,7 @@ class EquationsOfMotion(Shown, BySympy):
 
         Args:
             group: "equations" (one a joint), "coefficients" (k_{z,11} = …), "textbook" (under-braced) or "matrix".
-            angles: "long" for \sin(q_1 + q_2), "short" for s_{12}.
+            angles: "long" for \sin(q_1 + q_2), "short" for s_{12}, or S_{12} where a symbol has that letter.
             document: a whole document, with energies and a table of symbols.
 
         Raises:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Container, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
 from functools import lru_cache
@@ -52,15 +52,7 @@ def rounded(form: Form, digits: int) -> Form:
         long = len(str(value.numerator).strip("0")) > digits or len(str(value.denominator)) > digits
         near = Fraction(significant(value, digits)) if long else value
         return Number(near if form.value > 0 else -near)
-    if isinstance(form, Sum):
-        return Sum(tuple(rounded(term, digits) for term in form.terms))
-    if isinstance(form, Product):
-        return Product(tuple(rounded(factor, digits) for factor in form.factors))
-    if isinstance(form, Power):
-        return Power(rounded(form.base, digits), form.exponent)
-    if isinstance(form, Function):
-        return form.with_parts(rounded(x, digits) for x in form.args)
-    return form
+    return form.with_parts(rounded(x, digits) for x in form.parts)
 
 
 def value_text(formula: Quantity) -> str:
@@ -360,29 +352,22 @@ def _brackets(text: str) -> str:
 # Short notation
 
 
-def shortened(form: Form, numbers: Mapping[str, int], taken: Container[str]) -> Form:
-    """Return a form with s12 for sin(q1 + q2) and c2 for cos(q2).
+def shorthands(form: Form, numbers: Mapping[str, int], letters: str) -> dict[Form, Symbol]:
+    """Return the symbols s12 for sin(q1 + q2), c2 for cos(q2), by what they stand for in a form.
 
     Args:
-        form: what to rewrite.
+        form: what is to be rewritten.
         numbers: the number of each coordinate.
-        taken: names that stand for something else; the sine that would need one of them stays.
+        letters: of sines and cosines.
     """
-    if isinstance(form, Sum):
-        return Sum(tuple(shortened(term, numbers, taken) for term in form.terms))
-    if isinstance(form, Product):
-        return Product(tuple(shortened(factor, numbers, taken) for factor in form.factors))
-    if isinstance(form, Power):
-        return Power(shortened(form.base, numbers, taken), form.exponent)
-    if isinstance(form, Function) and form.op not in (Op.SIN, Op.COS):
-        return form.with_parts(shortened(arg, numbers, taken) for arg in form.args)
-    if isinstance(form, Function):
-        found = [numbers.get(term.name) if isinstance(term, Symbol) else None for term in form.args[0].terms]
-        if None not in found:
-            separator = "_" if len(numbers) > 9 else ""
-            name = ("s" if form.op is Op.SIN else "c") + separator.join(map(str, found))
-            return form if name in taken else Symbol(name)
-    return form
+    found: dict[Form, Symbol] = {}
+    separator = "_" if max(numbers.values(), default=0) > 9 else ""
+    for one in form.walk():
+        if isinstance(one, Function) and one.op in (Op.SIN, Op.COS):
+            places = [numbers.get(term.name) if isinstance(term, Symbol) else None for term in one.args[0].terms]
+            if None not in places:
+                found[one] = Symbol(letters[one.op is Op.COS] + separator.join(map(str, places)))
+    return found
 
 
 Forms = Callable[[Expr], Form]

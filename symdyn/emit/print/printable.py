@@ -20,7 +20,7 @@ from symdyn.algebra import Form, Power, Symbol
 from symdyn.dynamics import ClosedForm, closed_form, coefficients
 from symdyn.dynamics.mechanism import TIME, State
 from symdyn.emit.print.breaking import DIGITS
-from symdyn.emit.print.formula_text import Latex, in_sines, rounded, shortened
+from symdyn.emit.print.formula_text import Latex, in_sines, rounded, shorthands
 from symdyn.emit.print.printed_names import Letters, coefficient_index, latex_symbols
 from symdyn.frozen import dataclass, replace
 from symdyn.graph import Graph
@@ -248,7 +248,7 @@ class Printable:
         K, P: the energies.
         E: the share of struts in P.
         lengths: of struts between points, which stand in all of these by their names.
-        short: whether s12 stands for sin(q1 + q2).
+        short: what stands for sines and cosines by joint number, with these: s12, sin(q1 + q2).
     """
 
     scene: Scene
@@ -261,17 +261,17 @@ class Printable:
     P: Form
     E: Form
     lengths: Lengths
-    short: bool
+    short: tuple[tuple[str, Form], ...] = ()
 
     @classmethod
     def of(
-        cls, scene: Scene | ClosedForm, short: bool = False, digits: int | None = None, lengths: str | None = ""
+        cls, scene: Scene | ClosedForm, short: Sequence[str] = (), digits: int | None = None, lengths: str | None = ""
     ) -> Printable:
         """Return what is to be printed.
 
         Args:
             scene: the mechanism, or its closed forms.
-            short: whether s12 stands for sin(q1 + q2).
+            short: pairs of letters for s12 and c2, of which the first that is free is taken; without, sin(q1 + q2).
             digits: the most that a number has; None leaves them exact.
             lengths: what the names of lengths of struts begin with; None writes all lengths out.
         """
@@ -283,8 +283,12 @@ class Printable:
         units = SceneUnits(scene).coordinates
         numbers = {q: i for i, (q, unit) in enumerate(zip(scene.coordinates, units, strict=True), 1) if unit == "rad"}
 
+        letters, known = Letters(scene).circular(short), dict[Form, Symbol]()
+
         def spelled(form: Form) -> Form:
-            form = shortened(form, numbers, names) if short else form
+            if letters:
+                known.update(shorthands(form, numbers, letters))
+                form = form.exchanged(known)
             return form if digits is None else rounded(form, digits)
 
         moving = {*scene.velocities, *map(acceleration_name, scene.velocities), TIME}
@@ -314,7 +318,8 @@ class Printable:
         moved = [(name, spelled(form)) for name, form in other_rates(scene)]
         K, P, E = write("K"), write("P"), spelled(closed.loads.energy(closed.compactor))
         beside = tuple(motions), tuple(moved)
-        return cls(scene, tuple(map(tuple, rows)), right, constraints, *beside, K, P, E, found, short)
+        named = tuple(sorted(((x.name, form) for form, x in known.items()), key=lambda one: (len(one[0]), one[0])))
+        return cls(scene, tuple(map(tuple, rows)), right, constraints, *beside, K, P, E, found, named)
 
     @property
     def beside(self) -> tuple[tuple[str, Form], ...]:
@@ -330,6 +335,13 @@ class Printable:
     def definitions(self) -> list[tuple[str, Form]]:
         """What names in the equations stand for that are no symbols of the scene."""
         return self.lengths.used(self.forms)
+
+    def shorthands(self, write: Callable[[Form], str], *beside: Form) -> list[str]:
+        """Return s12 = sin(q1 + q2), of every shorthand that stands in the equations, or in forms beside them."""
+        rows = [x for row in self.constraints.rows for x in (*row.G, row.residual, row.bias) if x is not None]
+        shown = [*self.forms, *rows, *beside, *(form for _, form in (*self.definitions, *self.beside))]
+        used = {name for form in shown for name in form.symbols}
+        return [f"{write(Symbol(name))} = {write(form)}" for name, form in self.short if name in used]
 
     @property
     def coefficients(self) -> list[Coefficient]:

@@ -296,6 +296,11 @@ class Letters:
         taken = self._taken()
         return next(one for one, name in EXPONENTS.items() if name not in taken)
 
+    def circular(self, choices: Sequence[str]) -> str:
+        """Return the first pair of letters that no symbol has with the number of a joint, "" for none."""
+        taken = [bare(one) for pair in latex_symbols(self.scene).items() for one in pair]
+        return next((letters for letters in choices if not _any(letters, r"\d+", taken)), "")
+
     @staticmethod
     def body_number(j: int) -> int:
         """Return the number of body j of a scene, from 1, as its mass has; the ground is 0, in the textbook 1."""

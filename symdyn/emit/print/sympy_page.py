@@ -14,6 +14,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from symdyn.algebra import Form, Symbol
+from symdyn.emit.print.formula_text import text_of
 from symdyn.emit.print.printable import Printable
 from symdyn.emit.print.written_page import coefficient_name
 from symdyn.scene import Scene
@@ -89,7 +90,8 @@ def sympy_page(page: Printable, group: str) -> str:
         for kind, some in (("motion", page.motions), ("rate", page.rates))
         for name, form in some
     ]
-    return "\n".join([*lines, *_constraints(page, variables)])
+    short = (f"# {one}" for one in page.shorthands(text_of))
+    return "\n".join([*lines, *_constraints(page, variables), *short])
 
 
 def sympy_definitions(scene: Scene, named: Sequence[tuple[str, Form]]) -> str:

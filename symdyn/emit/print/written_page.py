@@ -69,12 +69,11 @@ BRACED = 0.45 * LINE  # a wider coefficient is named under its brace and written
 
 
 def latex_fragment(page: Printable, group: str) -> str:
-    """Return the equations as displays; short notation is explained in a comment."""
-    note = "% s_{12} = \\sin(q_1 + q_2), c_2 = \\cos q_2: sines and cosines by joint number\n" if page.short else ""
-    lines = _displays(page, group, page.definitions)
+    """Return the equations as displays; short notation is explained in comments."""
+    lines = [f"% {one}" for one in page.shorthands(page.writer().unbroken)] + _displays(page, group, page.definitions)
     if page.constraints.rows:
         lines.append(constraint_page(page, group, page.writer()))
-    return note + "\n".join(lines)
+    return "\n".join(lines)
 
 
 def latex_document(page: Printable, group: str) -> str:
@@ -155,8 +154,8 @@ def _introduction(page: Printable, group: str) -> str:
         text = "Lagrange's equations: inertia, Coriolis and centrifugal forces, gravity{}{} and the drives.".format(
             ", springs" if elastic(page.scene) else "", ", loops" if closed else ""
         )
-    if page.short:
-        text += r" Sines and cosines go by joint number: $s_{12} = \sin(q_1 + q_2)$, $c_2 = \cos q_2$."
+    if short := page.shorthands(page.writer().unbroken, page.K, page.P):
+        text += f" Sines and cosines go by joint number: {', '.join(f'${one}$' for one in short)}."
     digits = digits_or(DIGITS)
     if any("." in page.writer()(c.form) for c in page.coefficients):
         text += f" Decimal numbers are rounded to {digits} digits."
@@ -320,7 +319,8 @@ def text_page(page: Printable, group: str) -> str:
     """Return the equations in plain text; indices from 1."""
     motions = (equation_lines(name, broken_text(form)) for name, form in page.beside)
     lengths = length_lines(page.lengths, dict(page.definitions))
-    return "\n".join([*PARAGRAPHS[group](page), *motions, *lengths, *_constraints(page, group)])
+    short = (f"# {one}" for one in page.shorthands(text_of))
+    return "\n".join([*PARAGRAPHS[group](page), *motions, *lengths, *_constraints(page, group), *short])
 
 
 def text_definitions(scene: Scene, named: Sequence[tuple[str, Form]]) -> str:

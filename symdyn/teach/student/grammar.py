@@ -24,10 +24,11 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Set
 from difflib import get_close_matches
+from fractions import Fraction
 from itertools import accumulate, combinations
 from typing import Any
 
-from symdyn.algebra import Form, Function, Symbol
+from symdyn.algebra import Form, Function, Number, Symbol
 from symdyn.dynamics.mechanism import body_placements
 from symdyn.emit.print import latex_symbols
 from symdyn.frozen import dataclass
@@ -67,6 +68,7 @@ SPELLINGS: tuple[tuple[str, str], ...] = (
     (r"[₀₁₂₃₄₅₆₇₈₉]+", "_{$k}"),
     (r"[½⅓⅔¼¾⅕⅖⅗⅘⅙⅚⅛⅜⅝⅞]", "($k)"),
     (r"[·×∙⋅∗]", "*"),
+    (r"[ɡℊ𝑔]", "g"),
     (r"\\vert(?![A-Za-z])|\\\||∣", "|"),
     (r"\|([^|\n]*)\|", r"\lvert $1\rvert "),
     (r"[−–]", "-"),
@@ -127,12 +129,9 @@ TOKENS: tuple[tuple[str, str], ...] = (
 
 FUNCTIONS: Mapping[str, str] = {
     **{name: name for name in ("sin", "cos", "tan", "sqrt", "exp", "log", "tanh", "abs", "sign")},
-    "ln": "log",
-    "sgn": "sign",
-    "tg": "tan",
+    **{"ln": "log", "sgn": "sign", "tg": "tan", "sec": "sec"},
     **dict.fromkeys(("cot", "cotg", "ctg"), "cot"),
     **dict.fromkeys(("atan", "arctan", "arctg"), "atan"),
-    "sec": "sec",
 }
 
 SILENT = ("quad", "qquad", "left", "right", "displaystyle", "textstyle", "limits", "nonumber", "notag", "hfill")
@@ -286,10 +285,15 @@ class Names:
 
     @cached_property
     def formulas(self) -> Mapping[str, Form]:
-        """Return what stands for names that the scene gives a formula, derived parameters and rates of states."""
+        """Return what stands for names that the scene gives a formula, and for g where gravity is a plain number."""
         taken = {*(p.name for p in self.scene.parameters), *self.scene.coordinates, *self.rates, *self.others}
-        defined = {name: x for name, x in self.scene.definitions.items() if name not in taken}
-        return {name: Form.of(formula.express(Graph())) for name, formula in defined.items()}
+        formulas = ((name, x) for name, x in self.scene.definitions.items() if name not in taken)
+        found = {name: Form.of(x.express(Graph())) for name, x in formulas}
+        own = latex_symbols(self.scene, (*self.others, *found))
+        pulls = [x for x in (one.at({}) for one in self.scene.gravity) if x != 0]
+        if len(pulls) == 1 and isinstance(pulls[0], Fraction) and not {"g"} & {*own, *map(plain_index, own.values())}:
+            found["g"] = Number(abs(pulls[0]))
+        return found
 
     @cached_property
     def rates(self) -> list[str]:
