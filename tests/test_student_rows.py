@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import shutil
+from pathlib import Path
 
 import pytest
 from test_student_answers import _benchmark
 
-from symdyn.scene import read_text
+from symdyn.scene import read, read_text
 from symdyn.teach.student.derivation_check import check_derivation
 
 CRANE = """
@@ -78,3 +79,21 @@ def test_points_are_drawn_where_a_row_has_a_value() -> None:
 
     assert right.right
     assert not wrong.right
+
+
+@pytest.mark.runs("node")
+@pytest.mark.skipif(shutil.which("node") is None, reason="the page's program runs in node")
+def test_multipliers_are_along_the_axes_of_the_ground_or_of_the_rows_at_both_doors() -> None:
+    """The lesson writes the slider-crank's λ along the ground, the equations along the rod: both are right."""
+    benchmark, scene = _benchmark(), read(Path(__file__).parents[1] / "examples/slider_crank.toml").as_parameters()
+    typed = {
+        "m3 x_ddot = -k x_dot + λ1": True,
+        "m3 x_ddot = -k x_dot + λ1 cos(phi + psi) - λ2 sin(phi + psi)": True,
+        "m3 x_ddot = -k x_dot - λ1": False,
+        "m3 x_ddot = -k x_dot + λ2": False,
+    }
+
+    shell = [benchmark.sealed_in_shell({"answer": text}, "tau:3", scene).right for text in typed]
+    page = [first.right for first, _ in benchmark.sealed_on_page([("tau:3", text) for text in typed], scene)]
+
+    assert shell == page == list(typed.values())

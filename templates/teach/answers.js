@@ -51,7 +51,7 @@ const Answers = (() => {
   const LOADS = ["friction", "force"];
   function settledBy(key, formulas, named) {
     const energy = motions && free.includes(key), names = energy ? motions.multipliers.filter(name => formulas.some(one => Terms.used(one.of, points[0]).has(name))) : [];
-    if (!names.length) return judgedAs(key, formulas, named);
+    if (!names.length) return alongEither(key, formulas, named);
     if (!formulas.every(one => conditions(one.of))) return forgot(["multiplier", "", ""]);
     const none = Object.fromEntries(names.map(name => [name, 0])), alone = formulas.map(one => ({of: p => one.of({...p, ...none}), decimals: []}));
     const told = judgedAs(key, alone, named);
@@ -72,6 +72,15 @@ const Answers = (() => {
     return fair && holds && left.every((row, k) => inner(row, row) > 1e-8 * inner(slopes[k], slopes[k]));
   }
   const inner = (a, b) => a.reduce((sum, x, k) => sum + x * b[k], 0);
+  // With multipliers along the axes of the scene's rows, or of the ground
+  function alongEither(key, formulas, named) {
+    const told = judgedAs(key, formulas, named), names = Object.keys(QUESTIONS.ground);
+    if (told.right || !names.some(name => formulas.some(one => Terms.used(one.of, points[0]).has(name)))) return told;
+    const along = names.map(name => [name, Formulas.formula(QUESTIONS.ground[name])]);
+    const turned = p => ({...p, ...Object.fromEntries(along.map(([name, of]) => [name, of(p)]))});
+    const again = judgedAs(key, formulas.map(({of, ...one}) => ({...one, of: p => of(turned(p))})), named);
+    return again.right ? again : told;
+  }
   function judgedAs(key, formulas, named) {
     const drawnValues = formulas.map(one => points.map(one.of));
     const lettered = has(QUESTIONS.named, key) && QUESTIONS.named[key].every(name => formulas.some(one => Terms.used(one.of, points[0]).has(name)));

@@ -29,6 +29,7 @@ from symdyn.teach.student.evidence import PAIRED, Column
 from symdyn.teach.student.grammar import PAGE, Names
 from symdyn.teach.student.mistakes import FREE, MOST as MOST_WRONG
 from symdyn.teach.student.motions import Point, beside, rows_of
+from symdyn.teach.student.rows import in_ground
 from symdyn.teach.student.statements import CALLED, SPEEDS
 
 SMALL, BUDGET = 4, 1000
@@ -77,6 +78,7 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         "symbols": dict(names.symbols),
         "dotted": names.derivatives,
         "formulas": {name: text_of(form) for name, form in names.formulas.items()},
+        "ground": {name: text_of(form) for name, form in in_ground(scene).items()},
         "short": {key: [form.op.name.lower(), form.symbols] for key, form in names.shorthands.items()},  # type: ignore[attr-defined]
         "quantities": {word: str(target) for word, target in quantities(names).items()},
         "shown": {

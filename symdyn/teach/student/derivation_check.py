@@ -11,7 +11,7 @@ on the motions that are allowed, and together they forbid as much as the scene's
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -42,7 +42,7 @@ from symdyn.teach.student.diagnosis import Diagnosis
 from symdyn.teach.student.grammar import Names, Target
 from symdyn.teach.student.mistakes import FREE, Mistake
 from symdyn.teach.student.motions import Decimals
-from symdyn.teach.student.rows import LEVELS, holds, independent, level_of
+from symdyn.teach.student.rows import LEVELS, holds, in_ground, independent, level_of
 from symdyn.teach.student.statements import Statement, find_target, read_statements
 from symdyn.verdict import Verdict
 
@@ -123,6 +123,30 @@ def check_derivation(
         for name, goal in goals.items()
     }
     free = {name: form for name, form in known.items() if name not in names.symbols.values()}
+    turned = in_ground(scene)
+    answers = _answers(read, known, free, target, page, names, diagnosis)
+    if any(not one.right for one in answers) and any(
+        set(turned).intersection(f.symbols) for x in read for f in x.forms
+    ):
+        along = [one.written(lambda form: form.substitute(turned)) for one in read]
+        others = _answers(along, known, free, target, page, names, diagnosis)
+        if len(others) == len(answers):
+            pairs = zip(answers, others, strict=True)
+            return [x if x.right or not y.right else replace(y, read=x.read, stars=x.stars) for x, y in pairs]
+    return answers
+
+
+def _answers(
+    read: Sequence[Statement],
+    known: Mapping[str, Form],
+    free: Mapping[str, Form],
+    target: Target | None,
+    page: Printable,
+    names: Names,
+    diagnosis: Diagnosis,
+) -> list[Answer]:
+    """Return what became of statements that are read."""
+    scene = diagnosis.scene
     answers: list[Answer] = []
     known_answers: dict[tuple[tuple[Target, ...], tuple[Form, ...]], list[Answer]] = {}
     for statement in read:

@@ -15,15 +15,15 @@ from functools import lru_cache
 
 import numpy as np
 
-from symdyn.algebra import Array, Form
+from symdyn.algebra import Array, Form, Symbol
 from symdyn.dynamics import Workspace
-from symdyn.dynamics.loops import Numbers, free_motions
-from symdyn.dynamics.mechanism import TIME, body_placements
+from symdyn.dynamics.loops import Numbers, differentiated, free_motions
+from symdyn.dynamics.mechanism import TIME, State, body_placements, quaternions
 from symdyn.dynamics.reactions import JointFrames
 from symdyn.emit.print import Printable
 from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass, replace
-from symdyn.graph import Expr, Op, gradient, reachable, tangents
+from symdyn.graph import Expr, Graph, Op, gradient, reachable, tangents
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import acceleration_name
@@ -185,3 +185,31 @@ def _moving(numbers: Numbers, q: Array, rng: random.Random) -> Mapping[Expr, flo
 
 def _value(form: Form, numbers: Numbers, q: Array, others: Mapping[Expr, float]) -> float:
     return float(numbers.at([form.express(numbers.graph)], q, others)[0])
+
+
+@lru_cache(maxsize=2)
+def in_ground(scene: Scene) -> dict[str, Form]:
+    """Return the multipliers of loops along axes of the ground, as lessons number them, in those of the scene's rows.
+
+    Rows of a loop that are forces alone along directions d_k make Σ_k λ_k d_k: its components are what lessons call λ.
+    """
+    if not scene.loops or quaternions(scene):
+        return {}
+    graph, found = Graph(), dict[str, Form]()
+    state, placed = State.of(scene, graph), body_placements(scene, graph)
+    rows, kept = differentiated(scene, graph, state), Workspace(scene).loops.decisions.independent_rows
+    names = [row.multiplier for row in Printable.of(scene, lengths=None).constraints.rows]
+    for cut in rows.cuts:
+        own = [(name, rows.labels[k]) for name, k in zip(names, kept, strict=True) if rows.labels[k].owner == cut.owner]
+        wrenches = [(name, label.wrench) for name, label in own if label.loop and label.wrench is not None]
+        on_child, on_parent = placed[cut.child].point(cut.on_child.p), placed[cut.parent].point(cut.on_parent.p)
+        ways = [a for a, gap in enumerate(sub(on_child, on_parent)) if not gap.is_zero]
+        if len(ways) != len(own) or len(wrenches) != len(own) or not all(x.is_zero for _, w in wrenches for x in w[1]):
+            continue
+        R = (placed[cut.parent] @ cut.on_parent).R
+        along = [
+            (name, [graph.total(x * f for x, f in zip(row, w[0], strict=True)) for row in R]) for name, w in wrenches
+        ]
+        for (name, _), a in zip(along, ways, strict=True):
+            found[name] = Form.of(graph.total(graph.symbol(other) * d[a] for other, d in along))
+    return {name: form for name, form in found.items() if form != Symbol(name)}
