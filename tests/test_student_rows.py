@@ -83,9 +83,14 @@ def test_points_are_drawn_where_a_row_has_a_value() -> None:
 
 @pytest.mark.runs("node")
 @pytest.mark.skipif(shutil.which("node") is None, reason="the page's program runs in node")
-def test_multipliers_are_along_the_axes_of_the_ground_or_of_the_rows_at_both_doors() -> None:
+def test_multipliers_are_along_the_axes_of_the_ground_or_of_the_rows_at_both_doors(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """The lesson writes the slider-crank's λ along the ground, the equations along the rod: both are right."""
-    benchmark, scene = _benchmark(), read(Path(__file__).parents[1] / "examples/slider_crank.toml").as_parameters()
+    benchmark, scene = (
+        _benchmark(monkeypatch),
+        read(Path(__file__).parents[1] / "examples/slider_crank.toml").as_parameters(),
+    )
     typed = {
         "m3 x_ddot = -k x_dot + λ1": True,
         "m3 x_ddot = -k x_dot + λ1 cos(phi + psi) - λ2 sin(phi + psi)": True,

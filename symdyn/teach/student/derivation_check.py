@@ -129,9 +129,9 @@ def check_derivation(
         set(turned).intersection(f.symbols) for x in read for f in x.forms
     ):
         along = [one.written(lambda form: form.substitute(turned)) for one in read]
-        others = _answers(along, known, free, target, page, names, diagnosis)
-        if len(others) == len(answers):
-            pairs = zip(answers, others, strict=True)
+        again = _answers(along, known, free, target, page, names, diagnosis)
+        if len(again) == len(answers):
+            pairs = zip(answers, again, strict=True)
             return [x if x.right or not y.right else replace(y, read=x.read, stars=x.stars) for x, y in pairs]
     return answers
 
