@@ -120,7 +120,8 @@ const Answers = (() => {
       return {...(told.rule || !mixed(key, whole) ? told : forgot(["dimension", "", ""])), changes, kinds: changes.map(one => one[2]).filter(Boolean)};
     }
     if (QUESTIONS.apart.rates.includes(told.rule) && found.rules.join() === "relative") return {...told, kinds: found.kinds, changes: found.changes};
-    const text = found.rules.map((rule, k) => k || rule !== told.rule ? words.mistakes[rule] : told.reason).join(words.mistakes.and);
+    const said = found.rules.filter(rule => rule !== told.other || found.rules[0] !== told.rule);
+    const text = said.map((rule, k) => k || rule !== told.rule ? words.mistakes[rule] : told.reason).join(words.mistakes.and);
     return {...told, ...found, text: words["answer.mistake"].replace("{rule}", () => text)};
   }
   // Whether terms of an equation differ in units, see symdyn.teach.student.diagnosis
@@ -232,7 +233,7 @@ const Answers = (() => {
   const close = (a, b) => Math.abs(a - b) <= 1e-7 * Math.max(Math.abs(a), Math.abs(b), 1e-12);
   function forgot([rule, of, other]) {
     const reason = words.mistakes[rule] + (of ? words.mistakes.where.replace("{of}", () => of) : "") + (other ? words.mistakes.or + words.mistakes[other] : "");
-    return {right: false, rule, reason, text: words["answer.mistake"].replace("{rule}", () => reason)};
+    return {right: false, rule, other, reason, text: words["answer.mistake"].replace("{rule}", () => reason)};
   }
   // Which rule a wrong value forgets, by what such a mistake is worth at a few points
   function mistaken(key, at, changes, lettered) {

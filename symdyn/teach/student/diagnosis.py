@@ -330,7 +330,7 @@ class Diagnosis:
         if found and (unlike or suits):
             rules.insert(0, found.rule)
         if found and found.rule == rules[0]:  # with its mass
-            return replace(found, more=tuple(rules[1:]))
+            return replace(found, more=tuple(x for x in rules[1:] if x != found.other))
         return Mistake(rules[0], node, more=tuple(rules[1:]))
 
     def drive(self, i: int) -> Expr:
