@@ -159,7 +159,7 @@ def said_mimic(follows: Coupling | None, leaders: Mapping[str, str]) -> dict[str
     ((followed, ratio),) = follows.ratios
     name = leaders.get(followed)
     leader = {LEADER.name: name} if name else {"coordinate": followed}
-    return {"mimic": leader | ({} if ratio == Quantity.ONE else {RATIO.name: ratio}) | offset}
+    return {"mimic": leader | {RATIO.name: ratio} | offset}
 
 
 def couple(joints: Sequence[Joint], mimics: Sequence[Mimic | None], tables: Sequence[EntryReader]) -> tuple[Joint, ...]:
@@ -268,7 +268,10 @@ def _check_units(
         known, units = True, JOINTS[leader.type].coordinates(leader)
         followed = dict(zip(leader.coordinates, units, strict=False)).get(one.coordinate, units[0] if units else "")
         key = name if mimic.key == RATIOS.name else RATIO.name
-        fits_place(ratios, key, ratio, ("1" if own[0] == followed else f"{own[0]}/{followed}",))
+        unit = "1" if own[0] == followed else f"{own[0]}/{followed}"
+        fits_place(ratios, key, ratio, (unit,))
+        if unit != "1" and key not in ratios and not mimic.radii:
+            inner.fault(f"ratio is missing, in {unit}, since {name} is in {followed}; write one such as ratio = 2")
     if known:
         fits_place(inner, "offset", mimic.offset, own)
 

@@ -293,7 +293,8 @@ def _company(scene: Scene, name: str) -> str:
 
 def _cycles(draft: Draft, carrier: Mapping[str, Joint], faults: Faults) -> None:
     settled: set[str] = set()
-    for where, joint in zip(draft.where["joints"], draft.scene.joints, strict=True):
+    places = dict(zip((joint.name for joint in draft.scene.joints), draft.where["joints"], strict=True))
+    for joint in draft.scene.joints:
         path: dict[str, None] = {}
         name = joint.child
         while name in carrier and name not in settled and name not in path:
@@ -302,9 +303,9 @@ def _cycles(draft: Draft, carrier: Mapping[str, Joint], faults: Faults) -> None:
         if name in path:
             ring = list(path)[list(path).index(name) :]
             shown = " -> ".join([*ring[:10], *(["..."] if len(ring) > 10 else []), name])
-            faults.add(
-                where, f"a closed chain of parents: {shown} (child -> parent); join one of them to {Scene.GROUND}"
-            )
+            first = next(one for one in draft.scene.joints if one.child in ring)
+            lost = f'parent = "{first.parent}" closes a ring, {shown} (child -> parent), that nothing joins to ground'
+            faults.add(places[first.name], f'{lost}; write parent = "{Scene.GROUND}" in one of its joints')
         settled.update(path)
 
 
