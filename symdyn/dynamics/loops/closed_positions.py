@@ -74,11 +74,10 @@ def positions(w: Workspace) -> list[Expr]:
         ties = list(dict.fromkeys(one.words for one in rows))
         if len(rows) != 2 or len(ties) != 1 or not all(one.loop for one in rows):
             raise _none(w, f"they need a loop with two unknowns, against {len(rows)} from {listed(ties)}")
-        cut = by_name[rows[0].owner]
         if any(not x.is_zero for one in rows for x in (one.wrench or ((), ()))[1]):
-            kind = next(one.type for one in w.scene.loops if one.name == cut.owner)
+            kind = next(one.type for one in w.scene.loops if one.name == rows[0].owner)
             raise _none(w, f"{ties[0]} is cut at a {kind} joint (cut at a revolute one it may have one)")
-        values |= _solve(w, cut, block, values)
+        values |= _solve(w, by_name[rows[0].owner], block, values)
     return [values.get(q, q) for q in w.state.q]
 
 

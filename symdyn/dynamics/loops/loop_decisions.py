@@ -288,11 +288,8 @@ def _actuated(
     if chosen is None:
         if held := _held(numbers, basis, choices[-1], actuated):
             return None, held
-        freedoms = f"{free} degree{'s' * (free != 1)} of freedom"
-        return None, (
-            f"the drives {drives_of(scene, actuated)} work against each other, where {freedoms} "
-            f"remain{'s' * (free == 1)}; drive other joints"
-        )
+        against = f"the drives {drives_of(scene, actuated)} work against each other"
+        return None, f"{against}, where {free} degrees of freedom remain; drive other joints"
     return _made(numbers, basis, [k for k in range(n) if k not in chosen]), ""
 
 

@@ -442,6 +442,6 @@ def meaningless(joint: Joint, follows: bool = False) -> Iterator[tuple[Sequence[
 
 def _refuse(table: EntryReader, keys: Sequence[str], what: str, instead: str = "leave it out") -> None:
     for key in keys:
-        said, passive = f"{key} = {show(table.raw.get(key))} has no meaning for ", ("drive", False)
-        if key in table and (key, table.raw[key]) != passive and not table.faults.told(table.entry.where, said):
+        raw, said = table.raw.get(key), f"{key} = {show(table.raw.get(key))} has no meaning for "
+        if not (key not in table or (key == "drive" and raw is False) or table.faults.told(table.entry.where, said)):
             table.fault(f"{said}{what}; {instead}")

@@ -275,7 +275,7 @@ def _named(where: str, key: str, name: str, bodies: Collection[str], faults: Fau
 
 
 def _company(scene: Scene, name: str) -> str:
-    """Return which bodies float together with one, and whether their joints form a ring, "" if there are none."""
+    """Return which bodies float together with one, "" if there are none."""
     joints = [joint for joint in (*scene.joints, *scene.loops) if joint.parent != joint.child]
     group, stack = {name: None}, [name]
     while stack:
@@ -286,9 +286,7 @@ def _company(scene: Scene, name: str) -> str:
     others = [x for x in group if x != name]
     if not others or Scene.GROUND in group:
         return ""
-    ring = [joint.name for joint in joints if joint.parent in group and joint.child in group]
-    shape = f" in a ring ({listed(ring)})" if len(ring) >= len(group) else ""
-    return f" or to {listed(others)}, which {'is' if len(others) == 1 else 'are'} connected with it{shape}"
+    return f" or to {listed(others)}, which {'is' if len(others) == 1 else 'are'} connected with it"
 
 
 def _cycles(draft: Draft, carrier: Mapping[str, Joint], faults: Faults) -> None:
