@@ -295,10 +295,9 @@ def _actuated(
 
 def _held(numbers: Numbers, basis: Sequence[int], G: Array, actuated: Sequence[int]) -> str:
     """Return what lets a driven velocity not move, and which; "" where each can move alone."""
-    labels = [numbers.constraints.labels[k] for k in basis]
-    ties = list(dict.fromkeys(one.words for one in labels))
-    sets = {words: [k for k, one in enumerate(labels) if one.words == words] for words in ties}
-    for words, rows in {**sets, f"{listed(ties)} together": [*range(len(G))]}.items():
+    ties = [numbers.constraints.labels[k].words for k in basis]
+    sets = {words: [k for k, one in enumerate(ties) if one == words] for words in ties}
+    for words, rows in {**sets, f"{listed(sets)} together": [*range(len(G))]}.items():
         fixed = np.linalg.pinv(G[rows]) @ G[rows]
         for k in (k for k in actuated if fixed[k, k] > 1.0 - INVOLVED):
             name, what = numbers.scene.velocities[k].removesuffix("_dot"), drives_of(numbers.scene, [k])

@@ -80,7 +80,8 @@ def span(joints: Sequence[Entry], held: Sequence[str], cuts: Sequence[str] | Non
         return Span(tuple(edge.entry for edge in _parents_first(edges)))
     met = {Scene.GROUND, *(edge.other(body) for body, edge in _walk(edges, Scene.GROUND))}
     adrift = [edge for edge in edges if not {edge.parent, edge.child} & met]
-    if not cuts and adrift and len({edge.child for edge in adrift}) == len(adrift):  # no cut ties them to ground
+    carried = {edge.child for edge in adrift if edge.parent != edge.child}
+    if not cuts and adrift and len(carried) == len(adrift):  # no cut ties them to ground
         rest = span([edge.entry for edge in edges if edge not in adrift], held, cuts, faults)
         return replace(rest, joints=(*rest.joints, *(edge.entry for edge in adrift)))
     needed = {*held, *(name for edge in edges for name in _leaders(edge.entry))} - {""}
