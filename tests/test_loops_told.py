@@ -121,6 +121,20 @@ def test_a_loop_that_holds_a_drive_is_named() -> None:
         symdyn.lambdify(held, "inverse_dynamics")
 
 
+def test_loops_that_hold_a_drive_together_are_named() -> None:
+    """Two rods hold the piston on the crank, neither alone; a slide is free beside them."""
+    rods = "".join(
+        f'[[loop]]\nname = "{name}"\ntype = "rod"\nparent = "cylinder"\nchild = "piston"\n'
+        f"length = 0.22\norigin = [0, {side}, 0]\nchild_origin = [0, {side}, 0]\n"
+        for name, side in (("left", 0.1), ("right", -0.07))
+    )
+    fixed = TRUNNION.replace("revolute", "fixed").replace("drive = false\n", "")
+    bob = '[bodies.bob]\nmass = 1\n[joints.arm]\ntype = "prismatic"\nparent = "ground"\nchild = "bob"\ndrive = false\n'
+    text = f"{ENGINE}[joints.crankpin]\n{PIN}drive = false\n[joints.trunnion]\n{fixed}{bob}{rods}"
+    with pytest.raises(DerivationError, match="is held by the loop left, the loop right together; correct what"):
+        symdyn.lambdify(read_text(text), "inverse_dynamics")
+
+
 RING = """
 [bodies]
 bell = { mass = 3 }
