@@ -17,7 +17,7 @@ from contextvars import ContextVar
 from functools import cache, wraps
 from operator import index
 from types import UnionType
-from typing import Any, Protocol, TypeVar, cast, get_origin
+from typing import Any, Protocol, TypeGuard, TypeVar, cast, get_origin
 
 from symdyn.errors import HELD, ArgumentError, SymdynError, choice, hint, listed, names_of, quoted, with_own_names
 from symdyn.frozen import dataclass
@@ -36,7 +36,7 @@ def is_sympy(value: object) -> bool:
     return any(str(one.__module__).partition(".")[0] == "sympy" for one in type(value).__mro__)
 
 
-def is_function(value: Any) -> bool:
+def is_function(value: Any) -> TypeGuard[Callable[..., Any]]:
     """Tell whether something can be called, and not only to be told what works in its place, as nouns of ours can."""
     return callable(value) and getattr(type(value).__call__, "__annotations__", {}).get("return") != "NoReturn"
 
