@@ -175,7 +175,7 @@ def _led(scene: Scene, law: Gains | Schedule, reference: object) -> Gains | Sche
     for name, one in by_signal(reference, places, "", faults).items():
         k = places.index(name)
         if is_function(one) or isinstance(one, str):
-            led = read_function(one, name, faults) if is_function(one) else read_law(
+            led = read_function(one, name, faults) if not isinstance(one, str) else read_law(
                 one, values, name, faults, units.get(name, ""), scene
             )  # fmt: skip
             laws |= {} if led is None else {k: led}
