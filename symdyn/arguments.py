@@ -17,7 +17,7 @@ from contextvars import ContextVar
 from functools import cache, wraps
 from operator import index
 from types import UnionType
-from typing import Any, Protocol, TypeVar, cast, get_origin
+from typing import Any, Protocol, TypeGuard, TypeVar, cast, get_origin
 
 from symdyn.errors import HELD, ArgumentError, SymdynError, choice, hint, listed, names_of, quoted, with_own_names
 from symdyn.frozen import dataclass
@@ -34,6 +34,11 @@ class SympyExpression(Protocol):
 def is_sympy(value: object) -> bool:
     """Tell whether something is of SymPy, which is not imported for that."""
     return any(str(one.__module__).partition(".")[0] == "sympy" for one in type(value).__mro__)
+
+
+def is_function(value: Any) -> TypeGuard[Callable[..., Any]]:
+    """Tell whether something can be called, and not only to be told what works in its place, as nouns of ours can."""
+    return callable(value) and getattr(type(value).__call__, "__annotations__", {}).get("return") != "NoReturn"
 
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -149,7 +154,7 @@ KINDS = {
     "str": ArgumentKind(("text", "texts"), lambda value: isinstance(value, str)),
     "SympyExpression": ArgumentKind(("a SymPy expression", "SymPy expressions"), is_sympy),
     "None": ArgumentKind(("None", "None"), lambda value: value is None),
-    "Callable": ArgumentKind(("a function", "functions"), callable),
+    "Callable": ArgumentKind(("a function", "functions"), is_function),
     "Mapping": ArgumentKind(("values by name, as in {'NAME': 0.3}", "mappings"), _named),
     "Array": ArgumentKind(("an array", "arrays"), lambda value: hasattr(value, "__array__")),
     **dict.fromkeys(("PathLike", "Path"), ArgumentKind(("a path", "paths"), _path)),
@@ -180,11 +185,10 @@ def _one_each(inside: Sequence[ast.expr], known: Mapping[str, object]) -> Argume
     kinds = [_kind(one, known) for one in inside]
 
     def takes(value: Any) -> bool:
-        if isinstance(value, str | bytes | Mapping) or not (isinstance(value, Sized) and isinstance(value, Iterable)):
+        if isinstance(value, str | bytes | Mapping) or getattr(value, "ndim", 1) == 0:  # an array has all the methods
             return False
-        if getattr(value, "ndim", 1) == 0:  # an array has the methods, whatever its shape
-            return False
-        return len(value) == len(kinds) and all(k is None or k.takes(x) for k, x in zip(kinds, value, strict=True))
+        walks = isinstance(value, Sized) and isinstance(value, Iterable) and len(value) == len(kinds)
+        return walks and all(k is None or k.takes(x) for k, x in zip(kinds, value, strict=True))
 
     return ArgumentKind((f"{len(kinds)} values", "tuples"), takes)
 
@@ -198,10 +202,7 @@ def _function(inside: Sequence[ast.expr], known: Mapping[str, object]) -> Argume
 
     def takes(value: Any) -> bool:
         try:
-            called: Any = value if callable(value) else ""  # a message shows what is none
-            said = inspect.signature(called)
-            uncalled = said.return_annotation == "NoReturn" and hasattr(value, "_repr_mimebundle_")  # a noun of ours
-            return not uncalled and said.bind(*range(many)) is not None
+            return is_function(value) and inspect.signature(value).bind(*range(many)) is not None
         except (TypeError, ValueError) as fault:  # what is written in C may have no signature
             return isinstance(fault, ValueError)
 
@@ -412,10 +413,8 @@ def _read(function: Callable[..., object]) -> dict[str, ArgumentKind]:
     said = inspect.signature(bare).parameters.values()
     written = {one.name: one for one in said if isinstance(one.annotation, str) and one.kind is not one.VAR_KEYWORD}
     nodes = {name: ast.parse(one.annotation, mode="eval").body for name, one in written.items()}  # all but self
-    kinds = {
-        name: _several([node], known) if written[name].kind is inspect.Parameter.VAR_POSITIONAL else _kind(node, known)
-        for name, node in nodes.items()
-    }
+    several = {name for name, one in written.items() if one.kind is inspect.Parameter.VAR_POSITIONAL}
+    kinds = {name: _several([x], known) if name in several else _kind(x, known) for name, x in nodes.items()}
     return {name: kind for name, kind in kinds.items() if kind is not None}
 
 

@@ -382,6 +382,23 @@ def test_what_is_no_controller_and_what_needs_another_method_are_told() -> None:
         simulate(passive, until=1.0, feedback=lambda t, q, u: 0.0)
 
 
+@pytest.mark.parametrize("what", ["bode", "nyquist", "step", "margins", "stability", "controllability", "root_locus"])
+def test_what_a_linear_system_answers_is_neither_a_controller_nor_a_force(what: str) -> None:
+    """Its call tells where the numbers are, and is no function for that."""
+    lin, of = symdyn.linearize(CART), ("theta", "F") if what in ("margins", "root_locus") else ()
+    answer = lin.stability if what == "stability" else getattr(lin, what)(*of)
+    name = type(answer).__name__
+    for given, told in (
+        ({"feedback": answer}, r"is no controller; give a function of \(t, q, u\)"),
+        ({"feedback": Feedback(answer, ("F",))}, r"is no controller; give a function of \(t, q, u\)"),
+        ({"forces": answer}, f"^forces: {name} .* says no forces; give a formula"),
+        ({"forces": {"F": answer}}, f"^forces: F: {name} .* is no course over time; give a formula"),
+        ({"forces": {"F": 1, "t": answer}}, "^forces: t = a function is not what moves"),
+    ):
+        with pytest.raises(SimulateError, match=told):
+            simulate(CART, until=0.1, **given)
+
+
 def test_gains_of_a_file_on_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file, out = tmp_path / "gains.json", tmp_path / "run.npz"
     file.write_text(json.dumps(gains([[0, -40, 0, -8]], u0={"F": 1})))

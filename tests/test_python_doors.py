@@ -103,6 +103,14 @@ TOLD: dict[str, tuple[type[SymdynError], Callable[[], object]]] = {
     ),
     "plot() got an unexpected keyword argument 'ax'; did you mean axes?": (ArgumentError, lambda: falls().plot(ax=1)),
     ".simulated()(0.5) is the motion at any time": (SimulateError, lambda: falls()(0.5)),
+    "says no forces; give its .forces, or a formula": (
+        SimulateError,
+        lambda: symdyn.simulate(CART, until=1, forces=falls()),  # type: ignore[arg-type]
+    ),
+    "measure: ": (
+        SimulateError,
+        lambda: symdyn.sweep(CART, "l=[1,2]", linear().step(), until=0.1),  # type: ignore[arg-type]
+    ),
     'lin.transfer("x", "F")(1.0) is at any s': (LinearizeError, lambda: linear().bode()(1.0)),
     "this has numbers at .t; numpy.interp(1.0, ": (LinearizeError, lambda: linear().step()(1.0)),
     'lin.transfer("x", "F")(1j) is G at any s': (LinearizeError, lambda: linear()(1j)),

@@ -82,8 +82,8 @@ EDITS = [
     ('child = "link2"', 'child = "forearm"',
      'bodies.link2: no joint connects the body to ground; add one with child = "link2"'),
     ('parent = "ground"', 'parent = "link2"',
-     'bodies.link1: no joint leads from ground to the body or to link2, which is connected with it in a ring '
-     '(elbow, shoulder); add one with child = "link1"'),
+     'joints.shoulder: parent = "link2" closes a ring, link1 -> link2 -> link1 (child -> parent), that nothing joins '
+     'to ground; write parent = "ground" in one of its joints'),
     ('parent = "ground"\n', "", 'joints.shoulder: parent is missing; write the body that carries it, or "ground"'),
     ('child = "link2"\n', "", "joints.elbow: child is missing; write the body that it carries"),
     ('type = "prismatic"\n', "", f"joints.elbow: type is missing; write one of {', '.join(JOINTS)}"),

@@ -221,8 +221,8 @@ def test_a_declared_loop_is_kept_as_it_is():
         (
             BODIES + joint("a", "crank", "coupler") + joint("b", "coupler", "crank") + joint("c", "ground", "rocker"),
             None,
-            "bodies.crank: no joint leads from ground to the body or to coupler, which is connected with it in a "
-            'ring (a, b); add one with child = "crank"',
+            'joints.a: parent = "crank" closes a ring, coupler -> crank -> coupler (child -> parent), that nothing '
+            'joins to ground; write parent = "ground" in one of its joints',
         ),
     ],
 )  # fmt: skip
@@ -254,7 +254,8 @@ TREE = (
         ('type = "revolute"\nparent = "ground"\nchild = "roker"',
          'loop.loop1: child = "roker" is not a body; did you mean rocker?'),
         ('type = "revolute"\nparent = "ground"\nchild = "rocker"\ndrive = "M"\ncoordinate = "phi"',
-         'loop.loop1: coordinate = "phi" has no meaning for a joint that closes a loop; leave it out'),
+         'loop.loop1: coordinate = "phi" has no meaning for a joint that closes a loop; write [joints.loop1] in its '
+         "place, and [[loop]] for another joint of the loop"),
         ('name = "a"\ntype = "revolute"\nparent = "ground"\nchild = "rocker"',
          'loop.a: "a" is already the name of joints.a; choose another name'),
         ('name = 3\ntype = "revolute"\nparent = "ground"\nchild = "rocker"',

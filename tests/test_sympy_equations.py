@@ -171,6 +171,35 @@ def test_a_symbol_written_as_a_name_is_that_one(force: Any, dynamic: bool) -> No
     assert symbols[sympy.Symbol("theta")] == symbols["theta"]
 
 
+@pytest.mark.parametrize("dynamic", [False, True])
+def test_a_constant_takes_the_place_of_no_function_and_of_no_other_symbol(dynamic: bool) -> None:
+    """A length l(t) stays one, beside the constants l and b; what is negative is no mass of the scene."""
+    symbols = symdyn.equations(symdyn.example("cart_pole")).sympy(dynamic=dynamic)
+    for name in ("l", "b"):
+        own = sympy.Function(name)(T)
+        for put in (own, own.diff(T)):
+            assert symbols.subs(l=put).M == symbols.M.subs(symbols["l"], put.subs(T, symbols["t"])) != symbols.M
+        assert symbols.subs({own: 3}).M == symbols.M
+        with pytest.raises(UnknownNameError, match=rf"there is no '{name}\(t\)'"):
+            symbols[own]
+    for strange in (sympy.Symbol("mp", negative=True), sympy.Symbol("mp", imaginary=True)):
+        for given in ({"l": strange**2}, {strange: 3}):
+            with pytest.raises(UnknownNameError, match="mp: the scene's has other assumptions; give 'mp' or"):
+                symbols.subs(given)
+        with pytest.raises(UnknownNameError, match="mp: the scene"):
+            symbols[strange]
+
+
+@pytest.mark.parametrize("dynamic", [False, True])
+def test_what_stands_in_the_equations_is_its_own_name(dynamic: bool) -> None:
+    for scene in ("cart_pole", "scara"):
+        symbols = symdyn.equations(symdyn.example(scene)).sympy(dynamic=dynamic)
+        assert [symbols[one] for one in symbols.symbols.values()] == [*symbols.symbols.values()]
+        assert symbols[dynamicsymbols(symbols.scene.coordinates[0], 1)] == symbols.qd[0]
+        with pytest.raises(UnknownNameError, match="there is no "):
+            symbols[symbols.q[0] ** 2]
+
+
 def test_a_slope_has_the_rate_of_a_plain_symbol() -> None:
     symbols = symdyn.equations(symdyn.example("cart_pole")).sympy()
     slopes = []

@@ -18,7 +18,7 @@ from typing import TypeAlias
 import numpy as np
 
 from symdyn.algebra import Array, Batches
-from symdyn.arguments import SympyExpression
+from symdyn.arguments import SympyExpression, is_function
 from symdyn.errors import SimulateError, SymdynError
 from symdyn.frozen import dataclass, replace
 from symdyn.graph import Graph, evaluate
@@ -360,7 +360,7 @@ def read_measures(scene: Scene, texts: Sequence[object], faults: Faults) -> tupl
     for k, text in enumerate(texts):
         if isinstance(text, Measure):
             found.append(text)
-        elif callable(text):
+        elif is_function(text):
             found.append(Measure.of_run(getattr(text, "__name__", "measure"), text))
         elif str(text) in map(str, texts[:k]):
             faults.add("measure", f'"{text}" is given twice')

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import SympyExpression, is_sympy
+from symdyn.arguments import SympyExpression, is_function, is_sympy
 from symdyn.errors import StudyError
 from symdyn.extras import install
 from symdyn.frozen import dataclass, field
@@ -204,7 +204,7 @@ def read_measured(measure: Wanted, faults: Faults) -> tuple[Measured, ...]:
     several = measure if isinstance(measure, Mapping | Sequence) and not isinstance(measure, str) else [measure]
     for one in several.items() if isinstance(several, Mapping) else (("", one) for one in several):
         given, wanted = one
-        if callable(wanted) and not is_sympy(wanted):
+        if is_function(wanted) and not is_sympy(wanted):
             name, formula, function = given or wanted.__name__, f"{wanted.__module__}.{wanted.__qualname__}", wanted
         else:
             text, function = formula_text(wanted), None

@@ -39,7 +39,7 @@ from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.dynamics.loops.newton import NEGLIGIBLE
 from symdyn.dynamics.loops.partition import LoopBlock, Partition, blocks
 from symdyn.dynamics.mechanism.tree import Tree
-from symdyn.errors import DerivationError, choice
+from symdyn.errors import DerivationError, choice, listed
 from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Op, evaluate, substitute
 from symdyn.scene import Scene
@@ -71,18 +71,23 @@ def positions(w: Workspace) -> list[Expr]:
         raise _none(w, "a joint of it is described by a quaternion")
     for block in w.loops.decisions.partition.blocks:
         rows = [labels[basis[r]] for r in block.rows]
-        owners = {label.owner for label in rows}
-        moments = [x for one in rows for x in (one.wrench or ((), ()))[1]]
-        along = all(one.loop for one in rows) and all(x.is_zero for x in moments)
-        if len(block.rows) != 2 or len(owners) != 1 or not along:
-            raise _none(w, "it is no planar loop with two unknowns")
-        found = _solve(w, by_name[owners.pop()], block, values)
-        values |= found
+        ties = list(dict.fromkeys(one.words for one in rows))
+        if len(rows) != 2 or len(ties) != 1 or not all(one.loop for one in rows):
+            raise _none(w, f"they need a loop with two unknowns, against {len(rows)} from {listed(ties)}")
+        if any(not x.is_zero for one in rows for x in (one.wrench or ((), ()))[1]):
+            kind = next(one.type for one in w.scene.loops if one.name == rows[0].owner)
+            raise _none(w, f"{ties[0]} is cut at a {kind} joint (cut at a revolute one it may have one)")
+        values |= _solve(w, by_name[rows[0].owner], block, values)
     return [values.get(q, q) for q in w.state.q]
 
 
 def _none(w: Workspace, why: str) -> DerivationError:
-    return DerivationError(f"{w.scene.name}: positions have no closed form here: {why}; assemble them numerically")
+    there = dict(zip(w.state.q, zip(w.scene.coordinates, w.loops.decisions.assembly.q, strict=True), strict=True))
+    free = [there.get(w.loops.coordinates[k]) for k in w.loops.position_level[1].independent]
+    laws = ", ".join(f'"{one[0]}": {one[1]:.3g}' for one in free if one)
+    call = f"inverse(scene, {{{laws}}}, times=[0.0])" if all(free) else "simulate(scene, until=1)"
+    told = f"{w.scene.name}: positions have no closed form here: {why}"
+    return DerivationError(f"{told}; symdyn.{call}.q has them in numbers")
 
 
 def _solve(w: Workspace, cut: Cut, block: LoopBlock, known: dict[Expr, Expr]) -> dict[Expr, Expr]:

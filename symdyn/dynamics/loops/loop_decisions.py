@@ -30,7 +30,7 @@ from symdyn.dynamics.loops.assembly import Assembly
 from symdyn.dynamics.loops.newton import NEGLIGIBLE, NOISE, spoken
 from symdyn.dynamics.loops.partition import LoopChoices, Partition, blocks, drives_of, over_actuated
 from symdyn.dynamics.loops.sparse_rows import is_large, triangular
-from symdyn.errors import DerivationError, choice
+from symdyn.errors import DerivationError, choice, listed
 from symdyn.frozen import dataclass
 from symdyn.scene import Scene
 
@@ -286,12 +286,23 @@ def _actuated(
         return None, over_actuated(scene, free)
     chosen = _dependent(choices, [[k for k in reversed(range(n)) if k not in actuated]])
     if chosen is None:
-        freedoms = f"{free} degree{'s' * (free != 1)} of freedom"
-        return None, (
-            f"the drives {drives_of(scene, actuated)} work against each other, where {freedoms} "
-            f"remain{'s' * (free == 1)}; drive other joints"
-        )
+        if held := _held(numbers, basis, choices[-1], actuated):
+            return None, held
+        against = f"the drives {drives_of(scene, actuated)} work against each other"
+        return None, f"{against}, where {free} degrees of freedom remain; drive other joints"
     return _made(numbers, basis, [k for k in range(n) if k not in chosen]), ""
+
+
+def _held(numbers: Numbers, basis: Sequence[int], G: Array, actuated: Sequence[int]) -> str:
+    """Return what lets a driven velocity not move, and which; "" where each can move alone."""
+    ties = [numbers.constraints.labels[k].words for k in basis]
+    sets = {words: [k for k, one in enumerate(ties) if one == words] for words in ties}
+    for words, rows in {**sets, f"{listed(sets)} together": [*range(len(G))]}.items():
+        fixed = np.linalg.pinv(G[rows]) @ G[rows]
+        for k in (k for k in actuated if fixed[k, k] > 1.0 - INVOLVED):
+            name, what = numbers.scene.velocities[k].removesuffix("_dot"), drives_of(numbers.scene, [k])
+            return f"{name}, which {what} drives, is held by {words}; correct what it joins, or drive other joints"
+    return ""
 
 
 def _made(numbers: Numbers, basis: Sequence[int], independent: Sequence[int]) -> Partition:

@@ -93,8 +93,10 @@ class SympyEquations(Shown, BySympy):
 
     def __getitem__(self, name: str | SympyExpression) -> Any:
         """Return what stands for a name; UnknownNameError if there is none, with those that there are."""
+        from sympy import Basic
+
         check_arguments(SympyEquations.__getitem__, locals(), UnknownNameError)
-        name = str(name)
+        name = self._names(name).get(name, str(name)) if isinstance(name, Basic) else str(name)
         if name not in self.symbols:
             new = f"; a letter of your own is sympy.Symbol({name!r})" * name.isidentifier()
             raise UnknownNameError(f"there is no {name!r}; {choice(name, self.symbols)}{new}")
@@ -162,6 +164,16 @@ class SympyEquations(Shown, BySympy):
         motions = {one: form.subs(known) for one, form in self.motions.items()}
         return replace(self, **put, motions=motions, sub={})
 
+    def _names(self, found: Any) -> dict[Any, str]:
+        """Return what stands in an expression for names of here: symbols, and of what moves functions of t."""
+        still = {TIME, *(one.name for one in self.scene.parameters)}
+        names = {x: name for x, name in names_in(found).items() if name in self.symbols}
+        for x, name in names.items():
+            own = self.symbols[name].assumptions0
+            if any(own.get(key, told) != told for key, told in x.assumptions0.items()):
+                raise UnknownNameError(f"{name}: the scene's has other assumptions; give {name!r} or another letter")
+        return {x: name for x, name in names.items() if x.is_Symbol or name not in still}
+
     def _known(self, values: object) -> dict[Any, Any]:
         """Return values and expressions, of which texts are formulas of symdyn, by symbol."""
         from sympy import Basic, SympifyError, sympify
@@ -173,7 +185,7 @@ class SympyEquations(Shown, BySympy):
 
         def ours(found: Any) -> Any:
             """Return an expression in what stands here for its names: also for q(t) and its derivatives."""
-            return found.xreplace({x: self[name] for x, name in names_in(found).items() if name in self.symbols})
+            return found.xreplace({x: self.symbols[name] for x, name in self._names(found).items()})
 
         def read(symbol: Any, value: Any) -> Any:
             letter = units.letter(names.get(symbol, ""))

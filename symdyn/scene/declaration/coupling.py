@@ -159,7 +159,7 @@ def said_mimic(follows: Coupling | None, leaders: Mapping[str, str]) -> dict[str
     ((followed, ratio),) = follows.ratios
     name = leaders.get(followed)
     leader = {LEADER.name: name} if name else {"coordinate": followed}
-    return {"mimic": leader | ({} if ratio == Quantity.ONE else {RATIO.name: ratio}) | offset}
+    return {"mimic": leader | {RATIO.name: ratio} | offset}
 
 
 def couple(joints: Sequence[Joint], mimics: Sequence[Mimic | None], tables: Sequence[EntryReader]) -> tuple[Joint, ...]:
@@ -255,20 +255,20 @@ def _check_units(
     if not own or "mimic" not in table:
         return
     inner = table.inner("mimic", keys_of(MIMIC), ADVICE)
-    ratios = (
-        inner.inner(RATIOS.name, tuple(name for name, _ in mimic.ratios), SEVERAL)
-        if mimic.key == RATIOS.name
-        else inner
-    )
+    followed = tuple(name for name, _ in mimic.ratios)
+    ratios = inner.inner(RATIOS.name, followed, SEVERAL) if mimic.key == RATIOS.name else inner
     known = False
     for (name, ratio), one in zip(mimic.ratios, leaders, strict=False):
         leader = _followed(one, joints)
         if leader is None:
             continue
         known, units = True, JOINTS[leader.type].coordinates(leader)
-        followed = dict(zip(leader.coordinates, units, strict=False)).get(one.coordinate, units[0] if units else "")
+        theirs = dict(zip(leader.coordinates, units, strict=False)).get(one.coordinate, units[0] if units else "")
         key = name if mimic.key == RATIOS.name else RATIO.name
-        fits_place(ratios, key, ratio, ("1" if own[0] == followed else f"{own[0]}/{followed}",))
+        unit = "1" if own[0] == theirs else f"{own[0]}/{theirs}"
+        fits_place(ratios, key, ratio, (unit,))
+        if unit != "1" and key not in ratios and not mimic.radii:
+            inner.fault(f"ratio is missing, in {unit}, since {name} is in {theirs}; write one such as ratio = 2")
     if known:
         fits_place(inner, "offset", mimic.offset, own)
 

@@ -81,9 +81,6 @@ def _either(table: EntryReader, one: str, several: str) -> str:
     return several if several in table else one
 
 
-# Coordinates
-
-
 def _coordinates(table: EntryReader, at: Standing) -> dict[str, Any]:
     names = _coordinate_names(table, at)
     latex = tuple(zip(names, _texts(table, "latex", at, ()), strict=False))
@@ -148,9 +145,6 @@ COORDINATES = KeyGroup(
     _said_coordinates,
     rules=not_both([NAMES]),
 )
-
-
-# Drives and forces
 
 
 def _drives(table: EntryReader, at: Standing) -> tuple[str | None, ...]:
@@ -229,9 +223,6 @@ FORCE: KeyGroup = KeyGroup(
     lambda joint, at: _one_or_more(FORCE.keys, _acting(joint.forces)),
     rules=not_both([("force", "forces")]),
 )
-
-# What follows, resists, and starts
-
 
 FOLLOWED = KeyGroup(
     {
@@ -382,9 +373,16 @@ def read_loops(entries: Sequence[Entry], faults: Faults) -> tuple[Joint, ...]:
     loops = []
     for entry in entries:
         table = EntryReader(entry, faults, joint_keys())
-        _refuse(table, keys_of(ROWS), "a joint that closes a loop")
         kind = _type(table)
-        loops.append(_placed(table, kind, () if JOINTS[kind].forbids is None else _shape(table, kind)))
+        joint = _placed(table, kind, () if JOINTS[kind].forbids is None else _shape(table, kind))
+        for keys, what in meaningless(joint):
+            _refuse(table, keys, what)
+        instead = f"write [joints.{joint.name}] in its place, and [[loop]] for another joint of the loop"
+        ends = f'from = {{ body = "{joint.parent}", at = .. }}, to = {{ body = "{joint.child}", at = .. }}'
+        damper = f"; or [dampers.NAME] with {ends}, two points on its axis" if kind == "prismatic" else ""
+        for key in keys_of(ROWS):
+            _refuse(table, [key], "a joint that closes a loop", instead + damper * (key in DAMPING.words))
+        loops.append(joint)
     return tuple(loops)
 
 
@@ -442,7 +440,8 @@ def meaningless(joint: Joint, follows: bool = False) -> Iterator[tuple[Sequence[
         yield FOLLOWED.keys, f"a {joint.type} joint"
 
 
-def _refuse(table: EntryReader, keys: Sequence[str], what: str) -> None:
+def _refuse(table: EntryReader, keys: Sequence[str], what: str, instead: str = "leave it out") -> None:
     for key in keys:
-        if key in table and not (key == "drive" and table.raw[key] is False):
-            table.fault(f"{key} = {show(table.raw[key])} has no meaning for {what}; leave it out")
+        raw, said = table.raw.get(key), f"{key} = {show(table.raw.get(key))} has no meaning for "
+        if not (key not in table or (key == "drive" and raw is False) or table.faults.told(table.entry.where, said)):
+            table.fault(f"{said}{what}; {instead}")

@@ -199,7 +199,7 @@ class Valued:
 def read_valued(table: EntryReader) -> Valued:
     """Return what `value` and `unit` of a table say; what is wrong with them is a fault of the table."""
     text = table.text("unit")
-    value = table.quantity("value") if "value" in table else None
+    value: Quantity | None = table.parsed("value", None, quantity) if "value" in table else None
     try:
         unit = Unit.read(text) if text else None
     except UnitError as error:

@@ -28,7 +28,6 @@ from symdyn.scene.values.model import Scene
 KEPT = ("force", "forces", "motion", "mimic", "armature", "rotor", "damping", "locked", "drive", "drives")
 """What a joint that closes a loop cannot say."""
 
-
 STARTS = ("start", "start_rates")
 """What a joint that closes a loop says in vain: its start follows."""
 
@@ -58,10 +57,6 @@ class _Edge:
     kind: str
     index: int
 
-    @property
-    def freedoms(self) -> int:
-        return freedoms(self.entry)
-
     def other(self, body: str) -> str:
         return self.child if body == self.parent else self.parent
 
@@ -80,10 +75,15 @@ def span(joints: Sequence[Entry], held: Sequence[str], cuts: Sequence[str] | Non
     for name in unknown:
         told = suggestion(name, [edge.entry.name for edge in edges])
         faults.add(argument("spanning_tree"), f'"{name}" is not a joint; {told}')
-    if unknown or any(not edge.parent or not edge.child for edge in edges):
-        return Span(tuple(edge.entry for edge in _parents_first(edges)))  # reported where it stands
-    if not cuts and _is_tree(edges):
+    strange = unknown or any(not edge.parent or not edge.child for edge in edges)  # reported where it stands
+    if strange or (not cuts and _is_tree(edges)):
         return Span(tuple(edge.entry for edge in _parents_first(edges)))
+    met = {Scene.GROUND, *(edge.other(body) for body, edge in _walk(edges, Scene.GROUND))}
+    adrift = [edge for edge in edges if not {edge.parent, edge.child} & met]
+    carried = {edge.child for edge in adrift if edge.parent != edge.child}
+    if not cuts and adrift and len(carried) == len(adrift):  # no cut ties them to ground
+        rest = span([edge.entry for edge in edges if edge not in adrift], held, cuts, faults)
+        return replace(rest, joints=(*rest.joints, *(edge.entry for edge in adrift)))
     needed = {*held, *(name for edge in edges for name in _leaders(edge.entry))} - {""}
     return _cut(edges, set(cuts), faults) if cuts else _chosen(edges, needed, faults)
 
@@ -128,7 +128,7 @@ def _chosen(edges: Sequence[_Edge], held: set[str], faults: Faults) -> Span:
     met = {edge.index: k for k, (_, edge) in enumerate(_walk(edges, Scene.GROUND))}
     order = sorted(
         edges,
-        key=lambda e: (e.entry.name not in held and not _kept(e.entry), e.freedoms, met.get(e.index, len(edges))),
+        key=lambda e: (e.entry.name not in held and not _kept(e.entry), freedoms(e.entry), met.get(e.index, len(met))),
     )
     banned: set[int] = set()
     while True:

@@ -275,7 +275,7 @@ def _named(where: str, key: str, name: str, bodies: Collection[str], faults: Fau
 
 
 def _company(scene: Scene, name: str) -> str:
-    """Return which bodies float together with one, and whether their joints form a ring, "" if there are none."""
+    """Return which bodies float together with one, "" if there are none."""
     joints = [joint for joint in (*scene.joints, *scene.loops) if joint.parent != joint.child]
     group, stack = {name: None}, [name]
     while stack:
@@ -286,14 +286,13 @@ def _company(scene: Scene, name: str) -> str:
     others = [x for x in group if x != name]
     if not others or Scene.GROUND in group:
         return ""
-    ring = [joint.name for joint in joints if joint.parent in group and joint.child in group]
-    shape = f" in a ring ({listed(ring)})" if len(ring) >= len(group) else ""
-    return f" or to {listed(others)}, which {'is' if len(others) == 1 else 'are'} connected with it{shape}"
+    return f" or to {listed(others)}, which {'is' if len(others) == 1 else 'are'} connected with it"
 
 
 def _cycles(draft: Draft, carrier: Mapping[str, Joint], faults: Faults) -> None:
     settled: set[str] = set()
-    for where, joint in zip(draft.where["joints"], draft.scene.joints, strict=True):
+    places = dict(zip((joint.name for joint in draft.scene.joints), draft.where["joints"], strict=True))
+    for joint in draft.scene.joints:
         path: dict[str, None] = {}
         name = joint.child
         while name in carrier and name not in settled and name not in path:
@@ -302,9 +301,9 @@ def _cycles(draft: Draft, carrier: Mapping[str, Joint], faults: Faults) -> None:
         if name in path:
             ring = list(path)[list(path).index(name) :]
             shown = " -> ".join([*ring[:10], *(["..."] if len(ring) > 10 else []), name])
-            faults.add(
-                where, f"a closed chain of parents: {shown} (child -> parent); join one of them to {Scene.GROUND}"
-            )
+            first = next(one for one in draft.scene.joints if one.child in ring)
+            lost = f'parent = "{first.parent}" closes a ring, {shown} (child -> parent), that nothing joins to ground'
+            faults.add(places[first.name], f'{lost}; write parent = "{Scene.GROUND}" in one of its joints')
         settled.update(path)
 
 

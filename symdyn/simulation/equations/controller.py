@@ -20,7 +20,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import argument, check_arguments, suggesting
+from symdyn.arguments import argument, check_arguments, is_function, suggesting
 from symdyn.errors import SimulateError, quoted
 from symdyn.frozen import dataclass, field, fields, replace
 from symdyn.scene import Scene, SceneUnits
@@ -174,8 +174,8 @@ def _led(scene: Scene, law: Gains | Schedule, reference: object) -> Gains | Sche
     laws, still = dict[int, MotionLaw](), dict[int, float]()
     for name, one in by_signal(reference, places, "", faults).items():
         k = places.index(name)
-        if callable(one) or isinstance(one, str):
-            led = read_function(one, name, faults) if callable(one) else read_law(
+        if is_function(one) or isinstance(one, str):
+            led = read_function(one, name, faults) if not isinstance(one, str) else read_law(
                 one, values, name, faults, units.get(name, ""), scene
             )  # fmt: skip
             laws |= {} if led is None else {k: led}
@@ -224,7 +224,7 @@ def _read(scene: Scene, what: object) -> Feedback:
         if not isinstance(found := made(), Feedback):
             raise SimulateError(f"feedback: feedback() of {quoted(law)} returned {quoted(found)}, which is no Feedback")
         return _with_settings(read_feedback(scene, found), asked)
-    if isinstance(law, (list, tuple)) and any(callable(one) or isinstance(one, Feedback) for one in law):
+    if isinstance(law, (list, tuple)) and any(is_function(one) or isinstance(one, Feedback) for one in law):
         raise SimulateError(
             f"feedback: these are {len(law)} controllers, and a run has one; join them: a function of (t, q, u) for "
             "all inputs, or one system by interconnect of python-control"
@@ -238,7 +238,7 @@ def _read(scene: Scene, what: object) -> Feedback:
         K = np.atleast_2d(np.asarray(law, dtype=object))
         said = {"K": K.tolist(), "states": state_names(scene), "inputs": list(inputs)}
         return replace(Feedback(gains_from(scene, said, "feedback")[0], tuple(inputs)), **given)
-    if not callable(law) or isinstance(law, type):
+    if not is_function(law) or isinstance(law, type):
         raise SimulateError(
             f"feedback: {quoted(law)} is no controller; give a function of (t, q, u), a matrix K, gains or a .json "
             "file of them, a regulator, a linear system, or a Feedback of one"

@@ -22,7 +22,7 @@ from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 
-from symdyn.arguments import is_sympy
+from symdyn.arguments import is_function, is_sympy
 from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import quoted
 from symdyn.scene import Quantity, tables_of
@@ -67,7 +67,7 @@ def read_entries(
 ) -> SpecifiedEntries:
     """Return what entries say; `what` is the option, "forces" or "motion"; `needed` as of `Columns.read`."""
     found, plain = SpecifiedEntries(), list[str]()
-    alone = isinstance(entries, (str, Path, Mapping)) or callable(entries) or _is_table(entries)
+    alone = isinstance(entries, (str, Path, Mapping)) or is_function(entries) or _is_table(entries)
     for entry in [entries] if alone or not isinstance(entries, Sequence) else entries:
         with faults.noted():
             if isinstance(entry, (str, Path)):
@@ -76,7 +76,7 @@ def read_entries(
                 found.tables.append(_table(entry, what))
             elif isinstance(entry, Mapping):
                 _by_name(entry, what, found, faults)
-            elif callable(entry):
+            elif is_function(entry):
                 found.functions.append(("", entry))
             elif hasattr(entry, "keys"):
                 faults.add(what, f"{type(entry).__name__} has neither a column nor an index t, the times in s")
@@ -117,7 +117,7 @@ def _by_name(entries: Mapping[Any, Any], what: str, specified_entries: Specified
                 faults.add(what, f"t = {text or 'a function'} is not what moves; t are the times of arrays")
         elif text is not None:
             specified_entries.texts.append((what, name, text))
-        elif callable(value):
+        elif is_function(value):
             specified_entries.functions.append((name, value))
         elif times is not None and not isinstance(value, tuple):
             over[name] = value
