@@ -106,6 +106,36 @@ def test_a_double_pole_at_one_is_no_growth() -> None:
         root_locus("k", [0, 1], lambda k: held)
 
 
+@pytest.mark.parametrize("damping", [1e5, 1e6])
+def test_a_slow_pole_beside_a_fast_one_decays(damping: float) -> None:
+    """Of 1 kg and d, least ∫ x² + F²: s⁴ - d² s² + 1 is 0 at the poles and at their mirror images."""
+    rail = prismatic("j", "ground", "b", axis=[1, 0, 0], coordinate="x", damping=damping, drive="F")
+    lin = symdyn.linearize(scene("stiff", gravity="none", bodies=[body("b", mass=1)], joints=[rail]))
+    slow, fast = lin.lqr({"x": 1}, {"F": 1}).poles
+    assert (slow, fast) == (pytest.approx(-1 / damping, rel=1e-4), pytest.approx(-damping, rel=1e-9))
+    held = lin.lqr({"x": 1}, {"F": 1}, period=0.001)
+    assert 1 - abs(held.poles).max() == pytest.approx(0.001 / damping, rel=1e-3)
+
+
+def _stiff(J: float, R: float, L: float, k: float) -> StateSpace:
+    """A motor: J w' = k i, L i' = u - R i - k w, and its angle beside it, which drifts; w ends at u/k."""
+    return StateSpace([[0, 1, 0], [0, 0, k / J], [0, -k / L, -R / L]], [[0], [0], [1 / L]], [[0, 1, 0]])
+
+
+@pytest.mark.parametrize("period", [None, 1e-4, 1e-2])
+@pytest.mark.parametrize(
+    ("one", "final"),
+    [
+        (StateSpace([[0, 0, 1], [0, -1e-2, 1e-4], [0, 0, -1e4]], [[0], [0], [1e4]], [[0, 1, 0]]), 0.01),
+        (_stiff(1000.0, 1.0, 1e-4, 0.05), 20.0),
+    ],
+)
+def test_a_slow_response_beside_a_fast_pole_and_a_drift_ends(one: StateSpace, final: float, period: float | None) -> None:
+    """The slow pole, -1e-2 beside -1e4, or -2.5e-6, was rounded to zero, and the end was nan."""
+    held = one if period is None else one.discretize(period)
+    assert held.step(until=1.0).final[0, 0] == pytest.approx(final, rel=1e-6)
+
+
 @pytest.mark.parametrize("outputs", [["theta"], ["theta", "phi_dot"], ["theta_dot"]])
 def test_a_filter_names_the_outputs_that_show_what_it_misses(outputs: list[str]) -> None:
     with pytest.raises(LinearizeError, match=r"no output shows the mode 0, of phi.* and it does not decay") as told:

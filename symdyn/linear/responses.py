@@ -346,7 +346,7 @@ def _final(one: StateSpace, kind: str) -> Array:
     """Return where responses end, shape (y, w); nan of a channel that is not stable."""
     found = np.full(one.D.shape, math.nan)
     for i, k in np.ndindex(found.shape):
-        own = one[one.outputs.names[i], one.inputs.names[k]]
+        own = _joined(one[one.outputs.names[i], one.inputs.names[k]])
         own = own if own.stable else own.minimal
         if own.stable and kind == "step":
             x = np.linalg.solve((0.0 if one.period is None else 1.0) * np.eye(len(own.A)) - own.A, own.B)
@@ -356,6 +356,15 @@ def _final(one: StateSpace, kind: str) -> Array:
         elif own.stable:
             found[i, k] = 0.0
     return found
+
+
+def _joined(one: StateSpace) -> StateSpace:
+    """Return a system on the states that some entry not zero, or a chain of them, joins to inputs and to outputs."""
+    moves, moved, seen = one.A != 0, np.any(one.B != 0, axis=1), np.any(one.C != 0, axis=0)
+    for _ in moves:
+        moved, seen = moved | moves @ moved, seen | seen @ moves
+    own = moved & seen
+    return replace(one, A=one.A[own][:, own], B=one.B[own], C=one.C[:, own], states=one.states.of(np.flatnonzero(own)))
 
 
 def _usual_end(one: StateSpace) -> float:
