@@ -106,6 +106,46 @@ def test_a_double_pole_at_one_is_no_growth() -> None:
         root_locus("k", [0, 1], lambda k: held)
 
 
+@pytest.mark.parametrize("period", [None, 0.01])
+def test_what_moves_on_for_ever_is_no_stable_system(period: float | None) -> None:
+    """It was "stable, but for x1", and a double pair on the edge, of t sin t, "stable, but for x1, x2"."""
+    swings = [[0, 1], [-1, 0]]
+    once, twice = np.zeros((4, 4)), np.kron(np.eye(2), swings)
+    twice[0, 2] = 1  # one drives the other
+    once[0, 1] = 1
+    once[2:, 2:] = swings
+    said = {
+        "drifting: x1, x2": [[0, 1], [0, 0]], "drifting: x1, x2, x3": np.diag([1, 2], 1),
+        "stable, but for x1, x2, which do not decay": np.zeros((2, 2)),
+    }  # fmt: skip
+    said |= {"drifting: x1, x2 ": once, "drifting: x1, x2, x3, x4": twice}
+    for words, A in said.items():
+        one = StateSpace(A, np.eye(len(A)), np.eye(len(A)))
+        one = one if period is None else one.discretize(period)
+        assert (one.verdict, one.stable) == (words.strip(), False)
+    two = StateSpace(np.kron(np.eye(2), swings), np.eye(4), np.eye(4))
+    assert two.verdict == "stable, but for x1, x2, x3, x4, which do not decay"  # of two shapes
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.parametrize("period", [None, 0.01])
+def test_a_drift_that_a_gain_leaves_alone_has_one_name_everywhere(period: float | None) -> None:
+    rails = [
+        prismatic(f"j{k}", "ground", k, axis=[1, 0, 0], coordinate=k, drive={"x": "F", "z": False}[k]) for k in "xz"
+    ]
+    lin = symdyn.linearize(scene("two", gravity="none", bodies=[body(k, mass=1) for k in "xz"], joints=rails))
+    assert lin.verdict == "drifting: x, z, x_dot, z_dot"
+    assert lin.stability.words == "all eigenvalues are zero: it stays, or drifts on"
+    found, words = lin.lqr({"x": 1}, {"F": 1}, period), "drifting: z, z_dot"
+    assert found.notes == (f"{words}: Q gives no weight to them",)
+    assert found.closed_loop.verdict == found.margins().verdict == words
+    assert found.closed_loop.left_alone == found.margins().left_alone == ("z", "z_dot")
+    assert found.margins().as_json()["drifting"] == ["z", "z_dot"]
+    assert found.margins().stable
+    run = symdyn.simulate(lin.scene, until=100, start_rates={"z": 1}, feedback=found)
+    assert run.q[-1, list(run.scene.coordinates).index("z")] == pytest.approx(100)
+
+
 @pytest.mark.parametrize("damping", [1e5, 1e6])
 def test_a_slow_pole_beside_a_fast_one_decays(damping: float) -> None:
     """Of 1 kg and d, least ∫ x² + F²: s⁴ - d² s² + 1 is 0 at the poles and at their mirror images."""

@@ -374,7 +374,8 @@ def riccati(
                 f"{weighed} {forgets} the mode {shown(drifting.lasting[0])}, of {listed(alone)}, which grows; "
                 "name those there"
             )
-        basis, notes = seen, (f"{verdict(True, alone)}: {weighed} {forgets} {'them' if alone[1:] else 'it'}",)
+        told = verdict(True, alone, named(unseen @ drifting.drifting, names))
+        basis, notes = seen, (f"{told}: {weighed} {forgets} {'them' if alone[1:] else 'it'}",)
     if not basis.shape[1]:
         raise LinearizeError(f"{weighed} {forgets} anything that has to be; give weights by name")
     part, way = basis.T @ A @ basis, basis.T @ B

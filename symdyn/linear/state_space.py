@@ -200,14 +200,21 @@ class StateSpace(Plotted):
 
     @property
     def verdict(self) -> str:
-        """The same in words: "stable", "unstable", or "stable, but for phi, which does not decay"."""
-        return verdict(not self.growth.growing, self.left_alone, ("does not decay", "do not decay"))
+        """In words: "stable", "unstable", "drifting: x, x_dot", or "stable, but for phi, which does not decay"."""
+        return verdict(not self.growth.growing, self.left_alone, self.drifting, ("does not decay", "do not decay"))
 
     @property
     def left_alone(self) -> tuple[str, ...]:
-        """States of modes that neither grow nor decay, as of what no weight of a regulator asks for."""
+        """States of modes that neither grow nor decay, as of what no weight of a regulator asks for, and of drifts."""
         found = self.growth
-        return () if found.growing else named(found.staying / balance(self.A)[:, None], self.states.names)
+        space = np.hstack([found.staying, found.drifting]) / balance(self.A)[:, None]
+        return () if found.growing else named(space, self.states.names)
+
+    @property
+    def drifting(self) -> tuple[str, ...]:
+        """States that move on for ever once they are moved, as a cart that nothing holds or brakes."""
+        found = self.growth
+        return () if found.growing else named(found.drifting / balance(self.A)[:, None], self.states.names)
 
     @property
     def minimal(self) -> StateSpace:
