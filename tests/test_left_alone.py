@@ -41,7 +41,7 @@ def test_a_drift_that_weights_leave_alone_counts_for_no_verdict(period: float | 
     assert abs(np.sort(size)[-1]) < 1e-9
     assert np.count_nonzero(lqg.closed_loop.poles == edge) == 1
 
-    words = "stable, but for phi, which is left alone"
+    words = "stable, but for phi, which does not decay"
     for found in (lqg.margins(), lqr.margins()):
         assert (found.verdict, found.left_alone) == (words, ("phi",))
     assert lqr.closed_loop.verdict == "stable, but for phi, which does not decay"
@@ -83,8 +83,8 @@ def test_a_pole_at_the_edge_that_the_loop_needs_is_not_left_alone(period: float 
     hidden = StateSpace(np.diag([-1.0, 0.0]), [[1.0], [0.0]], [[1.0, 0.0]], states=["v", "x"])
     beside = StateSpace([[-1, 0, 0], [0, 0, 2], [0, -2, 0]], [[1], [0], [0]], [[1, 0, 0]], states=["v", "a", "b"])
     said = {
-        edge: "unstable", swings: "unstable", integrates: "stable", hidden: "stable, but for x, which is left alone",
-        beside: "stable, but for a, b, which are left alone",
+        edge: "unstable", swings: "unstable", integrates: "stable", hidden: "stable, but for x, which does not decay",
+        beside: "stable, but for a, b, which do not decay",
     }  # fmt: skip
     for one, words in said.items():
         if one is swings and period:
@@ -206,8 +206,8 @@ def test_a_gain_that_cannot_reach_a_mode_says_what_would() -> None:
     ):
         lin.lqr()
     found = lin.lqr({"a": 1})
-    assert found.notes == ("stable, but for b, b_dot, which are left alone: Q gives no weight to them",)
-    assert found.margins().verdict == "stable, but for b, b_dot, which are left alone"
+    assert found.notes == ("stable, but for b, b_dot, which do not decay: Q gives no weight to them",)
+    assert found.margins().verdict == "stable, but for b, b_dot, which do not decay"
     assert found.closed_loop.verdict == "stable, but for b, b_dot, which do not decay"
     with pytest.raises(LinearizeError, match=r"poles: no input moves .* or take lqr, which leaves alone"):
         lin.place([-1, -2, -3, -4])
@@ -220,6 +220,10 @@ def test_frequencies_beside_hertz_true_are_asked_which_they_are() -> None:
         LinearizeError, match=r"hertz=\[1, 2, 5, \.\.\.\] if they are in Hz; if they are in rad/s leave"
     ):
         lin.nyquist("theta", "M", np.array([1, 2, 5, 13.0]), hertz=True)
+    with pytest.raises(LinearizeError, match=r"or give hertz=\[0.159155, 0.31831\], to see them in Hz"):
+        lin.bode("theta", "M", omega=[1, 2], hertz=True)
+    with pytest.raises(LinearizeError, match=r"hertz: frequencies must be a list of them, such as hertz=\[1\]"):
+        lin.bode("theta", "M", hertz=1)  # type: ignore[arg-type]
     found = lin.bode("theta", "M", hertz=[1, 2, 5, 13.0])
     for G, f in zip(found.response[:, 0, 0], found.hertz, strict=True):
         own = (lin.C @ np.linalg.solve(2j * np.pi * f * np.eye(4) - lin.A, lin.B))[0, 0]
@@ -248,6 +252,8 @@ def test_a_transfer_function_in_symbols_has_the_numbers_of_the_system() -> None:
 
 def test_a_transfer_function_in_symbols_takes_the_rates_of_its_input() -> None:
     """A mass on a spring and a damper whose foot is moved: (d s + k)/(m s² + d s + k); s is the scene's own letter."""
+    from sympy import Symbol
+
     text = """
         gravity = "none"
         [parameters]
@@ -271,8 +277,10 @@ def test_a_transfer_function_in_symbols_takes_the_rates_of_its_input() -> None:
     lin = symdyn.linearize(symdyn.scene.read_text(text, "toml"), outputs=["z"])
     G = lin.formulas.transfer("z", "road")
     own = (3j + 50) / (-2 + 3j + 50)
-    (free,) = (one for one in G.free_symbols if one not in lin.formulas.point)
-    assert complex(G.xreplace({**lin.formulas.point, free: 1j})) == pytest.approx(own, rel=1e-12)
+    told = lin.formulas.transfer.__doc__
+    assert told is not None
+    assert '`Symbol("s_")` where the scene has a letter s' in told
+    assert complex(G.xreplace({**lin.formulas.point, Symbol("s_"): 1j})) == pytest.approx(own, rel=1e-12)
     assert lin.transfer("z", "road").at(1j) == pytest.approx(own, rel=1e-9)
     assert lin.margins("z", "road").verdict == "stable"
     assert lin.root_locus("z", "road", [0, 1]).growing.tolist() == [0, 0]  # neither took an input with rates
@@ -280,8 +288,12 @@ def test_a_transfer_function_in_symbols_takes_the_rates_of_its_input() -> None:
 
 def test_a_state_in_the_place_of_an_input_is_told_apart() -> None:
     lin = wheel("theta")
-    for asked in (lin.bode, lin.transfer, lin.step, lin.margins, lin.formulas.transfer):
+    for asked in (lin.bode, lin.transfer, lin.step, lin.margins, lin.root_locus, lin.formulas.transfer):
         with pytest.raises(LinearizeError, match=r"^input: phi is a state, and no input; inputs are M$"):
             asked("theta", "phi")
     with pytest.raises(LinearizeError, match=r'input: l is no input; .* it is symdyn.linear.root_locus\("l", values'):
         lin.root_locus("theta", "l")
+    for one in ("theta", "nothing"):
+        with pytest.raises(LinearizeError, match=f"^input: {one} is ") as told:
+            lin.root_locus("theta", one)
+        assert "parameter" not in str(told.value)

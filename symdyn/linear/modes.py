@@ -226,7 +226,7 @@ def _as_one(values: Complexes, shapes: Array | Complexes, sampled: bool) -> tupl
     for value in values:
         near = np.abs(values - value) <= PARTED * top
         mean = values[near].mean()
-        if (many := np.count_nonzero(near)) > 1 and not growth([mean], top, sampled)[0]:
+        if (many := int(np.count_nonzero(near))) > 1 and not growth([mean], top, sampled)[0]:
             found[near] = mean if sampled else complex(0.0, mean.imag)
             if mean.imag > PARTED * top and np.linalg.matrix_rank(shapes[:, near], tol=PARTED) < many:
                 fewer[complex(mean)] = many

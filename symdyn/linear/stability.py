@@ -197,7 +197,7 @@ class Margins(Answer):
 
     @property
     def verdict(self) -> str:
-        """In words: "stable", "unstable", "drifting: x, x_dot", or "stable, but for phi, which is left alone"."""
+        """In words: "stable", "unstable", "drifting: x, x_dot", or "stable, but for phi, which does not decay"."""
         return verdict(self.stable, self.left_alone, self.drifting)
 
     @property
@@ -218,13 +218,11 @@ class Margins(Answer):
         return {name: x if math.isfinite(x) else None for name, x in asdict(self).items() if name not in names} | names
 
 
-def verdict(
-    stable: bool, but: Sequence[str], drifts: Sequence[str], how: tuple[str, str] = ("is left alone", "are left alone")
-) -> str:
+def verdict(stable: bool, but: Sequence[str], drifts: Sequence[str]) -> str:
     """Return in words whether something is stable or drifts, and what does not count for it."""
     if stable and drifts:
         return f"drifting: {listed(drifts)}"
-    rest = f", but for {listed(but)}, which {how[len(but) > 1]}" if but else ""
+    rest = f", but for {listed(but)}, which {'do' if but[1:] else 'does'} not decay" if but else ""
     return f"stable{rest}" if stable else "unstable"
 
 
