@@ -94,8 +94,7 @@ class FrequencyResponse(Plotted):
 
     def table(self) -> Table[str | float]:
         """Return a row a frequency: that in Hz, then decibels and degrees of each pair."""
-        head = ["frequency_Hz"]
-        columns = [self.hertz]
+        head, columns = ["frequency_Hz"], [self.hertz]
         for title, size, phase in self.pairs:
             head += [f"{title} dB", f"{title} deg"]
             columns += [size, phase]

@@ -89,8 +89,8 @@ class StateSpace(Plotted):
         found["D"] = np.zeros((ny, nw)) if D is None else read_matrix("D", D, faults)
         shapes = {"A": (n, n), "B": (n, nw), "C": (ny, n), "D": (ny, nw)}
         faults += [
-            f"{letter} is {'{} x {}'.format(*found[letter].shape)}, and has to be {'{} x {}'.format(*shape)}, by the rows of A and C "
-            "and the columns of B"
+            f"{letter} is {'{} x {}'.format(*found[letter].shape)}, and has to be {'{} x {}'.format(*shape)}, "
+            "by the rows of A and C and the columns of B"
             for letter, shape in shapes.items()
             if not faults and found[letter].shape != shape
         ]
@@ -344,8 +344,7 @@ class StateSpace(Plotted):
         Raises:
             LinearizeError: a name that is not known, gains that do not increase, a loop 1 + k D = 0, or a sampled one.
         """
-        parameters = getattr(getattr(self, "scene", None), "parameters", ())
-        if output in self.outputs.names and input in [one.name for one in parameters]:
+        if input in [one.name for one in getattr(getattr(self, "scene", None), "parameters", ())]:
             told = f"input: {input} is no input; {suggestion(input, self.inputs.names)}; over a parameter it is"
             raise LinearizeError(f'{told} symdyn.linear.root_locus("{input}", values, system)')
         return locus_over_gain(self[output, input], gains)
