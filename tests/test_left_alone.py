@@ -142,8 +142,8 @@ def test_a_drift_that_a_gain_leaves_alone_has_one_name_everywhere(period: float 
     assert found.closed_loop.left_alone == found.margins().left_alone == ("z", "z_dot")
     assert found.margins().as_json()["drifting"] == ["z", "z_dot"]
     assert found.margins().stable
-    run = symdyn.simulate(lin.scene, until=100, start_rates={"z": 1}, feedback=found)
-    assert run.q[-1, list(run.scene.coordinates).index("z")] == pytest.approx(100)
+    run = symdyn.simulate(lin.scene, until=10, start_rates={"z": 1}, feedback=found)
+    assert run.q[-1, list(run.scene.coordinates).index("z")] == pytest.approx(10)
 
 
 @pytest.mark.parametrize("damping", [1e5, 1e6])
