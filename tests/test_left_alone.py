@@ -41,7 +41,7 @@ def test_a_drift_that_weights_leave_alone_counts_for_no_verdict(period: float | 
     assert abs(np.sort(size)[-1]) < 1e-9
     assert np.count_nonzero(lqg.closed_loop.poles == edge) == 1
 
-    words = "stable, but for phi, which is left alone"
+    words = "stable, but for phi, which does not decay"
     for found in (lqg.margins(), lqr.margins()):
         assert (found.verdict, found.left_alone) == (words, ("phi",))
     assert lqr.closed_loop.verdict == "stable, but for phi, which does not decay"
@@ -83,8 +83,8 @@ def test_a_pole_at_the_edge_that_the_loop_needs_is_not_left_alone(period: float 
     hidden = StateSpace(np.diag([-1.0, 0.0]), [[1.0], [0.0]], [[1.0, 0.0]], states=["v", "x"])
     beside = StateSpace([[-1, 0, 0], [0, 0, 2], [0, -2, 0]], [[1], [0], [0]], [[1, 0, 0]], states=["v", "a", "b"])
     said = {
-        edge: "unstable", swings: "unstable", integrates: "stable", hidden: "stable, but for x, which is left alone",
-        beside: "stable, but for a, b, which are left alone",
+        edge: "unstable", swings: "unstable", integrates: "stable", hidden: "stable, but for x, which does not decay",
+        beside: "stable, but for a, b, which do not decay",
     }  # fmt: skip
     for one, words in said.items():
         if one is swings and period:
@@ -104,6 +104,77 @@ def test_a_double_pole_at_one_is_no_growth() -> None:
         assert not held.stable
     with pytest.raises(LinearizeError, match="a root locus is of a system without a period"):
         root_locus("k", [0, 1], lambda k: held)
+
+
+@pytest.mark.parametrize("period", [None, 0.01])
+def test_what_moves_on_for_ever_is_no_stable_system(period: float | None) -> None:
+    """It was "stable, but for x1", and a double pair on the edge, of t sin t, "stable, but for x1, x2"."""
+    swings = [[0, 1], [-1, 0]]
+    once, twice = np.zeros((4, 4)), np.kron(np.eye(2), swings)
+    twice[0, 2] = 1  # one drives the other
+    once[0, 1] = 1
+    once[2:, 2:] = swings
+    said = {
+        "drifting: x1, x2": [[0, 1], [0, 0]], "drifting: x1, x2, x3": np.diag([1, 2], 1),
+        "stable, but for x1, x2, which do not decay": np.zeros((2, 2)),
+    }  # fmt: skip
+    said |= {"drifting: x1, x2 ": once, "drifting: x1, x2, x3, x4": twice}
+    for words, A in said.items():
+        one = StateSpace(A, np.eye(len(A)), np.eye(len(A)))
+        one = one if period is None else one.discretize(period)
+        assert (one.verdict, one.stable) == (words.strip(), False)
+    two = StateSpace(np.kron(np.eye(2), swings), np.eye(4), np.eye(4))
+    assert two.verdict == "stable, but for x1, x2, x3, x4, which do not decay"  # of two shapes
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.parametrize("period", [None, 0.01])
+def test_a_drift_that_a_gain_leaves_alone_has_one_name_everywhere(period: float | None) -> None:
+    rails = [
+        prismatic(f"j{k}", "ground", k, axis=[1, 0, 0], coordinate=k, drive={"x": "F", "z": False}[k]) for k in "xz"
+    ]
+    lin = symdyn.linearize(scene("two", gravity="none", bodies=[body(k, mass=1) for k in "xz"], joints=rails))
+    assert lin.verdict == "drifting: x, z, x_dot, z_dot"
+    assert lin.stability.words == "all eigenvalues are zero: it stays, or drifts on"
+    found, words = lin.lqr({"x": 1}, {"F": 1}, period), "drifting: z, z_dot"
+    assert found.notes == (f"{words}: Q gives no weight to them",)
+    assert found.closed_loop.verdict == found.margins().verdict == words
+    assert found.closed_loop.left_alone == found.margins().left_alone == ("z", "z_dot")
+    assert found.margins().as_json()["drifting"] == ["z", "z_dot"]
+    assert found.margins().stable
+    run = symdyn.simulate(lin.scene, until=10, start_rates={"z": 1}, feedback=found)
+    assert run.q[-1, list(run.scene.coordinates).index("z")] == pytest.approx(10)
+
+
+@pytest.mark.parametrize("damping", [1e5, 1e6])
+def test_a_slow_pole_beside_a_fast_one_decays(damping: float) -> None:
+    """Of 1 kg and d, least ∫ x² + F²: s⁴ - d² s² + 1 is 0 at the poles and at their mirror images."""
+    rail = prismatic("j", "ground", "b", axis=[1, 0, 0], coordinate="x", damping=damping, drive="F")
+    lin = symdyn.linearize(scene("stiff", gravity="none", bodies=[body("b", mass=1)], joints=[rail]))
+    slow, fast = lin.lqr({"x": 1}, {"F": 1}).poles
+    assert (slow, fast) == (pytest.approx(-1 / damping, rel=1e-4), pytest.approx(-damping, rel=1e-9))
+    held = lin.lqr({"x": 1}, {"F": 1}, period=0.001)
+    assert 1 - abs(held.poles).max() == pytest.approx(0.001 / damping, rel=1e-3)
+
+
+# A motor: 500 w' = 0.05 i, 1e-3 i' = u - i - 0.05 w, and its angle beside it, which drifts; w ends at 20.
+MOTOR = StateSpace([[0, 1, 0], [0, 0, 1e-4], [0, -50, -1e3]], [[0], [0], [1e3]], [[0, 1, 0]])
+
+
+@pytest.mark.parametrize("period", [None, 1e-4, 1e-2])
+@pytest.mark.parametrize(
+    ("one", "final"),
+    [
+        (StateSpace([[0, 0, 1], [0, -1e-2, 1e-4], [0, 0, -1e4]], [[0], [0], [1e4]], [[0, 1, 0]]), 0.01),
+        (MOTOR, 20.0),
+    ],
+)
+def test_a_slow_response_beside_a_fast_pole_and_a_drift_ends(
+    one: StateSpace, final: float, period: float | None
+) -> None:
+    """The slow pole, -1e-2 beside -1e4, or -5e-6 beside -1e3, was rounded to zero, and the end was nan."""
+    held = one if period is None else one.discretize(period)
+    assert held.step(until=1.0).final[0, 0] == pytest.approx(final, rel=1e-6)
 
 
 @pytest.mark.parametrize("outputs", [["theta"], ["theta", "phi_dot"], ["theta_dot"]])
@@ -135,8 +206,8 @@ def test_a_gain_that_cannot_reach_a_mode_says_what_would() -> None:
     ):
         lin.lqr()
     found = lin.lqr({"a": 1})
-    assert found.notes == ("stable, but for b, b_dot, which are left alone: Q gives no weight to them",)
-    assert found.margins().verdict == "stable, but for b, b_dot, which are left alone"
+    assert found.notes == ("stable, but for b, b_dot, which do not decay: Q gives no weight to them",)
+    assert found.margins().verdict == "stable, but for b, b_dot, which do not decay"
     assert found.closed_loop.verdict == "stable, but for b, b_dot, which do not decay"
     with pytest.raises(LinearizeError, match=r"poles: no input moves .* or take lqr, which leaves alone"):
         lin.place([-1, -2, -3, -4])
@@ -149,6 +220,10 @@ def test_frequencies_beside_hertz_true_are_asked_which_they_are() -> None:
         LinearizeError, match=r"hertz=\[1, 2, 5, \.\.\.\] if they are in Hz; if they are in rad/s leave"
     ):
         lin.nyquist("theta", "M", np.array([1, 2, 5, 13.0]), hertz=True)
+    with pytest.raises(LinearizeError, match=r"or give hertz=\[0.159155, 0.31831\], to see them in Hz"):
+        lin.bode("theta", "M", omega=[1, 2], hertz=True)
+    with pytest.raises(LinearizeError, match=r"hertz: frequencies must be a list of them, such as hertz=\[1\]"):
+        lin.bode("theta", "M", hertz=1)  # type: ignore[arg-type]
     found = lin.bode("theta", "M", hertz=[1, 2, 5, 13.0])
     for G, f in zip(found.response[:, 0, 0], found.hertz, strict=True):
         own = (lin.C @ np.linalg.solve(2j * np.pi * f * np.eye(4) - lin.A, lin.B))[0, 0]
@@ -177,6 +252,8 @@ def test_a_transfer_function_in_symbols_has_the_numbers_of_the_system() -> None:
 
 def test_a_transfer_function_in_symbols_takes_the_rates_of_its_input() -> None:
     """A mass on a spring and a damper whose foot is moved: (d s + k)/(m s² + d s + k); s is the scene's own letter."""
+    from sympy import Symbol
+
     text = """
         gravity = "none"
         [parameters]
@@ -200,8 +277,10 @@ def test_a_transfer_function_in_symbols_takes_the_rates_of_its_input() -> None:
     lin = symdyn.linearize(symdyn.scene.read_text(text, "toml"), outputs=["z"])
     G = lin.formulas.transfer("z", "road")
     own = (3j + 50) / (-2 + 3j + 50)
-    (free,) = (one for one in G.free_symbols if one not in lin.formulas.point)
-    assert complex(G.xreplace({**lin.formulas.point, free: 1j})) == pytest.approx(own, rel=1e-12)
+    told = lin.formulas.transfer.__doc__
+    assert told is not None
+    assert '`Symbol("s_")` where the scene has a letter s' in told
+    assert complex(G.xreplace({**lin.formulas.point, Symbol("s_"): 1j})) == pytest.approx(own, rel=1e-12)
     assert lin.transfer("z", "road").at(1j) == pytest.approx(own, rel=1e-9)
     assert lin.margins("z", "road").verdict == "stable"
     assert lin.root_locus("z", "road", [0, 1]).growing.tolist() == [0, 0]  # neither took an input with rates
@@ -209,8 +288,12 @@ def test_a_transfer_function_in_symbols_takes_the_rates_of_its_input() -> None:
 
 def test_a_state_in_the_place_of_an_input_is_told_apart() -> None:
     lin = wheel("theta")
-    for asked in (lin.bode, lin.transfer, lin.step, lin.margins, lin.formulas.transfer):
+    for asked in (lin.bode, lin.transfer, lin.step, lin.margins, lin.root_locus, lin.formulas.transfer):
         with pytest.raises(LinearizeError, match=r"^input: phi is a state, and no input; inputs are M$"):
             asked("theta", "phi")
     with pytest.raises(LinearizeError, match=r'input: l is no input; .* it is symdyn.linear.root_locus\("l", values'):
         lin.root_locus("theta", "l")
+    for one in ("theta", "nothing"):
+        with pytest.raises(LinearizeError, match=f"^input: {one} is ") as told:
+            lin.root_locus("theta", one)
+        assert "parameter" not in str(told.value)

@@ -106,8 +106,9 @@ class Compensator(StateSpace):
     def margins(self, drive: str | None = None) -> Margins:  # type: ignore[override]  # of its loop
         """Return how far the loop, cut open at a drive, is from the edge of stability, as of a `Regulator`."""
         found = at_drive(self.loop, drive).margins()
-        own = [name for name in found.left_alone if name not in self.states.names]
-        return replace(found, left_alone=tuple(own or found.left_alone))
+        both = (found.left_alone, found.drifting)
+        alone, drifting = (tuple(x for x in one if x not in self.states.names) or one for one in both)
+        return replace(found, left_alone=alone, drifting=drifting)
 
     @property
     def loop(self) -> StateSpace:

@@ -101,10 +101,11 @@ class Formulas(Shown):
 
     @checked(LinearizeError)
     def transfer(self, output: str | None = None, input: str | None = None) -> Any:
-        """Return the transfer function to an output from an input, G(s) in lowest terms; s is `sympy.Symbol("s")`.
+        """Return the transfer function to an output from an input, G(s) in lowest terms.
 
-        It is det [s M - A, -B; C, D] / det (s M - A) of `implicit`, B and D polynomials in s for an input with rates; a
-        rational function of all symbols, those of `definitions` too. Beyond some eight states it takes long.
+        s is `sympy.Symbol("s")`, or `Symbol("s_")` where the scene has a letter s. G is a rational function of all
+        symbols, those of `definitions` too: det [s M - A, -B; C, D] / det (s M - A) of `implicit`, B and D polynomials
+        in s for an input with rates. Beyond some eight states it takes long.
 
         Raises:
             LinearizeError: a name that is not known, or one is left out where there are several.

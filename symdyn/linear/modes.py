@@ -118,13 +118,15 @@ class Spectrum:
         modes: the others, those that grow fastest first.
         size: the largest of them, 1/s; 0 if all are zero.
         sampled: whether they are z - 1 of a system from sample to sample.
+        drifting: what grows with time, in a multiple zero or pair on the edge with fewer shapes, shape (nx, many).
     """
 
     zeros: int
     still: Array
     modes: tuple[Mode, ...]
     size: float
-    sampled: bool = False
+    sampled: bool
+    drifting: Complexes
 
     @property
     def values(self) -> Complexes:
@@ -193,7 +195,7 @@ def spectrum(A: Array, whole: float = 0.0, sampled: bool = False) -> Spectrum:
         still = scale[:, None] * Q[:, :lost] if not zeros else still
         zeros += lost
     values, below = np.linalg.eig(left[zeros:, zeros:]) if zeros < n else (np.zeros(0), np.zeros((0, 0)))
-    values = _as_one(np.asarray(values, dtype=np.complex128))
+    values, fewer = _as_one(np.asarray(values, dtype=np.complex128), below, sampled)
     N, R = left[:zeros, :zeros], left[:zeros, zeros:]
     modes = []
     for value, y in zip(values, below.T, strict=True):
@@ -208,22 +210,27 @@ def spectrum(A: Array, whole: float = 0.0, sampled: bool = False) -> Spectrum:
         modes.append(Mode(complex(value), np.asarray(shape / shape[np.abs(shape).argmax()], dtype=np.complex128)))
     top = max((abs(mode.value) for mode in modes), default=0.0)
     modes.sort(key=lambda mode: (-round(mode.value.real / top, 9), abs(mode.value)))
-    return Spectrum(zeros, still, tuple(modes), top, sampled)
+    chain = scale[:, None] * Q[:, still.shape[1] : zeros]
+    powers = [(np.linalg.matrix_power(left - one * np.eye(n), many), many) for one, many in fewer.items()]
+    wider = [scale[:, None] * (Q @ np.linalg.svd(power)[2][-many:].conj().T) for power, many in powers]
+    return Spectrum(zeros, still, tuple(modes), top, sampled, np.hstack([A @ chain, chain, *wider]))
 
 
-def _as_one(values: Complexes) -> Complexes:
-    """Return eigenvalues, those of one that rounding parts about the imaginary axis at what they are in the mean.
+def _as_one(values: Complexes, shapes: Array | Complexes, sampled: bool) -> tuple[Complexes, dict[complex, int]]:
+    """Return eigenvalues, those of one that rounding parts about the edge at their mean; how many have fewer shapes.
 
     A double eigenvalue with one shape, as of a body that turns and drifts, is found to the root of rounding,
     the mean of the two to rounding itself.
     """
-    top, found = float(np.abs(values).max(initial=0.0)), values.copy()
+    top, found, fewer = float(np.abs(values).max(initial=0.0)), values.copy(), dict[complex, int]()
     for value in values:
         near = np.abs(values - value) <= PARTED * top
         mean = values[near].mean()
-        if np.count_nonzero(near) > 1 and abs(mean.real) <= SIDEWAYS * top:
-            found[near] = complex(0.0, mean.imag)
-    return found
+        if (many := int(np.count_nonzero(near))) > 1 and not growth([mean], top, sampled)[0]:
+            found[near] = mean if sampled else complex(0.0, mean.imag)
+            if mean.imag > PARTED * top and np.linalg.matrix_rank(shapes[:, near], tol=PARTED) < many:
+                fewer[complex(mean)] = many
+    return found, fewer
 
 
 def balance(A: Array) -> Array:

@@ -25,7 +25,7 @@ from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError, listed, suggestion
 from symdyn.frozen import dataclass, replace
 from symdyn.linear.locus import array_of
-from symdyn.linear.modes import Complexes, array, balance, growth, pairs_of, spectrum
+from symdyn.linear.modes import Complexes, array, balance, pairs_of, spectrum
 from symdyn.linear.plots import Plotted, pole_map
 from symdyn.linear.stability import Margins, verdict
 from symdyn.linear.state_space import StateSpace
@@ -374,7 +374,8 @@ def riccati(
                 f"{weighed} {forgets} the mode {shown(drifting.lasting[0])}, of {listed(alone)}, which grows; "
                 "name those there"
             )
-        basis, notes = seen, (f"{verdict(True, alone)}: {weighed} {forgets} {'them' if alone[1:] else 'it'}",)
+        told = verdict(True, alone, named(unseen @ drifting.drifting, names))
+        basis, notes = seen, (f"{told}: {weighed} {forgets} {'them' if alone[1:] else 'it'}",)
     if not basis.shape[1]:
         raise LinearizeError(f"{weighed} {forgets} anything that has to be; give weights by name")
     part, way = basis.T @ A @ basis, basis.T @ B
@@ -394,8 +395,7 @@ def riccati(
     except (np.linalg.LinAlgError, ValueError) as error:
         raise LinearizeError(f"the Riccati equation has no solution that stabilises: {error}") from None
     poles = np.linalg.eigvals(part - way @ K).astype(np.complex128)
-    rates = poles - (period is not None)
-    if not np.isfinite(K).all() or np.any(growth(rates, np.abs(rates).max(), period is not None) >= 0):
+    if not np.isfinite(K).all() or not np.all((poles.real < 0) if period is None else (np.abs(poles) < 1)):
         raise LinearizeError(
             "not all poles of what was found decay; weights differ by too much, or a mode is close to one out of reach"
         )

@@ -94,8 +94,7 @@ class FrequencyResponse(Plotted):
 
     def table(self) -> Table[str | float]:
         """Return a row a frequency: that in Hz, then decibels and degrees of each pair."""
-        head = ["frequency_Hz"]
-        columns = [self.hertz]
+        head, columns = ["frequency_Hz"], [self.hertz]
         for title, size, phase in self.pairs:
             head += [f"{title} dB", f"{title} deg"]
             columns += [size, phase]
@@ -137,9 +136,10 @@ def frequency_response(
     _check_driven(one, "a frequency response")
     switch = isinstance(hertz, bool | np.bool_)
     if omega is not None and (hertz if switch else True):
-        told = ", ".join([*(f"{x:.6g}" for x in np.ravel(array_of(omega))[:3]), *["..."] * (np.size(omega) > 3)])
-        told = f"omega, hertz: give one of them: hertz=[{told}] if they are in Hz; if they are in rad/s leave hertz out"
-        raise LinearizeError(f"{told}, or give hertz=omega/(2*pi), to see them in Hz")
+        w, dots = np.ravel(array_of(omega)), ["..."] * (np.size(omega) > 3)
+        own, over = (", ".join([*(f"{x:.6g}" for x in some[:3]), *dots]) for some in (w, w / (2 * math.pi)))
+        told = f"omega, hertz: give one of them: hertz=[{own}] if they are in Hz; if they are in rad/s leave hertz out"
+        raise LinearizeError(f"{told}, or give hertz=[{over}], to see them in Hz")
     if omega is not None:
         w = _frequencies(omega, "omega", "rad/s", one.period)
         f = w / (2 * math.pi)
@@ -162,7 +162,8 @@ def _check_driven(one: StateSpace, what: str) -> None:
 def _frequencies(given: object, what: str, unit: str, period: float | None) -> Array:
     found: Array = array_of(given)
     if found.ndim != 1 or not len(found) or not np.isfinite(found).all() or np.any(found <= 0):
-        raise LinearizeError(f"{what}: frequencies must be finite and above zero, in {unit}")
+        told = f"a list of them, such as {what}=[{found:g}]" if not found.ndim else "finite and above zero"
+        raise LinearizeError(f"{what}: frequencies must be {told}, in {unit}")
     most = math.inf if period is None else (math.pi if what == "omega" else 0.5) / period
     if found.max() > most * (1 + 1e-9):
         raise LinearizeError(f"{what}: {found.max():g} {unit} is beyond half the rate of samples, {most:g} {unit}")
@@ -326,10 +327,8 @@ def time_response(
     t: Array = np.linspace(0.0, end, count) if one.period is None else one.period * np.arange(count, dtype=np.float64)
     if kind == "step":
         x, w, D = np.zeros_like(one.B), np.eye(one.B.shape[1]), one.D
-    elif one.period is None:  # what D passes on is an impulse itself, and left out
-        x, w, D = one.B, np.zeros((one.B.shape[1],) * 2), 0 * one.D
-    else:
-        x, w, D = one.B / one.period, np.zeros((one.B.shape[1],) * 2), 0 * one.D
+    else:  # what D passes on is an impulse itself, and left out
+        x, w, D = one.B / (one.period or 1.0), np.zeros((one.B.shape[1],) * 2), 0 * one.D
     found = np.empty((count, *one.D.shape))
     with np.errstate(over="ignore", invalid="ignore"):
         for k in range(count):
@@ -346,16 +345,25 @@ def _final(one: StateSpace, kind: str) -> Array:
     """Return where responses end, shape (y, w); nan of a channel that is not stable."""
     found = np.full(one.D.shape, math.nan)
     for i, k in np.ndindex(found.shape):
-        own = one[one.outputs.names[i], one.inputs.names[k]]
+        own = _joined(one[one.outputs.names[i], one.inputs.names[k]])
         own = own if own.stable else own.minimal
-        if own.stable and kind == "step":
+        if own.stable:
             x = np.linalg.solve((0.0 if one.period is None else 1.0) * np.eye(len(own.A)) - own.A, own.B)
             size = float((np.abs(own.C) @ np.abs(x) + np.abs(own.D))[0, 0])
             end = float((own.C @ x + own.D)[0, 0])
-            found[i, k] = end if abs(end) > ROUNDED * size else 0.0
-        elif own.stable:
-            found[i, k] = 0.0
+            found[i, k] = end if kind == "step" and abs(end) > ROUNDED * size else 0.0
     return found
+
+
+def _joined(one: StateSpace) -> StateSpace:
+    """Return a system on the states that some entry not zero, or a chain of them, joins to inputs and to outputs."""
+    moves, moved, seen = one.A != 0, np.any(one.B != 0, axis=1), np.any(one.C != 0, axis=0)
+    for _ in moves:
+        moved, seen = moved | moves @ moved, seen | seen @ moves
+    own = moved & seen
+    return replace(
+        one, A=one.A[own][:, own], B=one.B[own], C=one.C[:, own], states=one.states.of(np.flatnonzero(own).tolist())
+    )
 
 
 def _usual_end(one: StateSpace) -> float:

@@ -170,6 +170,7 @@ class Margins(Answer):
         stable: whether the loop is stable as it is; margins of one that is not are those to become so.
         left_alone: states of what stays or swings for ever, which the loop does not move or does not show, such as
             a position on which nothing depends; they count for no verdict.
+        drifting: those of them that move on for ever.
     """
 
     gain: float
@@ -180,6 +181,7 @@ class Margins(Answer):
     gain_crossover: float
     stable: bool
     left_alone: tuple[str, ...] = ()
+    drifting: tuple[str, ...] = ()
 
     def __iter__(self) -> Iterator[float]:
         """Yield gain and phase margin, and where they are, as `margin` of python-control."""
@@ -195,8 +197,8 @@ class Margins(Answer):
 
     @property
     def verdict(self) -> str:
-        """Whether it is stable, in words: "stable", "unstable", or "stable, but for phi, which is left alone"."""
-        return verdict(self.stable, self.left_alone)
+        """In words: "stable", "unstable", "drifting: x, x_dot", or "stable, but for phi, which does not decay"."""
+        return verdict(self.stable, self.left_alone, self.drifting)
 
     @property
     def words(self) -> str:
@@ -212,13 +214,15 @@ class Margins(Answer):
 
     def as_json(self) -> dict[str, float | bool | list[str] | None]:
         """Return them for JSON; what is not finite is None."""
-        numbers = {name: x if math.isfinite(x) else None for name, x in asdict(self).items() if name != "left_alone"}
-        return {**numbers, "left_alone": [*self.left_alone]}
+        names = {"left_alone": [*self.left_alone], "drifting": [*self.drifting]}
+        return {name: x if math.isfinite(x) else None for name, x in asdict(self).items() if name not in names} | names
 
 
-def verdict(stable: bool, but: Sequence[str], how: tuple[str, str] = ("is left alone", "are left alone")) -> str:
-    """Return in words whether something is stable, and what does not count for it."""
-    rest = f", but for {listed(but)}, which {how[len(but) > 1]}" if but else ""
+def verdict(stable: bool, but: Sequence[str], drifts: Sequence[str]) -> str:
+    """Return in words whether something is stable or drifts, and what does not count for it."""
+    if stable and drifts:
+        return f"drifting: {listed(drifts)}"
+    rest = f", but for {listed(but)}, which {'do' if but[1:] else 'does'} not decay" if but else ""
     return f"stable{rest}" if stable else "unstable"
 
 
@@ -260,8 +264,8 @@ def margins(one: StateSpace) -> Margins:
     closed = replace(one, A=one.A - one.B @ one.C / (1 + one.D[0, 0]))
     shown = spectrum(A - b @ c / (1 + d), scale)
     stable = not closed.growth.growing and not shown.zeros and len(shown.decaying) == len(shown.modes)
-    alone = closed.left_alone if stable else ()
-    return Margins(gain, phase, delay, _distance(G, grid, values, d), at, crossing, stable, alone)
+    alone = (closed.left_alone, closed.drifting) if stable else ()
+    return Margins(gain, phase, delay, _distance(G, grid, values, d), at, crossing, stable, *alone)
 
 
 def _in_w(one: StateSpace) -> StateSpace:

@@ -89,8 +89,8 @@ class StateSpace(Plotted):
         found["D"] = np.zeros((ny, nw)) if D is None else read_matrix("D", D, faults)
         shapes = {"A": (n, n), "B": (n, nw), "C": (ny, n), "D": (ny, nw)}
         faults += [
-            f"{letter} is {_size(found[letter].shape)}, and has to be {_size(shape)}, by the rows of A and C "
-            "and the columns of B"
+            f"{letter} is {'{} x {}'.format(*found[letter].shape)}, and has to be {'{} x {}'.format(*shape)}, "
+            "by the rows of A and C and the columns of B"
             for letter, shape in shapes.items()
             if not faults and found[letter].shape != shape
         ]
@@ -200,14 +200,21 @@ class StateSpace(Plotted):
 
     @property
     def verdict(self) -> str:
-        """The same in words: "stable", "unstable", or "stable, but for phi, which does not decay"."""
-        return verdict(not self.growth.growing, self.left_alone, ("does not decay", "do not decay"))
+        """In words: "stable", "unstable", "drifting: x, x_dot", or "stable, but for phi, which does not decay"."""
+        return verdict(not self.growth.growing, self.left_alone, self.drifting)
 
     @property
     def left_alone(self) -> tuple[str, ...]:
-        """States of modes that neither grow nor decay, as of what no weight of a regulator asks for."""
+        """States of modes that neither grow nor decay, as of what no weight of a regulator asks for, and of drifts."""
         found = self.growth
-        return () if found.growing else named(found.staying / balance(self.A)[:, None], self.states.names)
+        space = np.hstack([found.staying, found.drifting]) / balance(self.A)[:, None]
+        return () if found.growing else named(space, self.states.names)
+
+    @property
+    def drifting(self) -> tuple[str, ...]:
+        """States that move on for ever once they are moved, as a cart that nothing holds or brakes."""
+        found = self.growth
+        return () if found.growing else named(found.drifting / balance(self.A)[:, None], self.states.names)
 
     @property
     def minimal(self) -> StateSpace:
@@ -337,7 +344,7 @@ class StateSpace(Plotted):
         Raises:
             LinearizeError: a name that is not known, gains that do not increase, a loop 1 + k D = 0, or a sampled one.
         """
-        if output in self.outputs.names and input not in (None, *self.inputs.names):
+        if input in [one.name for one in getattr(getattr(self, "scene", None), "parameters", ())]:
             told = f"input: {input} is no input; {suggestion(input, self.inputs.names)}; over a parameter it is"
             raise LinearizeError(f'{told} symdyn.linear.root_locus("{input}", values, system)')
         return locus_over_gain(self[output, input], gains)
@@ -425,7 +432,3 @@ def check_period(period: float) -> None:
 def sampled(one: StateSpace, Phi: Array, Gamma: Array, period: float) -> StateSpace:
     """Return a system from sample to sample whose names are those of another."""
     return StateSpace(Phi, Gamma, one.C, one.D, one.states, one.inputs, one.outputs, period, one.name)
-
-
-def _size(shape: tuple[int, ...]) -> str:
-    return " x ".join(map(str, shape))

@@ -27,7 +27,7 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.frozen import dataclass
-from symdyn.linear.modes import Complexes, balance, pairs_of, spectrum
+from symdyn.linear.modes import NOTHING, Complexes, balance, pairs_of, spectrum
 from symdyn.linear.plots import Answer, Transfers
 from symdyn.rounding import in_digits
 from symdyn.table import Table
@@ -180,10 +180,6 @@ def named(space: Array | Complexes, names: Sequence[str]) -> tuple[str, ...]:
 def poles_in_words(values: Iterable[complex]) -> str:
     """Return poles or zeros as text, pairs once."""
     return ", ".join(shown(value) for value in values if value.imag >= 0) or "none"
-
-
-NOTHING = 1e-9
-"""Singular values over the size of what is balanced, a system or A, that are zero."""
 
 
 @dataclass(frozen=True, eq=False)
