@@ -189,7 +189,7 @@ def assemble(
     note_angles(scene, faults)
     used = {name for one in Quantity.inside(scene) for name in one.symbols}
     idle = [one.name for one in scene.parameters if one.name not in used and (one.name, scene.gravity) != ("g", NULL)]
-    said = re.findall(r"\w+", repr(replace(declaration, parameters=()))) if idle else []  # 0*R folds away
+    said = {*re.findall(r"\w+", repr(replace(declaration, parameters=())))} if idle else set()  # 0*R folds away
     for name in (one for one in idle if one not in said):
         faults.note(f"parameters.{name}", Reading.UNUSED)
     excused = check(draft, faults, allow_invalid_inertia)
