@@ -17,6 +17,7 @@ from typing import Any, cast
 from symdyn.arguments import checked
 from symdyn.bounds import BOUNDS
 from symdyn.errors import SceneError, hint, listed, nearest, suggestion
+from symdyn.graph import Op
 from symdyn.scene.declaration.declare import SECTIONS, Declaration, reading_of
 from symdyn.scene.declaration.joint_table import Standing, said_joint, said_place
 from symdyn.scene.declaration.reading import BEGIN, Opened, Reading, ReadOptions, Written, read_bounded
@@ -29,8 +30,9 @@ from symdyn.scene.places import place_at, placing
 from symdyn.scene.values.body import Pose
 from symdyn.scene.values.entry import Entry, Faults, shorten, show
 from symdyn.scene.values.folding import tables_in
+from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.grammar import check_scene_name
-from symdyn.scene.values.key import Part, raw_of
+from symdyn.scene.values.key import Part, keys_of, raw_of
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import Quantity, exact_decimal, spell
 from symdyn.scene.values.unit import Unit, in_si, out_of_si
@@ -224,18 +226,29 @@ def _declaration(root: Mapping[str, object], source: str, faults: Faults) -> Dec
 def _refuse_headers(root: Mapping[str, object], keys: Sequence[str], faults: Faults) -> None:
     """Report keys that are none, parameters above their table, and lists; what refers to tables unread is not told."""
     unknown = [key for key in root if key not in keys]
-    lone = [key for key in unknown if not isinstance(root[key], (Mapping, list)) and nearest(key, keys) is None]
+    lone = [key for key in unknown if _is_value(root[key], root) and nearest(key, keys) is None]
     lone = [] if all(hint("keys", key, [""]) for key in lone) else lone
     if lone:
-        do = "move it below [parameters]:" if "parameters" in root else "write [parameters] above"
+        head = listed([key for key in keys_of(HEAD) if key in root])
+        do = f"write [parameters] {f'below {head} and ' * bool(head)}above"
+        do = "move it below [parameters]:" if "parameters" in root else do
         faults.add("", f"unknown key {show(lone[0])}; {do} {listed(lone)}")
     for key in (one for one in unknown if one not in lone):
         faults.add("", f"unknown key {show(key)}; {hint('keys', key, ['']) or suggestion(key, keys)}")
     rows = [(kind, one) for kind in (*SECTIONS, *sections()) if isinstance(one := root.get(kind), list)]
     for kind, one in ((kind, one[0]) for kind, one in rows if one and isinstance(one[0], Mapping)):
-        faults.add(kind, f"[[{kind}]] is a list of tables; write [{kind}.{one.get('name', 'NAME')}]")
+        header = f"[{kind}.{one['name']}] without name" if "name" in one else f"[{kind}.NAME]"
+        faults.add(kind, f"[[{kind}]] is a list of tables; write {header}")
     if lone or rows or any(isinstance(root[key], (Mapping, list)) for key in unknown):
         faults.close()
+
+
+def _is_value(raw: object, root: Mapping[str, object]) -> bool:
+    """Whether it is a parameter's: a number or a formula, and no plain word, such as who wrote it."""
+    try:
+        return not isinstance(raw, Mapping) and (quantity(raw).op is not Op.SYMBOL or str(raw) in root)
+    except SceneError:
+        return False
 
 
 def _entries(root: Mapping[str, object], kind: str, faults: Faults) -> tuple[Entry, ...]:
