@@ -17,7 +17,6 @@ from typing import Any, cast
 from symdyn.arguments import checked
 from symdyn.bounds import BOUNDS
 from symdyn.errors import SceneError, hint, listed, nearest, suggestion
-from symdyn.graph import Op
 from symdyn.scene.declaration.declare import SECTIONS, Declaration, reading_of
 from symdyn.scene.declaration.joint_table import Standing, said_joint, said_place
 from symdyn.scene.declaration.reading import BEGIN, Opened, Reading, ReadOptions, Written, read_bounded
@@ -30,7 +29,6 @@ from symdyn.scene.places import place_at, placing
 from symdyn.scene.values.body import Pose
 from symdyn.scene.values.entry import Entry, Faults, shorten, show
 from symdyn.scene.values.folding import tables_in
-from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.grammar import check_scene_name
 from symdyn.scene.values.key import Part, keys_of, raw_of
 from symdyn.scene.values.model import Scene
@@ -119,10 +117,8 @@ def _refuse_long_keys(text: str, source: str) -> None:
         parts = re.findall(_PART, found["key"] or "")
         if len(parts) > MOST_PARTS:
             line = text.count("\n", 0, found.start()) + 1
-            raise SceneError(
-                f"{source}: line {line}: {shorten(found['key'])} is a key of {len(parts)} parts; "
-                "no key of a scene has more than three"
-            )
+            told = f"{shorten(found['key'])} is a key of {len(parts)} parts; no key of a scene has more than three"
+            raise SceneError(f"{source}: line {line}: {told}")
 
 
 def _refuse_many_values(root: Mapping[str, object], source: str) -> None:
@@ -130,10 +126,7 @@ def _refuse_many_values(root: Mapping[str, object], source: str) -> None:
     for _ in range(DEEPEST):
         inner: list[object] = []
         for value in level:
-            if isinstance(value, dict):
-                inner += value.values()
-            elif isinstance(value, list):
-                inner += value
+            inner += value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
         count, level = count + len(inner), inner
         if count > MOST_VALUES:
             raise SceneError(f"{source}: holds more than {MOST_VALUES} values; no mechanism needs as many")
@@ -226,11 +219,13 @@ def _declaration(root: Mapping[str, object], source: str, faults: Faults) -> Dec
 def _refuse_headers(root: Mapping[str, object], keys: Sequence[str], faults: Faults) -> None:
     """Report keys that are none, parameters above their table, and lists; what refers to tables unread is not told."""
     unknown = [key for key in root if key not in keys]
-    lone = [key for key in unknown if _is_value(root[key], root) and nearest(key, keys) is None]
+    words = {k for k in unknown if isinstance(x := root[k], str) and x not in root and not re.search(r"[\d*/(]|^-", x)}
+    none = words.union(key for key in unknown if isinstance(root[key], (Mapping, list, bool)))
+    lone = [key for key in unknown if key not in none and nearest(key, keys) is None]
     lone = [] if all(hint("keys", key, [""]) for key in lone) else lone
     if lone:
-        head = listed([key for key in keys_of(HEAD) if key in root])
-        do = f"write [parameters] {f'below {head} and ' * bool(head)}above"
+        head = [key for key in keys_of(HEAD) if key in root]
+        do = f"write [parameters] {f'below {listed(head)} and ' if head else ''}above"
         do = "move it below [parameters]:" if "parameters" in root else do
         faults.add("", f"unknown key {show(lone[0])}; {do} {listed(lone)}")
     for key in (one for one in unknown if one not in lone):
@@ -241,14 +236,6 @@ def _refuse_headers(root: Mapping[str, object], keys: Sequence[str], faults: Fau
         faults.add(kind, f"[[{kind}]] is a list of tables; write {header}")
     if lone or rows or any(isinstance(root[key], (Mapping, list)) for key in unknown):
         faults.close()
-
-
-def _is_value(raw: object, root: Mapping[str, object]) -> bool:
-    """Whether it is a parameter's: a number or a formula, and no plain word, such as who wrote it."""
-    try:
-        return not isinstance(raw, Mapping) and (quantity(raw).op is not Op.SYMBOL or str(raw) in root)
-    except SceneError:
-        return False
 
 
 def _entries(root: Mapping[str, object], kind: str, faults: Faults) -> tuple[Entry, ...]:

@@ -258,7 +258,6 @@ LINK: tuple[Key[Quantity], ...] = (
 LINK_OF_JOINT = ("type", "pitch", *keys_of(ROWS))
 
 LINK_KEYS = ("name", *keys_of(LINK), *LINK_OF_JOINT, *keys_of(BODY))
-"""What a row says: of itself, of its joint, and of its body."""
 
 
 def _expand(entry: Entry, faults: Faults) -> tuple[list[Entry], list[Entry]]:

@@ -82,9 +82,7 @@ def _fall(raw: object) -> str:
 def _dimensionless(table: EntryReader, key: str, usual: bool) -> bool:
     raw = table.raw.get(key)
     if raw is not None and raw != "none":
-        table.fault(
-            f'{key} = {show(raw)} is not known; write {key} = "none" in a scene without dimensions, or leave it out'
-        )
+        table.fault(f'{key} = {show(raw)} is not known; write {key} = "none" for no dimensions, or leave it out')
     return raw == "none"
 
 
@@ -202,9 +200,7 @@ def _particles(table: EntryReader, key: str, usual: tuple[Particle, ...]) -> tup
         table.fault(f"{key} = {show(raw)} is not a list; {advice}")
         return ()
     if len(raw) > MOST_PARTICLES:
-        table.fault(
-            f"{key} lists {len(raw)}; {MOST_PARTICLES} are allowed, give the mass, com and inertia of all together"
-        )
+        table.fault(f"{key} lists {len(raw)}; {MOST_PARTICLES} are allowed, give mass, com and inertia of all")
         return ()
     particles = []
     for k, item in enumerate(raw):

@@ -197,8 +197,7 @@ def note_angles(scene: Scene, faults: Faults) -> None:
         turned += [x for q, x in zip(joint.coordinates, joint.start, strict=False) if q in angles]
         ends = [x for x in (joint.limits.lower, joint.limits.upper) if x and _in_degrees(x) and abs(float(x)) in usual]
         turned += ends if len(ends) == 2 and angles.intersection(joint.coordinates) else []
-        said = next(filter(_in_degrees, turned), None)
-        if said is not None:
+        if (said := next(filter(_in_degrees, turned), None)) is not None:
             told = f'the angle {shown(said)} is in rad, many turns; in degrees write "{shown(said)} deg"'
             faults.note(f"joints.{joint.name}", told)
 
