@@ -36,6 +36,8 @@ stiffness = "k"
 way = "phi"
 """
 
+HEADER = ROD[: ROD.index("[inputs")]
+
 WRONG = {
     "a star left out": ('"-l/2"', '"-0.5 l"', '"-0.5 l" is not a usable value: l is no unit; write -0.5*l', '"-0.5*l"'),
     "powers": ('"-l/2"', '"2 l^2"', "l is no unit; write 2*l**2", '"2*l**2/l"'),
@@ -53,7 +55,13 @@ WRONG = {
     "a parameter above its header": ("[parameters]\n", "r = 2\n[parameters]\n",
                                      'unknown key "r"; move it below [parameters]: r', "[parameters]\nr = 2\n"),
     "a list of tables": ("[joints.rail]\n", '[[joints]]\nname = "rail"\n',
-                         "[[joints]] is a list of tables; write [joints.rail]", "[joints.rail]\n"),
+                         "[[joints]] is a list of tables; write [joints.rail] without name", "[joints.rail]\n"),
+    "parameters without a header, and a head behind them": (
+        HEADER, HEADER.replace("[parameters]\n", "") + 'name = "rod"\ngravity = [0, 0, -9.81]\n',
+        'unknown key "m"; write [parameters] below name, gravity and above m, l, k',
+        'name = "rod"\ngravity = [0, 0, -9.81]\n\n' + HEADER),
+    "a plain word above all tables": (HEADER, f'author = "me"\n{HEADER}', 'unknown key "author"; known are',
+                                      f'text = "me"\n\n{HEADER}'),
     "a section misspelt": ("[springs.coil]", "[spring.coil]", 'unknown key "spring"; did you mean springs?',
                            "[springs.coil]"),
     "a joint and an end": ('joint = "hinge"\n', 'joint = "hinge"\nfrom = "cart"\nto = "rod"\n',

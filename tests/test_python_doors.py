@@ -14,6 +14,7 @@ import pytest
 from reference import CONSTRUCTED, catalogue, members, object_of
 
 import symdyn
+from symdyn.cli import main
 from symdyn.errors import (
     ArgumentError,
     DerivationError,
@@ -283,3 +284,28 @@ def test_a_parameter_that_no_formula_has_is_noted(tmp_path: Path) -> None:
     assert not [note for note in symdyn.scene.read_noting(path).notes if "no formula" in note]
     path.write_text(text.replace('"-g"', "-9.81"))
     assert "parameters.g: no formula of the scene has it" in symdyn.scene.read_noting(path).notes[0]
+
+
+@pytest.mark.parametrize(
+    ("there", "written"),
+    [
+        ('gravity = [0, "-g", 0]', 'gravity = "none"'),
+        ('"-g"', '"-9.81 + 0*g"'),
+        ("\n[points.tip]", '[joints.j2]\ntype = "prismatic"\nparent = "bob"\nchild = "c"\nlocked = true\n'
+         'position = "R"\n[bodies.c]\n[parameters.R]\nvalue = 1\n[points.tip]'),
+    ],
+    ids=["gravity is none", "a factor folds away", "a locked joint"],
+)  # fmt: skip
+def test_a_parameter_that_the_text_of_a_scene_names_is_used(tmp_path: Path, there: str, written: str) -> None:
+    text = symdyn.scene.write_text(symdyn.example("pendulum"), "toml").text
+    assert there in text
+    (tmp_path / "p.toml").write_text(text.replace(there, written))
+    assert not [one for one in symdyn.scene.read_noting(tmp_path / "p.toml").notes if "no formula" in one]
+
+
+@pytest.mark.parametrize("verb", ["info", "convert"])
+def test_a_parameter_for_a_request_is_noted_by_info_alone(tmp_path: Path, capsys: Any, verb: str) -> None:
+    text = symdyn.scene.write_text(symdyn.example("pendulum"), "toml").text
+    (tmp_path / "p.toml").write_text(text.replace("[parameters]", "[parameters]\nAmp = 2"))
+    assert main([verb, str(tmp_path / "p.toml"), *([str(tmp_path / "q.toml")] if verb == "convert" else [])]) == 0
+    assert ("parameters.Amp: no formula of the scene has it" in capsys.readouterr().err) == (verb == "info")

@@ -95,6 +95,24 @@ def test_numbers_of_python_are_exact():
 
 
 @pytest.mark.parametrize(
+    ("text", "cure"),
+    [
+        *((one, "") for one in ("sin 2t", "sin 2*q1", "sin w t", "sin q1/2", "sin x cos y", "sin x**2")),
+        ("ln 2q1", ""), ("arcsin x", ""),
+        *((one, "**") for one in ("sin^-1(x)", "sin^2 q1", "q1^2t", "e^2t", "sin(q1)^2cos(q1)", "x^2;y")),
+        ("sin x - cos 2t", ""), ("2 - sin q1", "2 - sin(q1)"), ("3 q1^2 t", "3*q1**2*t"), ("3*2^x t", "3*2**x*t"),
+        ("10%*x", "a*x"), ("(2 + sin x)*t", "(2 + sin(x))*t"),
+    ],
+)  # fmt: skip
+def test_no_product_is_offered_that_may_mean_something_else(text: str, cure: str) -> None:
+    with pytest.raises(FormulaError) as caught:
+        parse(text)
+    offered = re.findall(r"write ([^;]+)", str(caught.value))
+    assert offered == [cure] * bool(cure)
+    assert cure in ("", "**") or parse(cure)
+
+
+@pytest.mark.parametrize(
     ("text", "message"),
     [
         ("", "it is empty"),

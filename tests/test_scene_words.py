@@ -385,6 +385,10 @@ def test_time_has_no_place_in_a_mass():
         ("start = 14", ""),
         ('start = "90 deg"', ""),
         ("limits = { lower = -1000, upper = 1000 }", ""),
+        ('start = "15 rad"', ""),
+        ('limits = { lower = "-30 rad", upper = "30 rad" }', ""),
+        ("limits = { lower = 0, upper = 60 }", ""),
+        ("limits = { lower = -75, upper = 75 }", ""),
     ],
 )
 def test_degrees_where_radians_stand_are_noted(tmp_path, keys, angle):
@@ -393,7 +397,8 @@ def test_degrees_where_radians_stand_are_noted(tmp_path, keys, angle):
 
     told = "".join(note for note in read_noting(path).notes if "in rad" in note)
 
-    assert (f'the angle {angle} is in rad, many turns; in degrees write "{angle} deg"' in told) == bool(angle)
+    assert (f'the angle {angle} is in rad, many turns; in degrees write "{angle} deg"' if angle else "") in told
+    assert bool(told) == bool(angle)
 
 
 def test_plain_friction_is_noted_as_data_that_does_not_act(tmp_path):

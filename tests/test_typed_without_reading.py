@@ -271,6 +271,20 @@ WRONG = [
     ("[0, 0, -9.81]", '"g"', 'write gravity = [0, 0, "-g"]'),
     ("[0, 0, -9.81]", '"off"', 'write gravity = "none"'),
     *(
+        ("[0, 0, -9.81]", one, f"write gravity = {told}")
+        for one, told in {
+            "1e1": "[0, 0, -1E+1]",
+            '"9,81"': "[0, 0, -9.81]",
+            '"-9810 mm/s^2"': '[0, 0, "-9810 mm/s^2"]',
+            '"32.2 ft/s^2"': '[0, 0, "-32.2 ft/s^2"]',
+            '"9.8 N/kg"': '[0, 0, "-9.8 N/kg"]',
+            '"5/3"': '[0, 0, "-5/3"]',
+            '"-z axis"': "[0, 0, -9.81]",
+            '"-e_z"': "[0, 0, -9.81]",
+        }.items()
+    ),
+    *(("[0, 0, -9.81]", one, "vector; give a vector such as") for one in ('"1 g"', '"1/6 g"', '"0 0 -9810 mm/s^2"')),
+    *(
         ('"phi"', f'"phi"\n{line}', told)
         for line, told in {
             'motion = "A sin(w t)"': "write A*sin(w*t)",
@@ -298,6 +312,8 @@ def test_words_of_other_tools_are_told_at_their_line(there: str, typed: str, tol
     lines = [one for one in caught.value.faults if told in one]
     assert lines, caught.value
     assert int(lines[0].split(":")[1]) in (line, line + 1), lines
+    if told.startswith("write gravity") and '"-g"' not in told:
+        assert read_text(SCENE.replace(there, told.partition("= ")[2]))
 
 
 @pytest.mark.parametrize(

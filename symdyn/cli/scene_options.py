@@ -117,10 +117,11 @@ def scene_and_notes(options: argparse.Namespace) -> tuple[Scene, list[str]]:
         StandardInput() if options.scene == STDIN else path, options.snap, options.allow_invalid_inertia, cuts,
         options.floating_base, options.no_units,
     )  # fmt: skip
+    told = [one for one in reading.notes if options.verb == "info" or not one.endswith(reading.UNUSED)]
     whole, name = (printable(str(one), keep="") for one in (path, path.name))
-    notes = [one.replace(whole, name, 1) if one.startswith(whole) else one for one in reading.notes[:MOST_NOTES]]
-    if len(reading.notes) > MOST_NOTES:
-        notes.append(f"{name}: and {len(reading.notes) - MOST_NOTES} notes more")
+    notes = [one.replace(whole, name, 1) if one.startswith(whole) else one for one in told[:MOST_NOTES]]
+    if len(told) > MOST_NOTES:
+        notes.append(f"{name}: and {len(told) - MOST_NOTES} notes more")
     scene = with_symbols(reading.scene, options.symbolic) if options.symbolic else reading.scene
     if options.bind is None:
         return scene, notes

@@ -30,7 +30,7 @@ from symdyn.scene.values.body import Pose
 from symdyn.scene.values.entry import Entry, Faults, shorten, show
 from symdyn.scene.values.folding import tables_in
 from symdyn.scene.values.grammar import check_scene_name
-from symdyn.scene.values.key import Part, raw_of
+from symdyn.scene.values.key import Part, keys_of, raw_of
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import Quantity, exact_decimal, spell
 from symdyn.scene.values.unit import Unit, in_si, out_of_si
@@ -117,10 +117,8 @@ def _refuse_long_keys(text: str, source: str) -> None:
         parts = re.findall(_PART, found["key"] or "")
         if len(parts) > MOST_PARTS:
             line = text.count("\n", 0, found.start()) + 1
-            raise SceneError(
-                f"{source}: line {line}: {shorten(found['key'])} is a key of {len(parts)} parts; "
-                "no key of a scene has more than three"
-            )
+            told = f"{shorten(found['key'])} is a key of {len(parts)} parts; no key of a scene has more than three"
+            raise SceneError(f"{source}: line {line}: {told}")
 
 
 def _refuse_many_values(root: Mapping[str, object], source: str) -> None:
@@ -128,10 +126,7 @@ def _refuse_many_values(root: Mapping[str, object], source: str) -> None:
     for _ in range(DEEPEST):
         inner: list[object] = []
         for value in level:
-            if isinstance(value, dict):
-                inner += value.values()
-            elif isinstance(value, list):
-                inner += value
+            inner += value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
         count, level = count + len(inner), inner
         if count > MOST_VALUES:
             raise SceneError(f"{source}: holds more than {MOST_VALUES} values; no mechanism needs as many")
@@ -224,16 +219,21 @@ def _declaration(root: Mapping[str, object], source: str, faults: Faults) -> Dec
 def _refuse_headers(root: Mapping[str, object], keys: Sequence[str], faults: Faults) -> None:
     """Report keys that are none, parameters above their table, and lists; what refers to tables unread is not told."""
     unknown = [key for key in root if key not in keys]
-    lone = [key for key in unknown if not isinstance(root[key], (Mapping, list)) and nearest(key, keys) is None]
+    words = {k for k in unknown if isinstance(x := root[k], str) and x not in root and not re.search(r"[\d*/(]|^-", x)}
+    none = words.union(key for key in unknown if isinstance(root[key], (Mapping, list, bool)))
+    lone = [key for key in unknown if key not in none and nearest(key, keys) is None]
     lone = [] if all(hint("keys", key, [""]) for key in lone) else lone
     if lone:
-        do = "move it below [parameters]:" if "parameters" in root else "write [parameters] above"
+        head = [key for key in keys_of(HEAD) if key in root]
+        do = f"write [parameters] {f'below {listed(head)} and ' if head else ''}above"
+        do = "move it below [parameters]:" if "parameters" in root else do
         faults.add("", f"unknown key {show(lone[0])}; {do} {listed(lone)}")
     for key in (one for one in unknown if one not in lone):
         faults.add("", f"unknown key {show(key)}; {hint('keys', key, ['']) or suggestion(key, keys)}")
     rows = [(kind, one) for kind in (*SECTIONS, *sections()) if isinstance(one := root.get(kind), list)]
     for kind, one in ((kind, one[0]) for kind, one in rows if one and isinstance(one[0], Mapping)):
-        faults.add(kind, f"[[{kind}]] is a list of tables; write [{kind}.{one.get('name', 'NAME')}]")
+        header = f"[{kind}.{one['name']}] without name" if "name" in one else f"[{kind}.NAME]"
+        faults.add(kind, f"[[{kind}]] is a list of tables; write {header}")
     if lone or rows or any(isinstance(root[key], (Mapping, list)) for key in unknown):
         faults.close()
 

@@ -16,6 +16,7 @@ twice; formulas that have no value; masses below zero; joints that close no tree
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from typing import Any, TypeVar
 
@@ -53,7 +54,7 @@ from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key, Part, fields_of, keys_of, needed_of, number, one_of, word
 from symdyn.scene.values.letters import Input, Parameter, Signal, StateVariable
 from symdyn.scene.values.model import Point, Scene
-from symdyn.scene.values.quantity import FormulaError, Quantity
+from symdyn.scene.values.quantity import NULL, FormulaError, Quantity
 from symdyn.scene.values.shape import NUMBER, Shape, choice_of, described, name_shape, table_shape
 
 SECTIONS: Mapping[str, Sequence[Part]] = {
@@ -187,8 +188,10 @@ def assemble(
     _note_friction(scene, faults)
     note_angles(scene, faults)
     used = {name for one in Quantity.inside(scene) for name in one.symbols}
-    for name in (one.name for one in scene.parameters if one.name not in used):
-        faults.note(f"parameters.{name}", "no formula of the scene has it")
+    idle = [one.name for one in scene.parameters if one.name not in used and (one.name, scene.gravity) != ("g", NULL)]
+    said = {*re.findall(r"\w+", repr(replace(declaration, parameters=())))} if idle else set()  # 0*R folds away
+    for name in (one for one in idle if one not in said):
+        faults.note(f"parameters.{name}", Reading.UNUSED)
     excused = check(draft, faults, allow_invalid_inertia)
     faults.close()
     carried = {body.name: body for body in scene.bodies}
@@ -252,11 +255,9 @@ LINK: tuple[Key[Quantity], ...] = (
 )
 """What a row says beside the keys of its joint and its body."""
 
-
 LINK_OF_JOINT = ("type", "pitch", *keys_of(ROWS))
 
 LINK_KEYS = ("name", *keys_of(LINK), *LINK_OF_JOINT, *keys_of(BODY))
-"""What a row says: of itself, of its joint, and of its body."""
 
 
 def _expand(entry: Entry, faults: Faults) -> tuple[list[Entry], list[Entry]]:

@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterator
 from os import PathLike, fsdecode
 from pathlib import Path
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 from symdyn.bounds import BOUNDS
 from symdyn.errors import SceneError, beside
@@ -141,6 +141,8 @@ class Reading:
         scene: checked and in order.
         notes: what the reader changed, doubts or leaves out of the equations, one line each, "<source>: " in front.
     """
+
+    UNUSED: ClassVar = "no formula of the scene has it"  # end of a note; a formula of a request may have it
 
     scene: Scene
     notes: tuple[str, ...] = ()

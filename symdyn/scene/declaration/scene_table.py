@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from fractions import Fraction
 from typing import Any
 
@@ -12,6 +13,7 @@ from symdyn.errors import choice, suggestion
 from symdyn.scene.declaration.reading import read_coherent, read_valued, said_value
 from symdyn.scene.values.body import OUTLINES, Body, Outline, Particle
 from symdyn.scene.values.description import DESCRIBED
+from symdyn.scene.values.dimensional_analysis import fits
 from symdyn.scene.values.entry import Entry, EntryReader, as_vector, plain, show, shown, vector
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.joint import acceleration_name, velocity_name
@@ -47,6 +49,7 @@ from symdyn.scene.values.shape import (
     several,
     table_shape,
 )
+from symdyn.scene.values.unit import Unit
 
 # Head
 
@@ -63,21 +66,23 @@ def _gravity(table: EntryReader, key: str, usual: Vector) -> Vector:
 
 def _fall(raw: object) -> str:
     """Return what to write for gravity that is no vector: a letter, a size, or what says that there is none."""
-    text = str(raw).strip().lower()
-    size = re.match(r"[+-]?(\d+\.?\d*)", text)
-    if text in ("off", "no", "zero", "0", "0.0", "none"):
+    text = str(raw).strip()
+    if text.lower() in ("off", "no", "zero", "0", "0.0", "none"):
         return 'write gravity = "none"'
-    listed = as_vector(text[-1:] if len(text) < 3 else text, "-9.81") or (f"[0, 0, -{size[1]}]" if size else "")
-    listed = listed or ('[0, 0, "-g"]' if text.lstrip("-") == "g" else "")
+    size = re.sub(r"^(\d+),(\d+)$", r"\1.\2", text.lstrip("+- "))
+    listed = as_vector(size if size[:1].isalpha() else text, "-9.81") or ('[0, 0, "-g"]' if size in ("g", "G") else "")
+    if not listed and re.match(r"\d+\.?\d*(e[+-]?\d+)?( ?/ ?\d+)?( ?[a-z°].*)?$", size, re.IGNORECASE):
+        with suppress(FormulaError):  # another kind of unit: 1 g is a gram
+            fits(quantity(size), Unit.read("m/s^2"))
+            bare = re.fullmatch(r"\d+(\.\d+)?(e[+-]?\d+)?", size, re.IGNORECASE)
+            listed = f"[0, 0, -{size}]" if bare else f'[0, 0, "-{size}"]'
     return f"write gravity = {listed}" if listed else 'give a vector such as [0, 0, -9.81], or "none"'
 
 
 def _dimensionless(table: EntryReader, key: str, usual: bool) -> bool:
     raw = table.raw.get(key)
     if raw is not None and raw != "none":
-        table.fault(
-            f'{key} = {show(raw)} is not known; write {key} = "none" in a scene without dimensions, or leave it out'
-        )
+        table.fault(f'{key} = {show(raw)} is not known; write {key} = "none" for no dimensions, or leave it out')
     return raw == "none"
 
 
@@ -195,9 +200,7 @@ def _particles(table: EntryReader, key: str, usual: tuple[Particle, ...]) -> tup
         table.fault(f"{key} = {show(raw)} is not a list; {advice}")
         return ()
     if len(raw) > MOST_PARTICLES:
-        table.fault(
-            f"{key} lists {len(raw)}; {MOST_PARTICLES} are allowed, give the mass, com and inertia of all together"
-        )
+        table.fault(f"{key} lists {len(raw)}; {MOST_PARTICLES} are allowed, give mass, com and inertia of all")
         return ()
     particles = []
     for k, item in enumerate(raw):

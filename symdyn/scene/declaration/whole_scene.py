@@ -189,20 +189,21 @@ def _start(joint: Joint, stand: Stand) -> None:
 
 
 def note_angles(scene: Scene, faults: Faults) -> None:
-    """Note plain numbers of degrees where angles in radians stand: multiples of 15 beyond a turn."""
+    """Note plain numbers of degrees where angles in radians stand: multiples of 15 beyond a turn; of limits, usual."""
     angles = {coordinate for _, coordinate, unit in SceneUnits(scene).each_coordinate() if unit == "rad"}
+    usual = (30, 45, 60, 90, 120, 135, 150, 180, 270, 360)
     for joint in (*scene.joints, *scene.loops):
         turned = [x for kind, x in (*joint.origin.steps, *joint.tip.steps) if kind.startswith("R")]
         turned += [x for q, x in zip(joint.coordinates, joint.start, strict=False) if q in angles]
-        ends = (joint.limits.lower, joint.limits.upper) if angles.intersection(joint.coordinates) else ()
-        said = next((x for x in (*turned, *ends) if x and isinstance(x.value, Fraction) and _in_degrees(x.value)), None)
-        if said is not None:
+        ends = [x for x in (joint.limits.lower, joint.limits.upper) if x and _in_degrees(x) and abs(float(x)) in usual]
+        turned += ends if len(ends) == 2 and angles.intersection(joint.coordinates) else []
+        if (said := next(filter(_in_degrees, turned), None)) is not None:
             told = f'the angle {shown(said)} is in rad, many turns; in degrees write "{shown(said)} deg"'
             faults.note(f"joints.{joint.name}", told)
 
 
-def _in_degrees(angle: Fraction) -> bool:
-    return 7 < abs(angle) <= 360 and angle % 15 == 0
+def _in_degrees(x: Quantity) -> bool:
+    return not x.unit and isinstance(x.value, Fraction) and 7 < abs(x.value) <= 360 and x.value % 15 == 0
 
 
 def check_elements(draft: Draft, values: Mapping[str, Value], faults: Faults) -> None:

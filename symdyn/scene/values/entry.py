@@ -260,8 +260,8 @@ def as_vector(value: object, size: str = "1") -> str:
     text = str(value).strip().lower()
     letter = re.fullmatch(r"([+-]?) ?(?:e_?)?([xyz])(?:[ _-]?axis)?", text)
     parts = [letter[1].strip("+") + size if letter[2] == one else "0" for one in "xyz"] if letter else []
-    parts = parts or [one for one in re.split(r"[\s,;]+", text.strip("()[]")) if re.fullmatch(r"[+-]?[\d.]+", one)]
-    return f"[{', '.join(parts)}]" if len(parts) == 3 else ""
+    parts = parts or re.split(r"[\s,;]+", text.strip("()[] "))
+    return f"[{', '.join(parts)}]" if len(parts) == 3 and all(re.fullmatch(r"-?[\d.]+", x) for x in parts) else ""
 
 
 def pose(value: object) -> Pose:

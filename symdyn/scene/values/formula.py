@@ -105,10 +105,8 @@ def quantity(value: object) -> Quantity:
         return value
     if isinstance(value, str):
         return parse(value)
-    if type(value) is int:
+    if type(value) is int or isinstance(value, Fraction):
         return folding.constant(Fraction(value))
-    if isinstance(value, Fraction):
-        return folding.constant(value)
     if isinstance(value, float):
         value = Decimal(float.__repr__(value))
     if isinstance(value, Decimal):
@@ -195,8 +193,7 @@ def _of_table(table: Mapping[str, object]) -> Quantity:
     if found.symbols:
         raise FormulaError("is a formula of symbols, which is in SI; leave the unit out")
     if found.unit:
-        reason = Unit.read(found.unit).misfit(unit)
-        if reason:
+        if reason := Unit.read(found.unit).misfit(unit):
             raise UnitError(reason)
         return found
     return replace(in_si(found, unit), unit=unit.text)
@@ -228,8 +225,15 @@ class _BrokenError(FormulaError):
 
 def _formula(text: str) -> Quantity:
     if foreign := _FOREIGN.search(_QUOTED.sub("", text)):
-        raise _BrokenError(foreign_sign(foreign.group(), text))
+        raise _BrokenError(foreign_sign(foreign.group(), text, _reads))
     return _Reader(_IF.sub(IF, _DEGREES.sub("*deg", text))).read()
+
+
+def _reads(text: str) -> bool:
+    try:
+        return bool(_formula(text))
+    except FormulaError:
+        return False
 
 
 def _value(match: re.Match[str], text: str) -> Quantity:
@@ -244,7 +248,7 @@ def _value(match: re.Match[str], text: str) -> Quantity:
         except _BrokenError as broken:
             begin = max(match.span("unit")[0], match.span("other")[0])
             symbols = " " not in text or re.match(r"\w{1,2} is no unit", str(error))
-            product = meant(text.replace("^", "**")) if symbols else ""
+            product = meant(text.replace("^", "**"), _reads) if symbols else ""
             told = str(error).partition("; there are")[0] if product else str(error)
             alone = UnitError(told + product.replace("; write", " or write" if told.endswith("?") else "; write"))
             raise (_letters_beside(text, begin, error) or (broken if re.search(_SUM, text) else alone)) from None
@@ -276,7 +280,7 @@ def _letters_beside(text: str, begin: int, error: UnitError) -> UnitError | None
             letters = re.sub(r"(?<=[\w)]) (?=[\w(])", "*", text).replace("^", "**")
             return UnitError(
                 f'a unit stands behind a number alone; name the number, such as a = "{value}" in parameters, '
-                f"and write a{cut.group()}{rest}{typing}; of symbols alone write {letters}"
+                f"and write a{cut.group()}{rest}{typing}{f'; of symbols alone write {letters}' * _reads(letters)}"
             )
     return None
 
@@ -296,7 +300,7 @@ class _Reader:
                 warnings.simplefilter("ignore")
                 tree = ast.parse(self.text, mode="eval")
         except SyntaxError as error:
-            where = (f"at character {error.offset}" if error.offset else "at its end") + meant(self.text)
+            where = (f"at character {error.offset}" if error.offset else "at its end") + meant(self.text, _reads)
             raise _BrokenError(
                 f"it breaks off {where}; check brackets and operators; a unit stands behind a number alone, as in 5 mm"
                 + (': name the number, such as a = "5 mm" in parameters' if re.search(_WITH_UNIT, self.text) else "")
@@ -374,9 +378,7 @@ class _Reader:
         """Return what reads a table of numbers, by its name until all of a scene is known."""
         first, *rest = node.args or [node]
         if not (isinstance(first, ast.Constant) and isinstance(first.value, str)) or not 1 <= len(rest) <= 2:
-            raise FormulaError(
-                'table takes a name or a file in quotes and 1 or 2 arguments, as in table("curve.csv", x)'
-            )
+            raise FormulaError('table takes a name or file in quotes and 1 or 2 arguments, as in table("curve.csv", x)')
         return Quantity(Op.SELECT, tuple(self.visit(one, depth + 1) for one in rest), first.value)
 
     def selection(self, node: ast.Call, depth: int) -> Quantity:
@@ -392,13 +394,12 @@ class _Reader:
         if isinstance(test, ast.UnaryOp) and isinstance(test.op, ast.Not):
             return self.chosen(test.operand, b, a, depth + 1)
         if isinstance(test, ast.BoolOp):
+            both = isinstance(test.op, ast.And)
             for part in reversed(test.values):
-                self.spend(b if isinstance(test.op, ast.And) else a, 1)
-                if isinstance(test.op, ast.And):
-                    a = self.chosen(part, a, b, depth + 1)
-                else:
-                    b = self.chosen(part, a, b, depth + 1)
-            return a if isinstance(test.op, ast.And) else b
+                self.spend(b if both else a, 1)
+                found = self.chosen(part, a, b, depth + 1)
+                a, b = (found, b) if both else (a, found)
+            return a if both else b
         if not isinstance(test, ast.Compare):
             return folding.select(self.visit(test, depth), a, b)
         sides = [self.visit(one, depth + 1) for one in (test.left, *test.comparators)]

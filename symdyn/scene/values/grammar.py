@@ -33,7 +33,7 @@ from __future__ import annotations
 
 import keyword
 import re
-from collections.abc import Container, Iterator
+from collections.abc import Callable, Container, Iterator
 from functools import cache
 
 from symdyn.errors import hint
@@ -292,34 +292,37 @@ LONGEST = 60
 
 _FUNCTION = rf"\b({'|'.join(FORMULA_NAMES[1:])})"
 
+_UNSURE = r"\*\*[-\d.]+[^\W\d_]|\b(ln|lg|log10|cot|sec|csc|arc[a-z]+) "  # e**2t, ln 2t
+
 PRODUCTS = (
     (r"(?<![\w.])(\d+\.?\d*|\.\d+)(?![eE][+-]?\d)([^\W\d_])", r"\1*\2"),  # 2t
     (rf"{_FUNCTION} \(", r"\1("),
-    (rf"{_FUNCTION} (\w+)", r"\1(\2)"),  # sin x
+    (rf"{_FUNCTION} ([A-Za-z_]\w*)(?= *(?:[-+)]|$))", r"\1(\2)"),  # sin x, and not sin x/2
     (r"(?<=[\w)]) (?=[\w(])|(?<=\))(?=[\w(])", "*"),  # w t, (a)(b)
 )
 
 
-def meant(text: str) -> str:
+def meant(text: str, reads: Callable[[str], bool]) -> str:
     """Return what to write in a formula that breaks off: 2*sin(w*t) for 2 sin(w t), no keyword of Python; else ""."""
     known = {"and", "or", "not", "if", "else"}
     for word in (one for one in re.findall(r"\b[A-Za-z_]\w*", text) if keyword.iskeyword(one) and one not in known):
         return f', where "{word}" {check_name(word)}'
     if re.fullmatch(r"[+-]?\d+,\d+[^,()]*", text):
         return f"; write {text.replace(',', '.')}"
-    for pattern, product in PRODUCTS:
-        text = re.sub(pattern, product, text)
-    try:
-        compile(text, "", "eval")
-    except (SyntaxError, ValueError, MemoryError, RecursionError):
-        return ""
-    return f"; write {text.replace('if_(', 'if(')}"
+    product = text
+    for pattern, written in PRODUCTS:
+        product = re.sub(pattern, written, product)
+    sure = product != text and not re.search(_UNSURE, text) and reads(product)
+    return f"; write {product.replace('if_(', 'if(')}" if sure else ""
 
 
-def foreign_sign(sign: str, text: str) -> str:
+def foreign_sign(sign: str, text: str, reads: Callable[[str], bool]) -> str:
     """Return what is said of a sign that no formula has, and what to write in its place, in a text."""
-    power = re.sub(r"\b([a-z]+)\*\*(\d+)(\([^()]*\))", r"\1\3**\2", text.replace("^", "**"))
-    told = hint("characters", sign).replace("{}", power)
+    told = hint("characters", sign)
+    if "{}" in told:
+        power = re.sub(r"\b([a-z]+)\*\*(\d+)(\([^()]*\))", r"\1\3**\2", text.replace("^", "**"))
+        cure = f"; write {power}" if reads(power) else meant(power, reads).replace(", where", "; write **, where")
+        told = told.replace("; write {}", cure or "; write **")
     return told if sign in told else f"{sign!r} has no place in a formula{'; ' * bool(told)}{told}"
 
 
