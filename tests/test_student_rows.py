@@ -102,3 +102,14 @@ def test_multipliers_are_along_the_axes_of_the_ground_or_of_the_rows_at_both_doo
     page = [first.right for first, _ in benchmark.sealed_on_page([("tau:3", text) for text in typed], scene)]
 
     assert shell == page == list(typed.values())
+
+
+@pytest.mark.runs("node")
+@pytest.mark.skipif(shutil.which("node") is None, reason="the page's program runs in node")
+def test_a_constant_for_an_energy_has_no_known_cause(monkeypatch: pytest.MonkeyPatch) -> None:
+    benchmark, scene = _benchmark(monkeypatch), read(Path(__file__).parents[1] / "examples/pendulum.toml")
+
+    shell = benchmark.sealed_in_shell({"answer": "m g l"}, "P:", scene.as_parameters())
+    ((page, _),) = benchmark.sealed_on_page([("P:", "m g l")], scene.as_parameters())
+
+    assert (shell.right, shell.rules) == (page.right, page.rules) == (False, ())
