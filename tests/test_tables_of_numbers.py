@@ -229,7 +229,7 @@ def test_methods_of_high_order_say_that_it_bends(method: Any, told: str, tmp_pat
         ('table("../cart.csv", x)', None, r"../cart.csv lies elsewhere; put it into the folder of the scene"),
         ('table("/etc/cart.csv", x)', None, r"/etc/cart.csv lies elsewhere"),
         ('table("cart.toml.csv", x)', None, r"cart.toml.csv: line 2: 'b' is no number"),
-        ("table(x)", None, "table takes a name or a file in quotes and 1 or 2 arguments"),
+        ("table(x)", None, "table takes a name or file in quotes and 1 or 2 arguments"),
         (
             'table("damper", x)',
             "[[0, 1], [0, 2]]",
