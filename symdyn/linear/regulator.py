@@ -375,7 +375,7 @@ def riccati(
                 "name those there"
             )
         told = verdict(True, alone, named(unseen @ drifting.drifting, names))
-        basis, notes = seen, (f"{told}: {weighed} {forgets} {'them' if alone[1:] else 'it'}",)
+        basis, notes = seen, (f"{told}, as {weighed} {forgets} {'them' if alone[1:] else 'it'}",)
     if not basis.shape[1]:
         raise LinearizeError(f"{weighed} {forgets} anything that has to be; give weights by name")
     part, way = basis.T @ A @ basis, basis.T @ B

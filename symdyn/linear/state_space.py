@@ -200,7 +200,7 @@ class StateSpace(Plotted):
 
     @property
     def verdict(self) -> str:
-        """In words: "stable", "unstable", "drifting: x, x_dot", or "stable, but for phi, which does not decay"."""
+        """In words: "asymptotically stable", "marginally stable: phi does not decay", "marginally stable: x, x_dot drift"."""
         return verdict(not self.growth.growing, self.left_alone, self.drifting)
 
     @property
