@@ -177,6 +177,21 @@ def test_a_slow_response_beside_a_fast_pole_and_a_drift_ends(
     assert held.step(until=1.0).final[0, 0] == pytest.approx(final, rel=1e-6)
 
 
+@pytest.mark.parametrize("inductance", [1e-3, 1e-6, 1e-9])
+def test_a_step_response_ends_at_the_static_gain_however_slow_its_pole(inductance: float) -> None:
+    """Beside 1e6 1/s the pole -5e-6 was rounded to zero, and the speed ended at nan, the angle, an integral, at 0."""
+    A = [[0, 1, 0], [0, 0, 1e-4], [0, -0.05 / inductance, -1 / inductance]]
+    motor = StateSpace(A, [[0], [0], [1 / inductance]], np.eye(3), outputs=["angle", "speed", "current"])
+    angle, speed, current = motor.step(until=1.0).final[:, 0]
+    assert np.isnan(angle)
+    assert (speed, current) == (pytest.approx(20, rel=1e-9), pytest.approx(0, abs=1e-9))
+    grows = StateSpace([[1e-6, 1], [0, -1e6]], [[0], [1e6]], [[1, 0]])
+    assert np.isnan(grows.step(until=1.0).final[0, 0])
+    assert StateSpace([[-3e-10, 1], [0, -1]], [[0], [1]], [[1, 0]]).step(until=1.0).info()["final"] == pytest.approx(
+        1 / 3e-10
+    )
+
+
 @pytest.mark.parametrize("outputs", [["theta"], ["theta", "phi_dot"], ["theta_dot"]])
 def test_a_filter_names_the_outputs_that_show_what_it_misses(outputs: list[str]) -> None:
     with pytest.raises(LinearizeError, match=r"no output shows the mode 0, of phi.* and it does not decay") as told:

@@ -254,7 +254,7 @@ def test_a_wheel_that_stands_has_zeros_of_rolling_and_they_are_not_unstable() ->
     assert wheel.positions == 2
     assert len(wheel.states) == 3
     assert told.zeros == {"cyclic": 1, "rolling": 1}
-    assert told.verdict == "asymptotically stable"
+    assert told.words == "marginally stable: x, phi do not decay; all other eigenvalues have negative real parts"
 
 
 def test_a_top_that_hangs_may_turn_about_the_vertical_and_tips_when_it_stands() -> None:
