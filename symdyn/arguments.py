@@ -288,13 +288,22 @@ def suggesting(function: F) -> F:
         keys = {one.name: [f"{name}=" for name in _keys(function, one)] for one in takes}
         given = ", ".join(listed(keys[name], 4) if keys[name] else name + "=" * (name in loose) for name in keys)
         beyond = values[len(inspect.signature(function).parameters) - len(loose) :][:1]
-        beyond += tuple(one[-1] for one in beyond if isinstance(one, tuple | list) and one)  # t_span
+        beyond += tuple(one[-1] for one in beyond if isinstance(one, tuple | list) and one and not isinstance(one[-1], str))  # t_span
         likely = ((k, x) for x in beyond for k, a in loose.items() if a and a.takes(x))
-        named = ((k, x) for k, x in likely if k not in HELD or not isinstance(x, str) or "=" in x)  # of "q1=0.1"
+        noun = values[0] if values else None
+        named = [one for one in likely if not isinstance(one[1], str | list) or (one[0] in HELD) == ("=" in str(one[1]))]
+        named.sort(key=lambda one: not {*names_of(noun, HELD.get(one[0], one[0]))}.intersection(_names_in(one[1])))
         fits = [f"; it goes by name, {k}={quoted(x)}" for k, x in named]
+        fits = ["; the scene comes first"] if any(hasattr(one, "coordinates") for one in beyond) else fits
         raise ArgumentError(f"{told}{''.join(fits[:1])}; call it as {_called(function)}({given})")
 
     return cast(F, called)
+
+
+def _names_in(given: object) -> list[str]:
+    """Return names that an argument has, of texts what stands before an "="."""
+    every = [given] if isinstance(given, str) else given if isinstance(given, Iterable) else ()
+    return [one.partition("=")[0].strip() for one in every if isinstance(one, str)]
 
 
 def _keys(function: Callable[..., object], one: inspect.Parameter) -> Sequence[str]:
@@ -356,6 +365,8 @@ def check_arguments(
 
 def _way_out(function: Callable[..., object], name: str, given: Mapping[str, Any]) -> str:
     """Return what does what an argument was given for, or the names that it takes; "" where neither is known."""
+    if hasattr(given[name], "coordinates"):
+        return "; the scene comes first"
     (needed, told), noun = hint("arguments", name) or ("", ""), given.get("self", given.get("scene"))
     if needed in inspect.signature(function).parameters:
         return f"; {with_own_names(told, noun).replace('$', quoted(given[name]))}"

@@ -171,7 +171,7 @@ def bode(response: FrequencyResponse) -> FilledFigure:
             axes[0].semilogx(x, response.decibels[:, i, k], linewidth=1.0)
             axes[1].semilogx(x, response.degrees[:, i, k], linewidth=1.0)
             axes[1].yaxis.set_major_locator(MaxNLocator(nbins=5, steps=[1, 1.5, 3, 4.5, 9, 10]))
-        axes[0].set_ylabel("dB")
+        axes[0].set_ylabel("magnitude, dB")
         axes[1].set_ylabel("phase, °")
         return f"frequency, {response.unit}"
 
@@ -204,6 +204,8 @@ def courses(response: TimeResponse) -> FilledFigure:
     def draw(axes: Sequence[Any], i: int, k: int) -> str:
         style = "default" if response.period is None else "steps-post"
         axes[0].plot(response.t, response.values[:, i, k], linewidth=1.0, drawstyle=style)
+        y, w = response.outputs.units[i], response.inputs.units[k]
+        axes[0].set_ylabel(f"{y or 1} per {w or 1}{' s' * (response.kind == 'impulse')}")
         return "t, s"
 
     return _grid(response, f"{response.kind} response", (3.2, 1.9), draw, sharex=True, sharey="row")

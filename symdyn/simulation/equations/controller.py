@@ -206,6 +206,8 @@ def _read(scene: Scene, what: object) -> Feedback:
         return _with_settings(read_feedback(scene, law), asked)
     if isinstance(law, Gains | Schedule):
         return replace(Feedback(law, law.inputs), **given)
+    if isinstance(law, str) and "=" in law:
+        raise SimulateError(f"feedback: formulas of the state are forces: {argument('forces', law)}")
     if isinstance(law, (str, Path)):
         gains, more = read_gains(scene, Path(law))
         return replace(Feedback(gains, gains.inputs, **more), **given)

@@ -22,7 +22,7 @@ from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 
-from symdyn.arguments import is_function, is_sympy
+from symdyn.arguments import argument, is_function, is_sympy
 from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import quoted
 from symdyn.scene import Quantity, tables_of
@@ -76,6 +76,8 @@ def read_entries(
                 found.tables.append(_table(entry, what))
             elif isinstance(entry, Mapping):
                 _by_name(entry, what, found, faults)
+            elif _controls(entry):
+                faults.add(what, f"{_spoken(entry)} is a controller; give it as {argument('feedback', python='feedback=')}")
             elif is_function(entry):
                 found.functions.append(("", entry))
             elif hasattr(entry, "keys"):
@@ -117,6 +119,9 @@ def _by_name(entries: Mapping[Any, Any], what: str, specified_entries: Specified
                 faults.add(what, f"t = {text or 'a function'} is not what moves; t are the times of arrays")
         elif text is not None:
             specified_entries.texts.append((what, name, text))
+        elif _controls(value):
+            told = argument("feedback", python=f"feedback=symdyn.Feedback(CONTROLLER, {name!r})")
+            faults.add(f"{what}: {name}", f"{_spoken(value)} is a controller; give it as {told}")
         elif is_function(value):
             specified_entries.functions.append((name, value))
         elif times is not None and not isinstance(value, tuple):
@@ -131,6 +136,12 @@ def _by_name(entries: Mapping[Any, Any], what: str, specified_entries: Specified
     if over:
         with faults.noted():
             specified_entries.tables.append(columns_of(what, times, over, every=True))
+
+
+def _controls(value: Any) -> bool:
+    """Tell whether something is a controller, ours or another library's, or gains."""
+    matrix = isinstance(value, np.ndarray) and value.ndim == 2
+    return matrix or any(hasattr(value, name) for name in ("feedback", "law", "poles"))
 
 
 def _over(value: Any) -> Any:

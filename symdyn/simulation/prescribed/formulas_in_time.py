@@ -412,8 +412,9 @@ def sample_times(until: float, every: float | None, faults: Faults) -> Array:
         return np.zeros(1)
     if every is None:
         return np.linspace(0.0, until, SAMPLES + 1)
-    if not (math.isfinite(every) and every > 0):
-        faults.add("", f"every = {every:g} s is no spacing of samples; give a positive one")
+    if not 0 < every <= until * (1 + 1e-9):
+        least = "a positive one" if not every > 0 else f"at most until = {until:g} s, the length of the run"
+        faults.add("", f"every = {every:g} s is no spacing of samples; give {least}")
         return np.zeros(1)
     if until / every > FINEST:
         faults.add(
