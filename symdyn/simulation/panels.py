@@ -336,7 +336,8 @@ def _fill(
         for event in trajectory.events if over is None else ():
             axis.axvline(event.t, color="0.5", linewidth=0.6, linestyle=":")
         if over is not None:
-            axis.set_ylabel(part.title if part.curves[1:] else _label(part.curves[0], mixed=True))
+            told = title if part.curves[1:] else _label(part.curves[0], mixed=True)
+            axis.set_ylabel(told).set_parse_math(not part.curves[1:])
     if parts and over is not None:
         axes[-1].set_xlabel(_label(over, mixed=True))
     elif parts:
