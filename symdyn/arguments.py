@@ -355,7 +355,7 @@ def check_arguments(
     lines, given = [], {**arguments, **fields}
     for name, kind in _read(function).items():
         if name in given and not kind.takes(value := given[name]):
-            measured = isinstance(value, str) and re.fullmatch("[0-9.]+ *[A-Za-z]+", value)
+            measured = isinstance(value, str) and re.fullmatch("-?[0-9.]+ *[A-Za-z][A-Za-z0-9 */^]*", value)
             unit = ", in SI" if measured and "number" in kind.words[0] else ""
             lines.append(f"{name} = {quoted(value)}: give {kind.words[0]}{unit}{_way_out(function, name, given)}")
     if lines:

@@ -280,6 +280,8 @@ def place(one: Linearization, poles: Sequence[complex] | Array, period: float | 
 
     used, names = controls(one), one.states.names
     wanted, step = _wanted(poles, names), steps(one, period)
+    if period is not None and np.abs(wanted).max() > 1:
+        raise LinearizeError("poles: with a period they are z = exp(s T), inside the unit circle: numpy.exp(T * s)")
     scale = balance(one.A)
     A, B = one.A * scale[None, :] / scale[:, None], one.B[:, used] / scale[:, None]
     size, beside = float(np.linalg.norm(A, 2)) or 1.0, staircase(A, B)[1]
