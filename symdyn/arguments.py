@@ -288,10 +288,14 @@ def suggesting(function: F) -> F:
         keys = {one.name: [f"{name}=" for name in _keys(function, one)] for one in takes}
         given = ", ".join(listed(keys[name], 4) if keys[name] else name + "=" * (name in loose) for name in keys)
         beyond = values[len(inspect.signature(function).parameters) - len(loose) :][:1]
-        beyond += tuple(one[-1] for one in beyond if isinstance(one, tuple | list) and one and not isinstance(one[-1], str))  # t_span
+        beyond += tuple(
+            one[-1] for one in beyond if isinstance(one, tuple | list) and one and not isinstance(one[-1], str)
+        )  # t_span
         likely = ((k, x) for x in beyond for k, a in loose.items() if a and a.takes(x))
         noun = values[0] if values else None
-        named = [one for one in likely if not isinstance(one[1], str | list) or (one[0] in HELD) == ("=" in str(one[1]))]
+        named = [
+            one for one in likely if not isinstance(one[1], str | list) or (one[0] in HELD) == ("=" in str(one[1]))
+        ]
         named.sort(key=lambda one: not {*names_of(noun, HELD.get(one[0], one[0]))}.intersection(_names_in(one[1])))
         fits = [f"; it goes by name, {k}={quoted(x)}" for k, x in named]
         fits = ["; the scene comes first"] if any(hasattr(one, "coordinates") for one in beyond) else fits

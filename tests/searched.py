@@ -89,7 +89,9 @@ SEARCHES = {
     "words#top-level": ("gravity direction",),
     "robots#coordinates-poses-base": ("floating base",),
     "scenes#joints": ("generalized coordinates",),
-    "simulate#forward-dynamics-the-motion-under-forces": ("initial velocity", "initial conditions", "random disturbance force"),
+    "simulate#forward-dynamics-the-motion-under-forces": (
+        "initial velocity", "initial conditions", "random disturbance force",
+    ),
     "simulate#inverse-dynamics-the-forces-of-a-motion": ("waypoints", "joint torque"),
     "recipes#vibration-isolation-and-transmissibility": ("sinusoidal base excitation", "harmonic excitation"),
     "simulate#integrators": ("step size", "DAE index"),

@@ -83,8 +83,8 @@ def test_a_pole_at_the_edge_that_the_loop_needs_is_not_left_alone(period: float 
     hidden = StateSpace(np.diag([-1.0, 0.0]), [[1.0], [0.0]], [[1.0, 0.0]], states=["v", "x"])
     beside = StateSpace([[-1, 0, 0], [0, 0, 2], [0, -2, 0]], [[1], [0], [0]], [[1, 0, 0]], states=["v", "a", "b"])
     said = {
-        edge: "unstable", swings: "unstable", integrates: "asymptotically stable", hidden: "marginally stable: x does not decay",
-        beside: "marginally stable: a, b do not decay",
+        edge: "unstable", swings: "unstable", integrates: "asymptotically stable",
+        hidden: "marginally stable: x does not decay", beside: "marginally stable: a, b do not decay",
     }  # fmt: skip
     for one, words in said.items():
         if one is swings and period:

@@ -221,9 +221,7 @@ class RootLocus(Plotted):
                 )  # fmt: skip
             over_it.axhline(0, color="0.3", linewidth=0.7)
             plane.axvline(0, color="0.3", linewidth=0.7)
-            over_it.set_title(
-                "real parts (solid), imaginary (dashed); shaded: nothing grows", loc="left", fontsize=9
-            )
+            over_it.set_title("real parts (solid), imaginary (dashed); shaded: nothing grows", loc="left", fontsize=9)
             plane.set_title("the same in the plane; × where it begins", loc="left", fontsize=9)
             over_it.set(xlabel=self.over, ylabel="real and imaginary part, 1/s")
             plane.set(xlabel="real part, 1/s", ylabel="imaginary part, 1/s")

@@ -357,7 +357,7 @@ def _final(one: StateSpace, kind: str) -> Array:
 
 
 def _settles(one: StateSpace) -> bool | None:
-    """Return whether a response ends: True where all modes decay, False where it integrates, None of what else there is.
+    """Return whether a response ends: True where all modes decay, False where it integrates, else None.
 
     However slow: rows and columns of A are made of one size first, and slow modes are those of its inverse.
     """

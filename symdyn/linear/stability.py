@@ -216,7 +216,7 @@ class Margins(Answer):
 
 
 def verdict(stable: bool, but: Sequence[str], drifts: Sequence[str]) -> str:
-    """Return in words whether something is stable, and which states do not decay, or drift, as of a double pole at 0."""
+    """Return in words whether something is stable, and which states do not decay, or drift, of a multiple zero."""
     if not stable or not but:
         return "asymptotically stable" if stable else "unstable"
     one = not (drifts or but)[1:]

@@ -429,7 +429,9 @@ def _read(
         alien = [one for one in re.findall(r"[A-Za-z_]\w*", " ".join(told)) if re.fullmatch(FORCE, one)]
         if name == "running" and more[name] and (strange := [one for one in alien if one not in allowed]):
             effort = argument("cost", " + ".join(f"{one}**2" for one in more[name]))
-            faults.add(where, f"{strange[0]} is not known here; what drives {scene.name} is {listed(more[name])}: {effort}")
+            faults.add(
+                where, f"{strange[0]} is not known here; what drives {scene.name} is {listed(more[name])}: {effort}"
+            )
             told = []
         read = [read_formula(text, allowed, where, faults, advice[name == "final"], scene=scene) for text in told]
         found[name] = tuple(substituted(one, scene.definitions) for one in read if one is not None)

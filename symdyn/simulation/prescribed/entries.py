@@ -66,7 +66,7 @@ def read_entries(
     entries: Entries, what: str, faults: Faults, needed: Collection[str] | None = None
 ) -> SpecifiedEntries:
     """Return what entries say; `what` is the option, "forces" or "motion"; `needed` as of `Columns.read`."""
-    found, plain = SpecifiedEntries(), list[str]()
+    found, plain, way = SpecifiedEntries(), list[str](), argument("feedback", python="feedback=")
     alone = isinstance(entries, (str, Path, Mapping)) or is_function(entries) or _is_table(entries)
     for entry in [entries] if alone or not isinstance(entries, Sequence) else entries:
         with faults.noted():
@@ -77,13 +77,13 @@ def read_entries(
             elif isinstance(entry, Mapping):
                 _by_name(entry, what, found, faults)
             elif _controls(entry):
-                faults.add(what, f"{_spoken(entry)} is a controller; give it as {argument('feedback', python='feedback=')}")
+                faults.add(what, f"{_spoken(entry)} is a controller; give it as {way}")
             elif is_function(entry):
                 found.functions.append(("", entry))
             elif hasattr(entry, "keys"):
                 faults.add(what, f"{type(entry).__name__} has neither a column nor an index t, the times in s")
             else:
-                own = "its .forces, or " if hasattr(entry, "forces") else ""
+                own = f"gains as {way}, or " * (_dimensions(entry) == 2) + "its .forces, or " * hasattr(entry, "forces")
                 faults.add(what, f"{_spoken(entry)} says no {what}; give {own}{KINDS} by name, text, or a table")
     found.texts += [(what, name, text) for name, text in words(plain, what, faults).items()]
     return found
@@ -139,9 +139,8 @@ def _by_name(entries: Mapping[Any, Any], what: str, specified_entries: Specified
 
 
 def _controls(value: Any) -> bool:
-    """Tell whether something is a controller, ours or another library's, or gains."""
-    matrix = isinstance(value, np.ndarray) and value.ndim == 2
-    return matrix or any(hasattr(value, name) for name in ("feedback", "law", "poles"))
+    """Tell whether something is a controller, ours or another library's."""
+    return any(hasattr(value, name) for name in ("feedback", "law", "numerator", "num", "B"))
 
 
 def _over(value: Any) -> Any:
