@@ -168,9 +168,8 @@ def _several(inside: Sequence[ast.expr], known: Mapping[str, object]) -> Argumen
     one = _kind(inside[0], known) if inside else None
 
     def takes(value: Any) -> bool:
-        if isinstance(value, bytes | bytearray | Mapping | type) or not isinstance(value, Iterable):
-            return False
-        if getattr(value, "ndim", 1) == 0:
+        whole = isinstance(value, bytes | bytearray | Mapping | type) or getattr(value, "ndim", 1) == 0
+        if whole or not isinstance(value, Iterable):
             return False
         entries: Iterable[Any] = value if isinstance(value, Sequence | Set) else ()
         if hasattr(value, "strides") and hasattr(value, "__getitem__"):
@@ -186,9 +185,10 @@ def _one_each(inside: Sequence[ast.expr], known: Mapping[str, object]) -> Argume
     kinds = [_kind(one, known) for one in inside]
 
     def takes(value: Any) -> bool:
-        if isinstance(value, str | bytes | Mapping) or getattr(value, "ndim", 1) == 0:  # an array has all the methods
-            return False
-        walks = isinstance(value, Sized) and isinstance(value, Iterable) and len(value) == len(kinds)
+        alone = (
+            isinstance(value, str | bytes | Mapping) or getattr(value, "ndim", 1) == 0
+        )  # an array has all the methods
+        walks = not alone and isinstance(value, Sized) and isinstance(value, Iterable) and len(value) == len(kinds)
         return walks and all(k is None or k.takes(x) for k, x in zip(kinds, value, strict=True))
 
     return ArgumentKind((f"{len(kinds)} values", "tuples"), takes)
@@ -219,9 +219,7 @@ def _one_of(inside: Sequence[ast.expr], known: Mapping[str, object]) -> Argument
 
 OF_KINDS = {
     "Literal": _one_of,
-    "Sequence": _several,
-    "Collection": _several,
-    "Iterable": _several,
+    **dict.fromkeys(("Sequence", "Collection", "Iterable"), _several),
     "tuple": _one_each,
     "Mapping": lambda inside, known: KINDS["Mapping"],
     "Callable": _function,
@@ -288,26 +286,16 @@ def suggesting(function: F) -> F:
         keys = {one.name: [f"{name}=" for name in _keys(function, one)] for one in takes}
         given = ", ".join(listed(keys[name], 4) if keys[name] else name + "=" * (name in loose) for name in keys)
         beyond = values[len(inspect.signature(function).parameters) - len(loose) :][:1]
-        beyond += tuple(
-            one[-1] for one in beyond if isinstance(one, tuple | list) and one and not isinstance(one[-1], str)
-        )  # t_span
+        beyond += tuple(one[-1] for one in beyond if isinstance(one, tuple | list) and [*map(type, one)][-1:] != [str])
         likely = ((k, x) for x in beyond for k, a in loose.items() if a and a.takes(x))
-        noun = values[0] if values else None
-        named = [
-            one for one in likely if not isinstance(one[1], str | list) or (one[0] in HELD) == ("=" in str(one[1]))
-        ]
-        named.sort(key=lambda one: not {*names_of(noun, HELD.get(one[0], one[0]))}.intersection(_names_in(one[1])))
-        fits = [f"; it goes by name, {k}={quoted(x)}" for k, x in named]
-        fits = ["; the scene comes first"] if any(hasattr(one, "coordinates") for one in beyond) else fits
+        named = [(k, x) for k, x in likely if not isinstance(x, str | list) or (k in HELD) == ("=" in str(x))]
+        own = {k: names_of(values[0], HELD.get(k, k)) for k, _ in named}
+        named.sort(key=lambda one: {*re.findall(r"\w+", str(one[1]))}.isdisjoint(own[one[0]]))
+        fits = ["; the scene comes first" for one in beyond if hasattr(one, "coordinates")]
+        fits += [f"; it goes by name, {k}={quoted(x)}" for k, x in named]
         raise ArgumentError(f"{told}{''.join(fits[:1])}; call it as {_called(function)}({given})")
 
     return cast(F, called)
-
-
-def _names_in(given: object) -> list[str]:
-    """Return names that an argument has, of texts what stands before an "="."""
-    every = [given] if isinstance(given, str) else given if isinstance(given, Iterable) else ()
-    return [one.partition("=")[0].strip() for one in every if isinstance(one, str)]
 
 
 def _keys(function: Callable[..., object], one: inspect.Parameter) -> Sequence[str]:
@@ -369,7 +357,7 @@ def check_arguments(
 
 def _way_out(function: Callable[..., object], name: str, given: Mapping[str, Any]) -> str:
     """Return what does what an argument was given for, or the names that it takes; "" where neither is known."""
-    if hasattr(given[name], "coordinates"):
+    if hasattr(given[name], "coordinates") and "scene" in given:
         return "; the scene comes first"
     (needed, told), noun = hint("arguments", name) or ("", ""), given.get("self", given.get("scene"))
     if needed in inspect.signature(function).parameters:

@@ -371,7 +371,8 @@ def _settles(one: StateSpace) -> bool | None:
     left, sizes, right = np.linalg.svd(A)
     zeros = int(np.sum(sizes <= ROUNDED * sizes[0]))
     if zeros:
-        ends = ((one.C, right[-1] / columns[0]), (one.B.T, left[:, -1] / rows[:, 0]))
+        still, whole = (np.where(np.abs(x) > ROUNDING * np.abs(x).max(), x, 0.0) for x in (right[-1], left[:, -1]))
+        ends = ((one.C, still / columns[0]), (one.B.T, whole / rows[:, 0]))
         acts = all(np.any(np.abs(M @ x) > ROUNDED * (np.abs(M) @ np.abs(x))) for M, x in ends)
         return False if zeros == 1 and acts else None
     fast, slow = np.linalg.eigvals(one.A), 1 / np.linalg.eigvals(np.linalg.inv(A) / (rows * columns).T)

@@ -200,7 +200,7 @@ class StateSpace(Plotted):
 
     @property
     def verdict(self) -> str:
-        """In words: "asymptotically stable", "marginally stable: phi does not decay" or "x, x_dot drift", "unstable"."""
+        """In words: "asymptotically stable", "marginally stable: phi does not decay" or "x drifts", "unstable"."""
         return verdict(not self.growth.growing, self.left_alone, self.drifting)
 
     @property

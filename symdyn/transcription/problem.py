@@ -430,7 +430,7 @@ def _read(
         if name == "running" and more[name] and (strange := [one for one in alien if one not in allowed]):
             effort = argument("cost", " + ".join(f"{one}**2" for one in more[name]))
             faults.add(
-                where, f"{strange[0]} is not known here; what drives {scene.name} is {listed(more[name])}: {effort}"
+                where, f"{strange[0]} is not known here; {scene.name} is driven by {listed(more[name])}: {effort}"
             )
             told = []
         read = [read_formula(text, allowed, where, faults, advice[name == "final"], scene=scene) for text in told]

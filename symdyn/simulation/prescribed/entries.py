@@ -140,7 +140,9 @@ def _by_name(entries: Mapping[Any, Any], what: str, specified_entries: Specified
 
 def _controls(value: Any) -> bool:
     """Tell whether something is a controller, ours or another library's."""
-    return any(hasattr(value, name) for name in ("feedback", "law", "numerator", "num", "B"))
+    return any(hasattr(value, name) for name in ("feedback", "law", "num", "B")) or {"poles", "numerator"} <= {
+        *dir(value)
+    }
 
 
 def _over(value: Any) -> Any:
