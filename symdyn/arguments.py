@@ -11,6 +11,7 @@ import inspect
 import os
 import re
 import sys
+from collections import ChainMap
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set, Sized
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -76,8 +77,6 @@ def argument(name: str, value: object = None, python: str = "") -> str:
 
     >>> argument("every"), argument("every", 0.1), argument("ignore_limits", True)
     ('every', 'every=0.1', 'ignore_limits=True')
-    >>> argument("at", {"phi": 0, "F": "2*t"}), argument("free", ["q1"])
-    ('at={"phi": 0, "F": "2*t"}', 'free=["q1"]')
 
     With a `value` that would work; `python` is what Python has in place of an argument.
     """
@@ -411,9 +410,7 @@ def native(kind: Callable[[Any], object], *values: object) -> tuple[Any, ...]:
 def _read(function: Callable[..., object]) -> dict[str, ArgumentKind]:
     """Return what every argument of a function may be, of those whose kind is known."""
     bare: Any = inspect.unwrap(function)
-    known: dict[str, Any] = {}
-    for owner in (*_NOUNS.get(bare, ()), bare):
-        known |= vars(sys.modules[owner.__module__])
+    known = ChainMap(*(vars(sys.modules[one.__module__]) for one in (bare, *_NOUNS.get(bare, ())[::-1])))
     said = inspect.signature(bare).parameters.values()
     written = {one.name: one for one in said if isinstance(one.annotation, str) and one.kind is not one.VAR_KEYWORD}
     nodes = {name: ast.parse(one.annotation, mode="eval").body for name, one in written.items()}  # all but self

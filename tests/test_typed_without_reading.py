@@ -80,7 +80,7 @@ TOLD: dict[str, Callable[[], object]] = {
         CART, until=1, forces={"F": held()["lin"].transfer("x", "F")}
     ),
     "give gains as feedback=, or a formula": lambda: symdyn.simulate(CART, until=1, forces=held()["lqr"].K),
-    'cart_pole is driven by F: cost="F**2"': lambda: symdyn.collocation(CART, until=1, cost="tau1^2"),
+    'it is a formula of drives, cost="F**2"': lambda: symdyn.collocation(CART, until=1, cost="tau1^2"),
     "are forces: forces=\"F=2*t\"": lambda: symdyn.simulate(CART, until=1, feedback="F=2*t"),
     "it is values={'mp': 2}": lambda: symdyn.simulate(CART, mp=2),  # type: ignore[call-arg]
     "over={'mc': ...} gives a parameter": lambda: symdyn.sweep(CART, m=[1, 2]),  # type: ignore[call-arg]

@@ -127,12 +127,8 @@ class Critical:
     grows: bool
 
     def __str__(self) -> str:
-        what = (
-            f"a mode that oscillates at {in_digits(self.frequency, 6)} Hz"
-            if self.frequency
-            else "a mode that does not oscillate"
-        )
-        return f"{in_digits(self.value, 12)}: {what} {'begins to grow' if self.grows else 'ceases to grow'}"
+        how = f"oscillates at {in_digits(self.frequency, 6)} Hz" if self.frequency else "does not oscillate"
+        return f"{in_digits(self.value, 12)}: a mode that {how} {'begins' if self.grows else 'ceases'} to grow"
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,9 +192,8 @@ class RootLocus(Plotted):
     def _figure(self) -> FilledFigure:
         """Return parts over the parameter, and the locus in the plane; over a gain the plane alone, with zeros."""
         if self.zeros is not None:
-            return pole_map(
-                f"{self.name}: root locus", {f"k = {self.values[0]:g}": self.poles[0]}, self.zeros, branches=self.poles
-            )
+            begin = {f"k = {self.values[0]:g}": self.poles[0]}
+            return pole_map(f"{self.name}: root locus", begin, self.zeros, branches=self.poles)
 
         def fill(figure: Any) -> None:
             over_it, plane = figure.subplots(1, 2, gridspec_kw={"width_ratios": [3, 2]})

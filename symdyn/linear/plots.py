@@ -106,8 +106,7 @@ def pole_map(
         if period is not None:
             _circle(plane)
         unit = "" if period is not None else ", 1/s"
-        plane.set_xlabel(f"real part{unit}")
-        plane.set_ylabel(f"imaginary part{unit}")
+        plane.set(xlabel=f"real part{unit}", ylabel=f"imaginary part{unit}")
         plane.grid(alpha=0.3)
         plane.legend(frameon=False, fontsize=8)
 
@@ -130,13 +129,8 @@ def _grid(
 ) -> FilledFigure:
     """Return a plot with a column an input, which stands above it, and `each` axes below each other an output.
 
-    Args:
-        response: what has inputs and outputs.
-        title: of the plot.
-        size: of the axes of one input and output, inches.
-        draw: draws on those of an output and an input, by their places, and returns what stands below the lowest.
-        each: how many.
-        words: of `Figure.subplots`.
+    `draw` draws on the axes of an output and an input, of a `size` in inches, by their places, and returns what stands
+    below the lowest; `words` are those of `Figure.subplots`.
     """
     outputs, inputs = response.outputs.names, response.inputs.names
     rows, columns = min(len(outputs), HIGHEST), min(len(inputs), WIDEST)

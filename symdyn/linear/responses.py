@@ -387,9 +387,8 @@ def _joined(one: StateSpace) -> StateSpace:
     for _ in moves:
         moved, seen = moved | moves @ moved, seen | seen @ moves
     own = moved & seen
-    return replace(
-        one, A=one.A[own][:, own], B=one.B[own], C=one.C[:, own], states=one.states.of(np.flatnonzero(own).tolist())
-    )
+    states = one.states.of(np.flatnonzero(own).tolist())
+    return replace(one, A=one.A[own][:, own], B=one.B[own], C=one.C[:, own], states=states)
 
 
 def _usual_end(one: StateSpace) -> float:

@@ -40,15 +40,9 @@ ZEROS = {
 
 
 def zero_kinds(A: Array, count: int, positions: int, cyclic: Sequence[int], family: int, kind: str) -> dict[str, int]:
-    """Return how many eigenvalues of each kind are zero, kinds that there are.
+    """Return how many eigenvalues of each kind are zero, kinds that there are; all are `count`.
 
-    Args:
-        A: shape (nx, nx).
-        count: of all that are zero.
-        positions: p, how many states are positions; they come first.
-        cyclic: places of those that are.
-        family: how many more directions lead to other equilibria.
-        kind: "rest", "steady" or "moving".
+    States are `positions` and then velocities; `cyclic` are places, `family` counts directions to other equilibria.
     """
     left, counts = count, dict[str, int]()
     p, m = positions, len(A) - positions
@@ -115,11 +109,8 @@ class Stability(Answer):
     @property
     def lines(self) -> tuple[str, ...]:
         """What is said of eigenvalues that are zero, a line for each kind; they stand beside the modes everywhere."""
-        found = []
-        for kind, count in self.zeros.items():
-            names = f" ({', '.join(self.names)})" if kind == "cyclic" else ""
-            found.append(f"{count} eigenvalue{'s' * (count > 1)} zero {ZEROS[kind]}{names}")
-        return tuple(found)
+        of = {**ZEROS, "cyclic": f"{ZEROS['cyclic']} ({', '.join(self.names)})"}
+        return tuple(f"{count} eigenvalue{'s' * (count > 1)} zero {of[kind]}" for kind, count in self.zeros.items())
 
 
 def stability(system: Linearization) -> Stability:

@@ -397,8 +397,8 @@ def _phased(scene: Scene, phases: Sequence[Mapping[str, object]] | None) -> tupl
     return laws
 
 
-FORCE = r"([FfuM]|tau|force|torque)_?\d*"
-"""What forces are called elsewhere."""
+FORCES = ("F", "f", "u", "tau", "M", "force", "torque")
+"""What drives are called elsewhere."""
 
 
 def _read(
@@ -422,16 +422,11 @@ def _read(
         where, allowed = words.get(name, name), (*state, *more.get(name, ()))
         told = [formula_text(one) for one in texts if one]
         begun = [one.partition("(")[0].replace(" ", "_") for one in told if name in words]
+        alien = [one.rstrip("0123456789_") for one in re.findall(r"[A-Za-z_]\w*", " ".join(told)) if one not in allowed]
         meant = [hint("costs", one) for one in begun if not {*re.findall(r"[A-Za-z_]\w*", one)} & {*allowed}]
+        meant += [hint("costs", one) for one in alien if one in FORCES]
         if said := [one for one in meant if one and (name == "running" or "DRIVE" not in one)]:
             faults.add(where, with_own_names(said[0], scene))
-            told = []
-        alien = [one for one in re.findall(r"[A-Za-z_]\w*", " ".join(told)) if re.fullmatch(FORCE, one)]
-        if name == "running" and more[name] and (strange := [one for one in alien if one not in allowed]):
-            effort = argument("cost", " + ".join(f"{one}**2" for one in more[name]))
-            faults.add(
-                where, f"{strange[0]} is not known here; {scene.name} is driven by {listed(more[name])}: {effort}"
-            )
             told = []
         read = [read_formula(text, allowed, where, faults, advice[name == "final"], scene=scene) for text in told]
         found[name] = tuple(substituted(one, scene.definitions) for one in read if one is not None)
