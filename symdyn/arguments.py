@@ -11,6 +11,7 @@ import inspect
 import os
 import re
 import sys
+from collections import ChainMap
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set, Sized
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -76,8 +77,6 @@ def argument(name: str, value: object = None, python: str = "") -> str:
 
     >>> argument("every"), argument("every", 0.1), argument("ignore_limits", True)
     ('every', 'every=0.1', 'ignore_limits=True')
-    >>> argument("at", {"phi": 0, "F": "2*t"}), argument("free", ["q1"])
-    ('at={"phi": 0, "F": "2*t"}', 'free=["q1"]')
 
     With a `value` that would work; `python` is what Python has in place of an argument.
     """
@@ -168,9 +167,8 @@ def _several(inside: Sequence[ast.expr], known: Mapping[str, object]) -> Argumen
     one = _kind(inside[0], known) if inside else None
 
     def takes(value: Any) -> bool:
-        if isinstance(value, bytes | bytearray | Mapping | type) or not isinstance(value, Iterable):
-            return False
-        if getattr(value, "ndim", 1) == 0:
+        whole = isinstance(value, bytes | bytearray | Mapping | type) or getattr(value, "ndim", 1) == 0
+        if whole or not isinstance(value, Iterable):
             return False
         entries: Iterable[Any] = value if isinstance(value, Sequence | Set) else ()
         if hasattr(value, "strides") and hasattr(value, "__getitem__"):
@@ -186,9 +184,10 @@ def _one_each(inside: Sequence[ast.expr], known: Mapping[str, object]) -> Argume
     kinds = [_kind(one, known) for one in inside]
 
     def takes(value: Any) -> bool:
-        if isinstance(value, str | bytes | Mapping) or getattr(value, "ndim", 1) == 0:  # an array has all the methods
-            return False
-        walks = isinstance(value, Sized) and isinstance(value, Iterable) and len(value) == len(kinds)
+        alone = (
+            isinstance(value, str | bytes | Mapping) or getattr(value, "ndim", 1) == 0
+        )  # an array has all the methods
+        walks = not alone and isinstance(value, Sized) and isinstance(value, Iterable) and len(value) == len(kinds)
         return walks and all(k is None or k.takes(x) for k, x in zip(kinds, value, strict=True))
 
     return ArgumentKind((f"{len(kinds)} values", "tuples"), takes)
@@ -219,9 +218,7 @@ def _one_of(inside: Sequence[ast.expr], known: Mapping[str, object]) -> Argument
 
 OF_KINDS = {
     "Literal": _one_of,
-    "Sequence": _several,
-    "Collection": _several,
-    "Iterable": _several,
+    **dict.fromkeys(("Sequence", "Collection", "Iterable"), _several),
     "tuple": _one_each,
     "Mapping": lambda inside, known: KINDS["Mapping"],
     "Callable": _function,
@@ -288,10 +285,13 @@ def suggesting(function: F) -> F:
         keys = {one.name: [f"{name}=" for name in _keys(function, one)] for one in takes}
         given = ", ".join(listed(keys[name], 4) if keys[name] else name + "=" * (name in loose) for name in keys)
         beyond = values[len(inspect.signature(function).parameters) - len(loose) :][:1]
-        beyond += tuple(one[-1] for one in beyond if isinstance(one, tuple | list) and one)  # t_span
+        beyond += tuple(one[-1] for one in beyond if isinstance(one, tuple | list) and [*map(type, one)][-1:] != [str])
         likely = ((k, x) for x in beyond for k, a in loose.items() if a and a.takes(x))
-        named = ((k, x) for k, x in likely if k not in HELD or not isinstance(x, str) or "=" in x)  # of "q1=0.1"
-        fits = [f"; it goes by name, {k}={quoted(x)}" for k, x in named]
+        named = [(k, x) for k, x in likely if not isinstance(x, str | list) or (k in HELD) == ("=" in str(x))]
+        own = {k: names_of(values[0], HELD.get(k, k)) for k, _ in named}
+        named.sort(key=lambda one: {*re.findall(r"\w+", str(one[1]))}.isdisjoint(own[one[0]]))
+        fits = ["; the scene comes first" for one in beyond if hasattr(one, "coordinates")]
+        fits += [f"; it goes by name, {k}={quoted(x)}" for k, x in named]
         raise ArgumentError(f"{told}{''.join(fits[:1])}; call it as {_called(function)}({given})")
 
     return cast(F, called)
@@ -346,7 +346,7 @@ def check_arguments(
     lines, given = [], {**arguments, **fields}
     for name, kind in _read(function).items():
         if name in given and not kind.takes(value := given[name]):
-            measured = isinstance(value, str) and re.fullmatch("[0-9.]+ *[A-Za-z]+", value)
+            measured = isinstance(value, str) and re.fullmatch("-?[0-9.]+ *[A-Za-z][A-Za-z0-9 */^]*", value)
             unit = ", in SI" if measured and "number" in kind.words[0] else ""
             lines.append(f"{name} = {quoted(value)}: give {kind.words[0]}{unit}{_way_out(function, name, given)}")
     if lines:
@@ -356,6 +356,8 @@ def check_arguments(
 
 def _way_out(function: Callable[..., object], name: str, given: Mapping[str, Any]) -> str:
     """Return what does what an argument was given for, or the names that it takes; "" where neither is known."""
+    if hasattr(given[name], "coordinates") and "scene" in given:
+        return "; the scene comes first"
     (needed, told), noun = hint("arguments", name) or ("", ""), given.get("self", given.get("scene"))
     if needed in inspect.signature(function).parameters:
         return f"; {with_own_names(told, noun).replace('$', quoted(given[name]))}"
@@ -408,9 +410,7 @@ def native(kind: Callable[[Any], object], *values: object) -> tuple[Any, ...]:
 def _read(function: Callable[..., object]) -> dict[str, ArgumentKind]:
     """Return what every argument of a function may be, of those whose kind is known."""
     bare: Any = inspect.unwrap(function)
-    known: dict[str, Any] = {}
-    for owner in (*_NOUNS.get(bare, ()), bare):
-        known |= vars(sys.modules[owner.__module__])
+    known = ChainMap(*(vars(sys.modules[one.__module__]) for one in (bare, *_NOUNS.get(bare, ())[::-1])))
     said = inspect.signature(bare).parameters.values()
     written = {one.name: one for one in said if isinstance(one.annotation, str) and one.kind is not one.VAR_KEYWORD}
     nodes = {name: ast.parse(one.annotation, mode="eval").body for name, one in written.items()}  # all but self

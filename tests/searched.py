@@ -89,13 +89,15 @@ SEARCHES = {
     "words#top-level": ("gravity direction",),
     "robots#coordinates-poses-base": ("floating base",),
     "scenes#joints": ("generalized coordinates",),
-    "simulate#forward-dynamics-the-motion-under-forces": ("initial velocity", "initial conditions"),
+    "simulate#forward-dynamics-the-motion-under-forces": (
+        "initial velocity", "initial conditions", "random disturbance force",
+    ),
     "simulate#inverse-dynamics-the-forces-of-a-motion": ("waypoints", "joint torque"),
     "recipes#vibration-isolation-and-transmissibility": ("sinusoidal base excitation", "harmonic excitation"),
     "simulate#integrators": ("step size", "DAE index"),
     "simulate#monitors-energy-momentum-contact-forces": ("energy drift",),
     "simulate#feedback-controllers-sampling-saturation": (
-        "noise and sampled controller", "digital control", "disturbance",
+        "noise and sampled controller", "digital control", "disturbance", "measurement noise",
     ),
     "simulate#inverse-kinematics-paths-of-a-point-or-frame": ("path following", "singular configuration"),
     "pictures#animations-and-films-html-gif-mp4": ("animation without notebook", "save animation"),
@@ -115,6 +117,9 @@ SEARCHES = {
     ),
     "control#sampled-discrete-time-systems": ("discretize",),
     "linearize#eigenvalues-modes-and-stability": ("resonance",),
+    "linearize#in-python": ("equilibria python", "eigenvalue formula"),
+    "identify#motor-currents-instead-of-forces": ("payload identification motor current",),
+    "words#frames-and-axes": ("tilted axis",),
     "identify#viscous-and-coulomb-friction-from-a-log": ("friction identification",),
     "identify": ("identify parameters from data", "inertia identification", "measured data"),
     "sweeps": (

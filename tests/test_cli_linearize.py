@@ -32,7 +32,7 @@ def test_json_has_all_digits_names_units_and_formulas(capsys: pytest.CaptureFixt
     assert found["states"] == [{"name": "q1", "unit": "rad"}, {"name": "q1_dot", "unit": "rad/s"}]
     assert found["formulas"]["A"][1] == ["-g/l", "-b/(m*l**2)"]
     assert found["formulas"]["eigenvalues"] == ["ω² = g/l, 2 ζ ω = b/(m*l**2)"]
-    assert found["stability"] == "stable"
+    assert found["stability"] == "asymptotically stable"
 
 
 @pytest.mark.parametrize("ending", ["npz", "mat", "csv"])

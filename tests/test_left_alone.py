@@ -41,15 +41,15 @@ def test_a_drift_that_weights_leave_alone_counts_for_no_verdict(period: float | 
     assert abs(np.sort(size)[-1]) < 1e-9
     assert np.count_nonzero(lqg.closed_loop.poles == edge) == 1
 
-    words = "stable, but for phi, which does not decay"
+    words = "marginally stable: phi does not decay"
     for found in (lqg.margins(), lqr.margins()):
         assert (found.verdict, found.left_alone) == (words, ("phi",))
-    assert lqr.closed_loop.verdict == "stable, but for phi, which does not decay"
-    assert lqg.closed_loop.verdict == "stable, but for phi, phi_estimate, which do not decay"
+    assert lqr.closed_loop.verdict == "marginally stable: phi does not decay"
+    assert lqg.closed_loop.verdict == "marginally stable: phi, phi_estimate do not decay"
     assert repr(lqg.margins()).startswith(f"<Margins of a loop that is {words}: gain ")
-    assert lqr.notes == (f"{words}: Q gives no weight to it",)
-    assert f"{words}: Q" in repr(lqr)
-    assert f"{words}: Q" in repr(lqg)
+    assert lqr.notes == (f"{words}, as Q gives no weight to it",)
+    assert f"{words}, as Q" in repr(lqr)
+    assert f"{words}, as Q" in repr(lqg)
     assert lqg.margins().stable
     with pytest.raises(AttributeError, match="it is verdict, in words, and stable"):
         _ = lqg.closed_loop.stability
@@ -61,7 +61,7 @@ def test_a_drift_that_weights_leave_alone_counts_for_no_verdict(period: float | 
     assert theta == pytest.approx(0, abs=1e-9)
     assert np.isnan(phi)
     weighed = lin.lqg(Q | {"phi": 1e-5}, R, W, V, period)
-    assert weighed.margins().verdict == weighed.closed_loop.verdict == "stable"
+    assert weighed.margins().verdict == weighed.closed_loop.verdict == "asymptotically stable"
 
 
 def test_the_margins_beside_what_is_left_alone_are_those_of_python_control() -> None:
@@ -83,8 +83,8 @@ def test_a_pole_at_the_edge_that_the_loop_needs_is_not_left_alone(period: float 
     hidden = StateSpace(np.diag([-1.0, 0.0]), [[1.0], [0.0]], [[1.0, 0.0]], states=["v", "x"])
     beside = StateSpace([[-1, 0, 0], [0, 0, 2], [0, -2, 0]], [[1], [0], [0]], [[1, 0, 0]], states=["v", "a", "b"])
     said = {
-        edge: "unstable", swings: "unstable", integrates: "stable", hidden: "stable, but for x, which does not decay",
-        beside: "stable, but for a, b, which do not decay",
+        edge: "unstable", swings: "unstable", integrates: "asymptotically stable",
+        hidden: "marginally stable: x does not decay", beside: "marginally stable: a, b do not decay",
     }  # fmt: skip
     for one, words in said.items():
         if one is swings and period:
@@ -115,16 +115,16 @@ def test_what_moves_on_for_ever_is_no_stable_system(period: float | None) -> Non
     once[0, 1] = 1
     once[2:, 2:] = swings
     said = {
-        "drifting: x1, x2": [[0, 1], [0, 0]], "drifting: x1, x2, x3": np.diag([1, 2], 1),
-        "stable, but for x1, x2, which do not decay": np.zeros((2, 2)),
+        "marginally stable: x1, x2 drift": [[0, 1], [0, 0]], "marginally stable: x1, x2, x3 drift": np.diag([1, 2], 1),
+        "marginally stable: x1, x2 do not decay": np.zeros((2, 2)),
     }  # fmt: skip
-    said |= {"drifting: x1, x2 ": once, "drifting: x1, x2, x3, x4": twice}
+    said |= {"marginally stable: x1, x2 drift ": once, "marginally stable: x1, x2, x3, x4 drift": twice}
     for words, A in said.items():
         one = StateSpace(A, np.eye(len(A)), np.eye(len(A)))
         one = one if period is None else one.discretize(period)
         assert (one.verdict, one.stable) == (words.strip(), False)
     two = StateSpace(np.kron(np.eye(2), swings), np.eye(4), np.eye(4))
-    assert two.verdict == "stable, but for x1, x2, x3, x4, which do not decay"  # of two shapes
+    assert two.verdict == "marginally stable: x1, x2, x3, x4 do not decay"  # of two shapes
 
 
 @pytest.mark.runs("cc")
@@ -134,10 +134,10 @@ def test_a_drift_that_a_gain_leaves_alone_has_one_name_everywhere(period: float 
         prismatic(f"j{k}", "ground", k, axis=[1, 0, 0], coordinate=k, drive={"x": "F", "z": False}[k]) for k in "xz"
     ]
     lin = symdyn.linearize(scene("two", gravity="none", bodies=[body(k, mass=1) for k in "xz"], joints=rails))
-    assert lin.verdict == "drifting: x, z, x_dot, z_dot"
-    assert lin.stability.words == "all eigenvalues are zero: it stays, or drifts on"
-    found, words = lin.lqr({"x": 1}, {"F": 1}, period), "drifting: z, z_dot"
-    assert found.notes == (f"{words}: Q gives no weight to them",)
+    assert lin.verdict == "marginally stable: x, z, x_dot, z_dot drift"
+    assert lin.stability.words == f"{lin.verdict}; all eigenvalues are zero"
+    found, words = lin.lqr({"x": 1}, {"F": 1}, period), "marginally stable: z, z_dot drift"
+    assert found.notes == (f"{words}, as Q gives no weight to them",)
     assert found.closed_loop.verdict == found.margins().verdict == words
     assert found.closed_loop.left_alone == found.margins().left_alone == ("z", "z_dot")
     assert found.margins().as_json()["drifting"] == ["z", "z_dot"]
@@ -177,6 +177,21 @@ def test_a_slow_response_beside_a_fast_pole_and_a_drift_ends(
     assert held.step(until=1.0).final[0, 0] == pytest.approx(final, rel=1e-6)
 
 
+@pytest.mark.parametrize("inductance", [1e-3, 1e-6, 1e-9])
+def test_a_step_response_ends_at_the_static_gain_however_slow_its_pole(inductance: float) -> None:
+    """Beside 1e6 1/s the pole -5e-6 was rounded to zero, and the speed ended at nan, the angle, an integral, at 0."""
+    A = [[0, 1, 0], [0, 0, 1e-4], [0, -0.05 / inductance, -1 / inductance]]
+    motor = StateSpace(A, [[0], [0], [1 / inductance]], np.eye(3), outputs=["angle", "speed", "current"])
+    angle, speed, current = motor.step(until=1.0).final[:, 0]
+    assert np.isnan(angle)
+    assert (speed, current) == (pytest.approx(20, rel=1e-9), pytest.approx(0, abs=1e-9))
+    grows = StateSpace([[1e-6, 1], [0, -1e6]], [[0], [1e6]], [[1, 0]])
+    assert np.isnan(grows.step(until=1.0).final[0, 0])
+    assert StateSpace([[-3e-10, 1], [0, -1]], [[0], [1]], [[1, 0]]).step(until=1.0).info()["final"] == pytest.approx(
+        1 / 3e-10
+    )
+
+
 @pytest.mark.parametrize("outputs", [["theta"], ["theta", "phi_dot"], ["theta_dot"]])
 def test_a_filter_names_the_outputs_that_show_what_it_misses(outputs: list[str]) -> None:
     with pytest.raises(LinearizeError, match=r"no output shows the mode 0, of phi.* and it does not decay") as told:
@@ -206,9 +221,9 @@ def test_a_gain_that_cannot_reach_a_mode_says_what_would() -> None:
     ):
         lin.lqr()
     found = lin.lqr({"a": 1})
-    assert found.notes == ("stable, but for b, b_dot, which do not decay: Q gives no weight to them",)
-    assert found.margins().verdict == "stable, but for b, b_dot, which do not decay"
-    assert found.closed_loop.verdict == "stable, but for b, b_dot, which do not decay"
+    assert found.notes == ("marginally stable: b, b_dot do not decay, as Q gives no weight to them",)
+    assert found.margins().verdict == "marginally stable: b, b_dot do not decay"
+    assert found.closed_loop.verdict == "marginally stable: b, b_dot do not decay"
     with pytest.raises(LinearizeError, match=r"poles: no input moves .* or take lqr, which leaves alone"):
         lin.place([-1, -2, -3, -4])
 
@@ -282,7 +297,7 @@ def test_a_transfer_function_in_symbols_takes_the_rates_of_its_input() -> None:
     assert '`Symbol("s_")` where the scene has a letter s' in told
     assert complex(G.xreplace({**lin.formulas.point, Symbol("s_"): 1j})) == pytest.approx(own, rel=1e-12)
     assert lin.transfer("z", "road").at(1j) == pytest.approx(own, rel=1e-9)
-    assert lin.margins("z", "road").verdict == "stable"
+    assert lin.margins("z", "road").verdict == "asymptotically stable"
     assert lin.root_locus("z", "road", [0, 1]).growing.tolist() == [0, 0]  # neither took an input with rates
 
 

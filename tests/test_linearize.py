@@ -203,7 +203,7 @@ def test_outputs_are_given_once() -> None:
 def test_a_free_body_that_spins_about_its_least_or_largest_axis_is_not_unstable(axis: int) -> None:
     rates = {f"flight_w{name}": "3" if k == axis else "0" for k, name in enumerate("xyz")}
     spun = symdyn.linearize(example("free_body"), start_rates=rates)
-    assert spun.stability.verdict == "oscillating"
+    assert spun.stability.verdict == "marginally stable"
     inertia = (
         1,
         2,

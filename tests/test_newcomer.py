@@ -642,6 +642,7 @@ def test_a_plot_may_be_over_another_column_than_time() -> None:
     (axis,) = run.plot("x", x="theta").axes
     assert np.array_equal(axis.lines[0].get_xdata(), run["theta"])
     assert "rad" in axis.get_xlabel()
+    assert axis.get_ylabel() == "$x$, m"  # a phase portrait had none
     with pytest.raises(UnknownNameError, match="thet"):
         run.plot("x", x="thet")
 

@@ -246,5 +246,6 @@ def test_a_regulator_of_two_drives_has_the_margins_of_each_loop(capsys: pytest.C
     )
     assert main(["linearize", path, "--bind", bound, "--lqr", "--show", "margins"]) == 0
     assert (
-        f"cut open at M2 and closed at the other drives, stable: {reg.margins('M2').words}" in capsys.readouterr().out
+        f"cut open at M2 and closed at the other drives, asymptotically stable: {reg.margins('M2').words}"
+        in capsys.readouterr().out
     )

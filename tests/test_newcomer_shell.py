@@ -147,7 +147,7 @@ def test_what_was_silent_is_told(capsys: pytest.CaptureFixture[str], tmp_path: P
     assert json.loads(capsys.readouterr().out)["result"]["lqr"]["K"] == regulator.K.tolist()
     assert main(["linearize", path, *asked, "--show", "margins"]) == 0
     shown = capsys.readouterr().out
-    assert f"loop of the regulator, cut open at F, stable: {regulator.margins().words}" in shown
+    assert f"loop of the regulator, cut open at F, asymptotically stable: {regulator.margins().words}" in shown
     assert main(["linearize", path, "--lqr", "N=F*x:1"]) == 1
     assert "N: F*x is no state times a drive; write such as x*F" in capsys.readouterr().err
     with pytest.raises(SystemExit):

@@ -69,6 +69,19 @@ def test_an_attribute_that_others_have_is_told_where_it_is(typed: str) -> None:
 TOLD: dict[str, Callable[[], object]] = {
     "it goes by name, until=10": lambda: symdyn.simulate(CART, 10),  # type: ignore[call-arg]
     "it goes by name, start={'theta': 0}": lambda: symdyn.linearize(CART, {"theta": 0}),  # type: ignore[call-arg]
+    "it goes by name, values={'mp': [1, 2]}": lambda: symdyn.ensemble(CART, {"mp": [1, 2]}),  # type: ignore[call-arg]
+    "it goes by name, parameters='mp'": lambda: symdyn.sensitivity(CART, "mp"),  # type: ignore[call-arg]
+    "the scene comes first": lambda: symdyn.ensemble({"mp": [1, 2]}, CART),  # type: ignore[call-arg, arg-type]
+    "or text; the scene comes first": lambda: symdyn.sweep({"mp": [1, 2]}, CART),  # type: ignore[arg-type]
+    "symdyn.sweep over=": lambda: symdyn.sweep(CART, values={"mp": [1, 2]}, measure="max(x)"),
+    "at most until = 1 s, the length of the run": lambda: symdyn.simulate(CART, until=1, every=3),
+    "is a controller; give it as feedback=": lambda: symdyn.simulate(CART, until=1, forces=held()["lin"].transfer()),
+    "is a controller; give it as feedback=symdyn.Feedback(CONTROLLER, 'F')": lambda: symdyn.simulate(
+        CART, until=1, forces={"F": held()["lin"].transfer("x", "F")}
+    ),
+    "give gains as feedback=, or a formula": lambda: symdyn.simulate(CART, until=1, forces=held()["lqr"].K),
+    'it is a formula of drives, cost="F**2"': lambda: symdyn.collocation(CART, until=1, cost="tau1^2"),
+    "are forces: forces=\"F=2*t\"": lambda: symdyn.simulate(CART, until=1, feedback="F=2*t"),
     "it is values={'mp': 2}": lambda: symdyn.simulate(CART, mp=2),  # type: ignore[call-arg]
     "over={'mc': ...} gives a parameter": lambda: symdyn.sweep(CART, m=[1, 2]),  # type: ignore[call-arg]
     "discretize(0.01) is the sampled system": lambda: symdyn.linearize(CART, dt=0.01),  # type: ignore[call-arg]

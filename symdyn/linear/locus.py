@@ -127,12 +127,8 @@ class Critical:
     grows: bool
 
     def __str__(self) -> str:
-        what = (
-            f"a mode that oscillates at {in_digits(self.frequency, 6)} Hz"
-            if self.frequency
-            else "a mode that does not oscillate"
-        )
-        return f"{in_digits(self.value, 12)}: {what} {'begins to grow' if self.grows else 'ceases to grow'}"
+        how = f"oscillates at {in_digits(self.frequency, 6)} Hz" if self.frequency else "does not oscillate"
+        return f"{in_digits(self.value, 12)}: a mode that {how} {'begins' if self.grows else 'ceases'} to grow"
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,9 +192,8 @@ class RootLocus(Plotted):
     def _figure(self) -> FilledFigure:
         """Return parts over the parameter, and the locus in the plane; over a gain the plane alone, with zeros."""
         if self.zeros is not None:
-            return pole_map(
-                f"{self.name}: root locus", {f"k = {self.values[0]:g}": self.poles[0]}, self.zeros, branches=self.poles
-            )
+            begin = {f"k = {self.values[0]:g}": self.poles[0]}
+            return pole_map(f"{self.name}: root locus", begin, self.zeros, branches=self.poles)
 
         def fill(figure: Any) -> None:
             over_it, plane = figure.subplots(1, 2, gridspec_kw={"width_ratios": [3, 2]})
@@ -221,12 +216,10 @@ class RootLocus(Plotted):
                 )  # fmt: skip
             over_it.axhline(0, color="0.3", linewidth=0.7)
             plane.axvline(0, color="0.3", linewidth=0.7)
-            over_it.set_title(
-                "real parts (solid), imaginary (dashed), 1/s; shaded: nothing grows", loc="left", fontsize=9
-            )
-            plane.set_title("the same in the plane, 1/s; × where it begins", loc="left", fontsize=9)
-            over_it.set_xlabel(self.over)
-            plane.set_xlabel("real part")
+            over_it.set_title("real parts (solid), imaginary (dashed); shaded: nothing grows", loc="left", fontsize=9)
+            plane.set_title("the same in the plane; × where it begins", loc="left", fontsize=9)
+            over_it.set(xlabel=self.over, ylabel="real and imaginary part, 1/s")
+            plane.set(xlabel="real part, 1/s", ylabel="imaginary part, 1/s")
             for axis in (over_it, plane):
                 axis.grid(alpha=0.3)
 

@@ -106,8 +106,7 @@ def pole_map(
         if period is not None:
             _circle(plane)
         unit = "" if period is not None else ", 1/s"
-        plane.set_xlabel(f"real part{unit}")
-        plane.set_ylabel(f"imaginary part{unit}")
+        plane.set(xlabel=f"real part{unit}", ylabel=f"imaginary part{unit}")
         plane.grid(alpha=0.3)
         plane.legend(frameon=False, fontsize=8)
 
@@ -130,13 +129,8 @@ def _grid(
 ) -> FilledFigure:
     """Return a plot with a column an input, which stands above it, and `each` axes below each other an output.
 
-    Args:
-        response: what has inputs and outputs.
-        title: of the plot.
-        size: of the axes of one input and output, inches.
-        draw: draws on those of an output and an input, by their places, and returns what stands below the lowest.
-        each: how many.
-        words: of `Figure.subplots`.
+    `draw` draws on the axes of an output and an input, of a `size` in inches, by their places, and returns what stands
+    below the lowest; `words` are those of `Figure.subplots`.
     """
     outputs, inputs = response.outputs.names, response.inputs.names
     rows, columns = min(len(outputs), HIGHEST), min(len(inputs), WIDEST)
@@ -171,7 +165,7 @@ def bode(response: FrequencyResponse) -> FilledFigure:
             axes[0].semilogx(x, response.decibels[:, i, k], linewidth=1.0)
             axes[1].semilogx(x, response.degrees[:, i, k], linewidth=1.0)
             axes[1].yaxis.set_major_locator(MaxNLocator(nbins=5, steps=[1, 1.5, 3, 4.5, 9, 10]))
-        axes[0].set_ylabel("dB")
+        axes[0].set_ylabel("magnitude, dB")
         axes[1].set_ylabel("phase, °")
         return f"frequency, {response.unit}"
 
@@ -204,6 +198,8 @@ def courses(response: TimeResponse) -> FilledFigure:
     def draw(axes: Sequence[Any], i: int, k: int) -> str:
         style = "default" if response.period is None else "steps-post"
         axes[0].plot(response.t, response.values[:, i, k], linewidth=1.0, drawstyle=style)
+        y, w = response.outputs.units[i], response.inputs.units[k]
+        axes[0].set_ylabel(f"{y or 1} per {w or 1}{' s' * (response.kind == 'impulse')}")
         return "t, s"
 
     return _grid(response, f"{response.kind} response", (3.2, 1.9), draw, sharex=True, sharey="row")

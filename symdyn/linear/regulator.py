@@ -103,17 +103,11 @@ class Regulator(Gain):
     def loop(self) -> StateSpace:
         """The loop cut open at all drives at once, from them to K x, for `.nyquist()` and `.bode()`."""
         step, places = opened(self.system, self.inputs, self.period, self.integral)
-        axis = step.inputs.of(places)
-        return StateSpace(
-            step.A, step.B[:, places], self.K, None, step.states, axis, axis, self.period, f"{self.name}_loop"
-        )
+        axis, name = step.inputs.of(places), f"{self.name}_loop"
+        return StateSpace(step.A, step.B[:, places], self.K, None, step.states, axis, axis, self.period, name)
 
     def margins(self, drive: str | None = None) -> Margins:
-        """Return how far the loop that is cut open at a drive, the others closed, is from the edge of stability.
-
-        Raises:
-            LinearizeError: a name that is none of the drives, or none given where there are several.
-        """
+        """Return how far the loop cut open at a drive, the others closed, is from the edge of stability."""
         return at_drive(self.loop, drive).margins()
 
     @property
@@ -212,15 +206,10 @@ def controls(one: Linearization) -> list[int]:
 
 def _noted(found: Regulator) -> Regulator:
     """Return gains with what is said of them at the point."""
-    one, notes = found.system, found.notes
-    if one.feeding:
-        formulas = f"the formulas of {argument('forces')} depend on the state"
-        notes = (*notes, f"{formulas}: gains act beside them, give them to simulate, too")
-    if one.kind == "moving":
-        notes = (*notes, MOVING)
-    if one.spin.any():
-        notes = (*notes, SPINNING)
-    return replace(found, notes=notes)
+    one, formulas = found.system, f"the formulas of {argument('forces')} depend on the state"
+    beside = f"{formulas}: gains act beside them, give them to simulate, too"
+    said = ((one.feeding, beside), (one.kind == "moving", MOVING), (one.spin.any(), SPINNING))
+    return replace(found, notes=(*found.notes, *(told for so, told in said if so)))
 
 
 def lqr(
@@ -245,9 +234,8 @@ def lqr(
     before = np.linalg.solve(light, cross.T)  # w = v - R⁻¹ Nᵀ x has no cross term
     rest = heavy - cross @ before
     if np.linalg.eigvalsh((rest + rest.T) / 2)[0] < -SYMMETRIC * np.abs(heavy).max(initial=0.0):
-        raise LinearizeError(
-            "N: is so large that some motion costs less than nothing; Q - N R^-1 N^T is to be semidefinite"
-        )
+        told = "N: is so large that some motion costs less than nothing"
+        raise LinearizeError(f"{told}; Q - N R^-1 N^T is to be semidefinite")
     A, B, Phi, Gamma = whole.A, whole.B[:, used], step.A, step.B[:, used]
     A, Phi = A - B @ before, Phi - Gamma @ before
     K, S, poles, notes = riccati(A, B, Phi, Gamma, rest, light, period, "lqr", step.states.names)
@@ -280,6 +268,8 @@ def place(one: Linearization, poles: Sequence[complex] | Array, period: float | 
 
     used, names = controls(one), one.states.names
     wanted, step = _wanted(poles, names), steps(one, period)
+    if period is not None and np.abs(wanted).max() > 1:
+        raise LinearizeError("poles: with a period they are z = exp(s T), inside the unit circle: numpy.exp(T * s)")
     scale = balance(one.A)
     A, B = one.A * scale[None, :] / scale[:, None], one.B[:, used] / scale[:, None]
     size, beside = float(np.linalg.norm(A, 2)) or 1.0, staircase(A, B)[1]
@@ -292,9 +282,8 @@ def place(one: Linearization, poles: Sequence[complex] | Array, period: float | 
     most = int(np.linalg.matrix_rank(B))
     often = [value for value in wanted if np.count_nonzero(wanted == value) > most]
     if often:
-        raise LinearizeError(
-            f"poles: {shown(often[0])} is asked for more than {most} times, which is what drives can do"
-        )
+        told = f"poles: {shown(often[0])} is asked for more than {most} times"
+        raise LinearizeError(f"{told}, which is what drives can do")
     A, B = step.A * scale[None, :] / scale[:, None], step.B[:, used] / scale[:, None]
     try:
         with warnings.catch_warnings():
@@ -375,7 +364,7 @@ def riccati(
                 "name those there"
             )
         told = verdict(True, alone, named(unseen @ drifting.drifting, names))
-        basis, notes = seen, (f"{told}: {weighed} {forgets} {'them' if alone[1:] else 'it'}",)
+        basis, notes = seen, (f"{told}, as {weighed} {forgets} {'them' if alone[1:] else 'it'}",)
     if not basis.shape[1]:
         raise LinearizeError(f"{weighed} {forgets} anything that has to be; give weights by name")
     part, way = basis.T @ A @ basis, basis.T @ B

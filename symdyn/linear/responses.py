@@ -199,8 +199,8 @@ USUAL, ROUND, MOST = 500, 20, 20_000
 SETTLED, GROWN, ROUNDS = 7.0, 100.0, 10.0
 """Time constants after which a mode has settled, how far one grows that is shown, and rounds of what does not decay."""
 
-ROUNDED = 1e-12
-"""Part of its terms that rounding leaves of a final value that is zero."""
+ROUNDED, EVENED = 1e-12, 10
+"""Part of its terms that rounding leaves of a final value that is zero; times that rows and columns are made alike."""
 
 RISES, SETTLES, ROUNDING = (0.1, 0.9), 0.02, 1e-10
 """Parts of the final value between which a response rises, and within which of it it has settled."""
@@ -346,13 +346,39 @@ def _final(one: StateSpace, kind: str) -> Array:
     found = np.full(one.D.shape, math.nan)
     for i, k in np.ndindex(found.shape):
         own = _joined(one[one.outputs.names[i], one.inputs.names[k]])
-        own = own if own.stable else own.minimal
-        if own.stable:
+        ends = own.stable or _settles(own)
+        own = own.minimal if ends is None else own
+        if ends or (ends is None and own.stable):
             x = np.linalg.solve((0.0 if one.period is None else 1.0) * np.eye(len(own.A)) - own.A, own.B)
             size = float((np.abs(own.C) @ np.abs(x) + np.abs(own.D))[0, 0])
             end = float((own.C @ x + own.D)[0, 0])
             found[i, k] = end if kind == "step" and abs(end) > ROUNDED * size else 0.0
     return found
+
+
+def _settles(one: StateSpace) -> bool | None:
+    """Return whether a response ends: True where all modes decay, False where it integrates, else None.
+
+    However slow: rows and columns of A are made of one size first, and slow modes are those of its inverse.
+    """
+    if one.period is not None or not len(one.A):
+        return None
+    A, rows, columns = one.A, np.ones((len(one.A), 1)), np.ones((1, len(one.A)))
+    for axis in (1, 0) * EVENED:
+        size = np.abs(A).max(axis=axis, keepdims=True)
+        size[size == 0] = 1.0
+        A, rows, columns = A / size, rows * (size if axis else 1.0), columns * (1.0 if axis else size)
+    left, sizes, right = np.linalg.svd(A)
+    zeros = int(np.sum(sizes <= ROUNDED * sizes[0]))
+    if zeros:
+        still, whole = (np.where(np.abs(x) > ROUNDING * np.abs(x).max(), x, 0.0) for x in (right[-1], left[:, -1]))
+        ends = ((one.C, still / columns[0]), (one.B.T, whole / rows[:, 0]))
+        acts = all(np.any(np.abs(M @ x) > ROUNDED * (np.abs(M) @ np.abs(x))) for M, x in ends)
+        return False if zeros == 1 and acts else None
+    fast, slow = np.linalg.eigvals(one.A), 1 / np.linalg.eigvals(np.linalg.inv(A) / (rows * columns).T)
+    middle = math.sqrt(np.abs(fast).max() * np.abs(slow).min())
+    values = np.concatenate([fast[np.abs(fast) > 0.9 * middle], slow[np.abs(slow) < 1.1 * middle]])
+    return True if np.all(values.real < -ROUNDING * np.abs(values)) else None
 
 
 def _joined(one: StateSpace) -> StateSpace:
@@ -361,9 +387,8 @@ def _joined(one: StateSpace) -> StateSpace:
     for _ in moves:
         moved, seen = moved | moves @ moved, seen | seen @ moves
     own = moved & seen
-    return replace(
-        one, A=one.A[own][:, own], B=one.B[own], C=one.C[:, own], states=one.states.of(np.flatnonzero(own).tolist())
-    )
+    states = one.states.of(np.flatnonzero(own).tolist())
+    return replace(one, A=one.A[own][:, own], B=one.B[own], C=one.C[:, own], states=states)
 
 
 def _usual_end(one: StateSpace) -> float:

@@ -40,15 +40,9 @@ ZEROS = {
 
 
 def zero_kinds(A: Array, count: int, positions: int, cyclic: Sequence[int], family: int, kind: str) -> dict[str, int]:
-    """Return how many eigenvalues of each kind are zero, kinds that there are.
+    """Return how many eigenvalues of each kind are zero, kinds that there are; all are `count`.
 
-    Args:
-        A: shape (nx, nx).
-        count: of all that are zero.
-        positions: p, how many states are positions; they come first.
-        cyclic: places of those that are.
-        family: how many more directions lead to other equilibria.
-        kind: "rest", "steady" or "moving".
+    States are `positions` and then velocities; `cyclic` are places, `family` counts directions to other equilibria.
     """
     left, counts = count, dict[str, int]()
     p, m = positions, len(A) - positions
@@ -100,8 +94,8 @@ class Stability(Answer):
     Attributes:
         zeros: how many eigenvalues of each kind of `ZEROS` are zero, kinds that there are.
         names: positions that are cyclic.
-        verdict: "stable", "unstable", "oscillating" (neither grows nor decays) or "undecided".
-        words: one line.
+        verdict: "asymptotically stable", "marginally stable" or "unstable", as of any system.
+        words: one line, with the states that do not decay.
     """
 
     zeros: dict[str, int]
@@ -115,33 +109,26 @@ class Stability(Answer):
     @property
     def lines(self) -> tuple[str, ...]:
         """What is said of eigenvalues that are zero, a line for each kind; they stand beside the modes everywhere."""
-        found = []
-        for kind, count in self.zeros.items():
-            names = f" ({', '.join(self.names)})" if kind == "cyclic" else ""
-            found.append(f"{count} eigenvalue{'s' * (count > 1)} zero {ZEROS[kind]}{names}")
-        return tuple(found)
+        of = {**ZEROS, "cyclic": f"{ZEROS['cyclic']} ({', '.join(self.names)})"}
+        return tuple(f"{count} eigenvalue{'s' * (count > 1)} zero {of[kind]}" for kind, count in self.zeros.items())
 
 
 def stability(system: Linearization) -> Stability:
     """Return what the eigenvalues of a system say."""
-    zeros, names = system.zero_eigenvalues, system.cyclic
-    all_of_it = system.spectrum
-    apart = " apart from what is zero" if zeros else ""
+    zeros, said, all_of_it = system.zero_eigenvalues, system.verdict, system.spectrum
     if all_of_it.growing:
         fastest = all_of_it.growing[0].value.real
         count = sum(2 if mode.oscillates else 1 for mode in all_of_it.growing)
         many = "one eigenvalue has" if count == 1 else f"{count} eigenvalues have"
-        words = f"unstable: {many} a positive real part; the fastest doubles in {in_digits(math.log(2) / fastest, 3)} s"
-        return Stability(zeros, names, "unstable", words)
-    if "undecided" in zeros:
-        return Stability(zeros, names, "undecided", "undecided to first order: an eigenvalue is zero, none grows")
-    if not all_of_it.modes:
-        return Stability(zeros, names, "oscillating", "all eigenvalues are zero: it stays, or drifts on")
-    if len(all_of_it.decaying) == len(all_of_it.modes):
-        words = f"asymptotically stable{apart}: all {'other ' if zeros else ''}eigenvalues have negative real parts"
-        return Stability(zeros, names, "stable", words)
-    words = f"oscillates{apart}: to first order nothing grows, and not all decays"
-    return Stability(zeros, names, "oscillating", words)
+        rest = f"{many} a positive real part; the fastest doubles in {in_digits(math.log(2) / fastest, 3)} s"
+    elif not all_of_it.modes:
+        rest = "all eigenvalues are zero"
+    elif len(all_of_it.decaying) < len(all_of_it.modes):
+        rest = "no eigenvalue has a positive real part"
+    else:
+        rest = f"all {'other ' if zeros else ''}eigenvalues have negative real parts"
+    term, apart, _ = said.partition(":")
+    return Stability(zeros, system.cyclic, term, f"{said}{';' if apart else ':'} {rest}")
 
 
 ASIDE = 1e-6
@@ -167,10 +154,11 @@ class Margins(Answer):
         delay: s of dead time that it stands; inf of none.
         distance: of G(iω) from -1, the least.
         phase_crossover, gain_crossover: where gain and phase margin are, rad/s; nan of none.
-        stable: whether the loop is stable as it is; margins of one that is not are those to become so.
+        stable: whether the loop is stable as it is, `left_alone` not counted; margins of one that is not are those
+            to become so.
         left_alone: states of what stays or swings for ever, which the loop does not move or does not show, such as
-            a position on which nothing depends; they count for no verdict.
-        drifting: those of them that move on for ever.
+            a position on which nothing depends.
+        drifting: those of them that move on for ever, growing with t.
     """
 
     gain: float
@@ -197,7 +185,7 @@ class Margins(Answer):
 
     @property
     def verdict(self) -> str:
-        """In words: "stable", "unstable", "drifting: x, x_dot", or "stable, but for phi, which does not decay"."""
+        """In words, as of a system: "asymptotically stable", "marginally stable: phi does not decay", "unstable"."""
         return verdict(self.stable, self.left_alone, self.drifting)
 
     @property
@@ -219,11 +207,12 @@ class Margins(Answer):
 
 
 def verdict(stable: bool, but: Sequence[str], drifts: Sequence[str]) -> str:
-    """Return in words whether something is stable or drifts, and what does not count for it."""
-    if stable and drifts:
-        return f"drifting: {listed(drifts)}"
-    rest = f", but for {listed(but)}, which {'do' if but[1:] else 'does'} not decay" if but else ""
-    return f"stable{rest}" if stable else "unstable"
+    """Return in words whether something is stable, and which states do not decay, or drift, of a multiple zero."""
+    if not stable or not but:
+        return "asymptotically stable" if stable else "unstable"
+    one = not (drifts or but)[1:]
+    does = ("drifts" if one else "drift") if drifts else f"{'does' if one else 'do'} not decay"
+    return f"marginally stable: {listed(drifts or but)} {does}"
 
 
 def margins(one: StateSpace) -> Margins:

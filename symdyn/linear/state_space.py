@@ -200,7 +200,7 @@ class StateSpace(Plotted):
 
     @property
     def verdict(self) -> str:
-        """In words: "stable", "unstable", "drifting: x, x_dot", or "stable, but for phi, which does not decay"."""
+        """In words: "asymptotically stable", "marginally stable: phi does not decay" or "x drifts", "unstable"."""
         return verdict(not self.growth.growing, self.left_alone, self.drifting)
 
     @property
@@ -241,11 +241,7 @@ class StateSpace(Plotted):
 
     @checked(LinearizeError)
     def transfer(self, output: str | None = None, input: str | None = None) -> Transfer | tuple[Transfer, ...]:
-        """Return the transfer function to an output from an input; without names all of them, output by output.
-
-        Raises:
-            LinearizeError: a name that is not known, or one is left out where there are several.
-        """
+        """Return the transfer function to an output from an input; without names all; errors as of `lin[..., ...]`."""
         found = transfers(self._chosen(output, input))
         return found if output is None and input is None else found[0]
 
@@ -297,11 +293,7 @@ class StateSpace(Plotted):
 
     @checked(LinearizeError)
     def margins(self, output: str | None = None, input: str | None = None) -> Margins:
-        """Return how far the loop that feeds -y back to the input w is from the edge of stability.
-
-        Raises:
-            LinearizeError: a name that is not known, or none given where there are several.
-        """
+        """Return how far the loop that feeds -y back to w is from the edge of stability; errors as of `transfer`."""
         if output is input is None and self.inputs == self.outputs and len(self.inputs) > 1:
             raise LinearizeError(f'{self.name}: .margins("{self.inputs.names[0]}") of the regulator cuts one open')
         return margins(self[output, input])
@@ -413,10 +405,8 @@ class StateSpace(Plotted):
         """
         from symdyn.simulation import linear_law
 
-        return linear_law(
-            self.A, self.B, self.C, self.D, self.inputs.names, self.outputs.names, period=self.period,
-            states=self.states.names,
-        )  # fmt: skip
+        names = self.inputs.names, self.outputs.names
+        return linear_law(self.A, self.B, self.C, self.D, *names, period=self.period, states=self.states.names)
 
 
 SHORTEST = 1e-12

@@ -335,6 +335,9 @@ def _fill(
         axis.legend(**(outside if beside else {"loc": "best", "framealpha": 0.7}), fontsize="medium")
         for event in trajectory.events if over is None else ():
             axis.axvline(event.t, color="0.5", linewidth=0.6, linestyle=":")
+        if over is not None:
+            told = title if part.curves[1:] else _label(part.curves[0], mixed=True)
+            axis.set_ylabel(told).set_parse_math(not part.curves[1:])
     if parts and over is not None:
         axes[-1].set_xlabel(_label(over, mixed=True))
     elif parts:

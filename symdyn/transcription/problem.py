@@ -397,6 +397,10 @@ def _phased(scene: Scene, phases: Sequence[Mapping[str, object]] | None) -> tupl
     return laws
 
 
+FORCES = ("F", "f", "u", "tau", "M", "force", "torque")
+"""What drives are called elsewhere."""
+
+
 def _read(
     scene: Scene,
     kept: Sequence[Input],
@@ -418,7 +422,9 @@ def _read(
         where, allowed = words.get(name, name), (*state, *more.get(name, ()))
         told = [formula_text(one) for one in texts if one]
         begun = [one.partition("(")[0].replace(" ", "_") for one in told if name in words]
+        alien = [one.rstrip("0123456789_") for one in re.findall(r"[A-Za-z_]\w*", " ".join(told)) if one not in allowed]
         meant = [hint("costs", one) for one in begun if not {*re.findall(r"[A-Za-z_]\w*", one)} & {*allowed}]
+        meant += [hint("costs", one) for one in alien if one in FORCES]
         if said := [one for one in meant if one and (name == "running" or "DRIVE" not in one)]:
             faults.add(where, with_own_names(said[0], scene))
             told = []

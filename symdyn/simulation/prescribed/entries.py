@@ -22,7 +22,7 @@ from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 
-from symdyn.arguments import is_function, is_sympy
+from symdyn.arguments import argument, is_function, is_sympy
 from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import quoted
 from symdyn.scene import Quantity, tables_of
@@ -66,7 +66,7 @@ def read_entries(
     entries: Entries, what: str, faults: Faults, needed: Collection[str] | None = None
 ) -> SpecifiedEntries:
     """Return what entries say; `what` is the option, "forces" or "motion"; `needed` as of `Columns.read`."""
-    found, plain = SpecifiedEntries(), list[str]()
+    found, plain, way = SpecifiedEntries(), list[str](), argument("feedback", python="feedback=")
     alone = isinstance(entries, (str, Path, Mapping)) or is_function(entries) or _is_table(entries)
     for entry in [entries] if alone or not isinstance(entries, Sequence) else entries:
         with faults.noted():
@@ -76,12 +76,14 @@ def read_entries(
                 found.tables.append(_table(entry, what))
             elif isinstance(entry, Mapping):
                 _by_name(entry, what, found, faults)
+            elif _controls(entry):
+                faults.add(what, f"{_spoken(entry)} is a controller; give it as {way}")
             elif is_function(entry):
                 found.functions.append(("", entry))
             elif hasattr(entry, "keys"):
                 faults.add(what, f"{type(entry).__name__} has neither a column nor an index t, the times in s")
             else:
-                own = "its .forces, or " if hasattr(entry, "forces") else ""
+                own = f"gains as {way}, or " * (_dimensions(entry) == 2) + "its .forces, or " * hasattr(entry, "forces")
                 faults.add(what, f"{_spoken(entry)} says no {what}; give {own}{KINDS} by name, text, or a table")
     found.texts += [(what, name, text) for name, text in words(plain, what, faults).items()]
     return found
@@ -117,6 +119,9 @@ def _by_name(entries: Mapping[Any, Any], what: str, specified_entries: Specified
                 faults.add(what, f"t = {text or 'a function'} is not what moves; t are the times of arrays")
         elif text is not None:
             specified_entries.texts.append((what, name, text))
+        elif _controls(value):
+            told = argument("feedback", python=f"feedback=symdyn.Feedback(CONTROLLER, {name!r})")
+            faults.add(f"{what}: {name}", f"{_spoken(value)} is a controller; give it as {told}")
         elif is_function(value):
             specified_entries.functions.append((name, value))
         elif times is not None and not isinstance(value, tuple):
@@ -131,6 +136,13 @@ def _by_name(entries: Mapping[Any, Any], what: str, specified_entries: Specified
     if over:
         with faults.noted():
             specified_entries.tables.append(columns_of(what, times, over, every=True))
+
+
+def _controls(value: Any) -> bool:
+    """Tell whether something is a controller, ours or another library's."""
+    return any(hasattr(value, name) for name in ("feedback", "law", "num", "B")) or {"poles", "numerator"} <= {
+        *dir(value)
+    }
 
 
 def _over(value: Any) -> Any:

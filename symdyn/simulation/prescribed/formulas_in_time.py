@@ -409,20 +409,15 @@ def sample_times(until: float, every: float | None, faults: Faults) -> Array:
     """Return 0, every, 2 every, ..., until."""
     if not (math.isfinite(until) and until > 0):
         faults.add("", f"until = {until:g} s is not a time after the start; give a positive one")
-        return np.zeros(1)
-    if every is None:
+    elif every is None:
         return np.linspace(0.0, until, SAMPLES + 1)
-    if not (math.isfinite(every) and every > 0):
-        faults.add("", f"every = {every:g} s is no spacing of samples; give a positive one")
-        return np.zeros(1)
-    if until / every > FINEST:
-        faults.add(
-            "", f"every = {every:g} s makes {until / every:.3g} samples of {until:g} s; {FINEST:.3g} are the most"
-        )
-        return np.zeros(1)
-    count = math.floor(until / every * (1 + 1e-12))
-    times: Array = every * np.arange(count + 1, dtype=np.float64)
-    if until - times[-1] > 1e-9 * every:
-        return np.append(times, until)
-    times[-1] = until
-    return times
+    elif not 0 < every <= until * (1 + 1e-9):
+        least = "a positive one" if not every > 0 else f"at most until = {until:g} s, the length of the run"
+        faults.add("", f"every = {every:g} s is no spacing of samples; give {least}")
+    elif (many := until / every) > FINEST:
+        faults.add("", f"every = {every:g} s makes {many:.3g} samples of {until:g} s; {FINEST:.3g} are the most")
+    else:
+        times: Array = every * np.arange(math.floor(many * (1 + 1e-12)) + 1, dtype=np.float64)
+        late = until - times[-1] > 1e-9 * every
+        return np.append(times if late else times[:-1], until)
+    return np.zeros(1)

@@ -72,10 +72,8 @@ class Rests:
 
     def where(self, place: linear.Equilibrium) -> list[str | Form]:
         """Return "q1 = 0, q2 ≈ 3.142"."""
-        parts: list[str | Form] = []
-        for q, x in zip(self.q, self.shown(place), strict=True):
-            parts += [*([", "] if parts else []), named(q), " ≈ " if isinstance(x, str) else " = ", x]
-        return parts
+        each = zip(self.q, self.shown(place), strict=True)
+        return [y for q, x in each for y in (", ", named(q), " ≈ " if isinstance(x, str) else " = ", x)][1:]
 
 
 def places_of_rest(lesson: Lesson, chosen: Chosen) -> Rests:
@@ -115,9 +113,7 @@ def _listed(lesson: Lesson, q: Sequence[Expr], places: Sequence[linear.Equilibri
 
 def _left_out(rests: Rests, places: Sequence[linear.Equilibrium]) -> list[Words]:
     """Return the sentence about places where coordinates are singular and the bodies are not at rest, if any are."""
-    parts: list[str | Form] = []
-    for place in places:
-        parts += [*(["; "] if parts else []), *rests.where(place)]
+    parts = [part for place in places for part in ("; ", *rests.where(place))][1:]
     return [rests.lesson.say("equilibria.singular", places=Words(tuple(parts)))] if parts else []
 
 
@@ -223,11 +219,18 @@ def _places(
     for row, one in zip(rows, systems, strict=False):  # there may be none
         states = zip(scene.states, one.point.u[len(scene.velocities) :], strict=True)
         row += [_with_unit(lesson, float(x), state.unit or "1") for state, x in states]
-        row += [lesson.say(f"closed.{one.stability.verdict}"), eigenvalues(_moving(one), lesson.written)]
+        row += [lesson.say(f"closed.{_kind(one)}"), eigenvalues(_moving(one), lesson.written)]
     heads: list[str | Symbol] = [*(Symbol(scene.coordinates[k]) for k in shown), *["closed.attitude"] * len(told)]
     if systems:
         heads += [*(Symbol(one.name) for one in scene.states), "table.kind", "closed.values"]
     return lesson.table(heads, rows)
+
+
+def _kind(one: linear.Linearization) -> str:
+    """Return whether motions beside a place, to first order, are "unstable", "undecided", "stable" or "oscillating"."""
+    found = one.spectrum
+    calm = "stable" if 0 < len(found.modes) == len(found.decaying) else "oscillating"
+    return "unstable" if found.growing else "undecided" if "undecided" in one.zero_eigenvalues else calm
 
 
 def _attitude(lesson: Prose, joint: Joint, place: linear.Equilibrium) -> str:
@@ -273,7 +276,7 @@ def _steady(lesson: Prose, idle: Sequence[str]) -> Step | None:
     u = [k for k, x in enumerate(one.point.u) if abs(x) > MOVES]
     rows = [(Symbol(scene.coordinates[k]), _with_unit(lesson, float(one.point.q[k]), units[k])) for k in q]
     rows += [(Symbol(scene.velocities[k]), f"{lesson.written(float(one.point.u[k]))} {rates[k]}/s") for k in u]
-    verdict = lesson.say(f"closed.{one.stability.verdict}")
+    verdict = lesson.say(f"closed.{_kind(one)}")
     how = "led" if scene.prescribed_velocities else "driven" if any(scene.drives) else ""
     key = f"closed.next.{how}".rstrip(".")
     told = lesson.say(key, kind=verdict, values=eigenvalues(_moving(one), lesson.written))
@@ -416,8 +419,7 @@ def _taken(left: dict[int, float], square: float) -> int:
 
 def _modes(lesson: Lesson, place: linear.Equilibrium, modes: Modes, chosen: Chosen) -> list[Block]:
     """Return the table of frequencies and shapes, and a picture of every shape that swings; of one freedom a line."""
-    rows: list[list[str | Form | Words]] = []
-    moved = place.near.moved
+    rows, moved = list[list[str | Form | Words]](), place.near.moved
     for k, (square, shape) in enumerate(modes, 1):
         root = abs(square) ** 0.5
         kind = "swing" if square > 0 else "leave" if square < 0 else "drift"
@@ -440,8 +442,7 @@ def _picture(lesson: Lesson, chosen: Chosen, rest: Array, shape: Array, number: 
     """Return the picture of one shape about a place of rest; q and shape have shape (nq,)."""
     scene, values = lesson.scene, chosen.parameters
     length = Stage(scene, rest[None], values).places.reach
-    units = SceneUnits(scene).coordinates
-    limits = np.array([ANGLE if unit == "rad" else PART * length for unit in units])
+    limits = np.array([ANGLE if unit == "rad" else PART * length for unit in SceneUnits(scene).coordinates])
     away = shape / float((np.abs(shape) / limits).max())
     title = lesson.text("near.shape.alt", number=str(number), scene=scene.name)
     stage = Stage(scene, np.stack([rest + away, rest, rest - away]), values)

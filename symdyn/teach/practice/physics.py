@@ -141,7 +141,7 @@ class PhysicsQuestions:
         options = list[Option]()
         for place, system in zip(places, systems, strict=False):
             grows = max((mode.value.real for mode in system.modes), default=0.0)
-            calm = system.stability.verdict in ("stable", "oscillating")
+            calm = not system.spectrum.growing and "undecided" not in system.zero_eigenvalues
             why = Words(()) if calm else self.say("stable.grows", rate=self.prose.written(grows))
             options.append(Option(place, calm, why))
         yield from self.choice("stable", self.say("stable.of", several=self.say("several")), options[:MOST])
