@@ -42,14 +42,7 @@ def _with_letters(scene: Scene) -> list[Quantity]:
 def _gone(scene: Scene) -> tuple[str, ...]:
     """Return the parameters that are zero and stand in no formula: in those they stood in, zero was put in."""
     named = {name for one in _with_letters(scene) for name in one.symbols}
-    return tuple(p.name for p in scene.parameters if p.name not in named and p.value is not None and _is_zero(p.value))
-
-
-def _is_zero(value: Quantity) -> bool:
-    try:
-        return value.express(Graph()).is_zero
-    except ZeroDivisionError:  # told where it is computed with
-        return False
+    return tuple(p.name for p in scene.parameters if p.name not in named and p.value is not None and p.value.is_zero)
 
 
 def parameters_of(w: Workspace, only: str = "") -> tuple[str, ...]:
@@ -99,9 +92,7 @@ def _opened(w: Workspace) -> Workspace:
         if values.keys() >= set(one.symbols) and _vanishes(one, values)
         for p in one.symbols
     }
-    hidden |= {
-        name for one in _with_letters(scene) for name in one.symbols if name in values and _is_zero(values[name])
-    }
+    hidden |= {name for one in _with_letters(scene) for name in one.symbols if name in values and values[name].is_zero}
     if not hidden:
         return w
     free = tuple(replace(p, value=None) if p.name in hidden else p for p in scene.parameters)
@@ -118,7 +109,7 @@ def _number(value: Quantity) -> float:
 
 def _vanishes(formula: Quantity, values: dict[str, Quantity]) -> bool:
     try:
-        return _is_zero(substituted(formula, values))
+        return substituted(formula, values).is_zero
     except FormulaError:  # told where it is computed with
         return False
 
