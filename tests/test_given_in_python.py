@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import sympy
 
 import symdyn
-from symdyn.errors import LinearizeError, SceneError, SimulateError
+from symdyn.errors import ArgumentError, LinearizeError, SceneError, SimulateError
 from symdyn.scene import Scene, read
 from symdyn.simulation import inverse, read_forces, read_motion, simulate
 from symdyn.simulation.prescribed.formulas_in_time import read_file
@@ -106,6 +107,22 @@ def test_functions_act_beside_a_sampled_controller_and_series_give_way(scene: Sc
     said: list[str] = []
     simulate(scene, forces={"tau1": math.sin}, until=0.1, say=said.append)
     assert "no Taylor method: a force is a function" in said[0]
+
+
+@pytest.mark.runs("cc")
+def test_symbols_of_sympy_are_names_wherever_a_name_is_a_key(scene: Scene) -> None:
+    t, (q1, tau1) = sympy.Symbol("t"), sympy.symbols("q1 tau1")
+    moving = sympy.Function("q1")(t)
+    start, rates = {q1: 0.3}, {moving.diff(t): 0.2}
+    said = simulate(scene, forces={"tau1": "0.1*t"}, start={"q1": 0.3}, start_rates={"q1_dot": 0.2}, until=0.1)
+    for forces in ({tau1: t / 10}, [{tau1: t / 10}], {t: T, tau1: T / 10}):
+        run = simulate(scene, forces=forces, start=start, start_rates=rates, until=0.1)
+        np.testing.assert_allclose(run.q, said.q, atol=1e-9)
+    assert symdyn.inverse(scene, {moving: t, "q2": 0}, until=0.1)["q1"][-1] == pytest.approx(0.1)
+    system = symdyn.linearize(scene, start={moving: 0})
+    np.testing.assert_array_equal(system.lqr({q1: 2}, {tau1: 1}).K, system.lqr({"q1": 2}, {"tau1": 1}).K)
+    with pytest.raises(ArgumentError, match="^q1: given twice, as text and as a symbol; leave one out$"):
+        simulate(scene, start={q1: 1, "q1": 2}, until=0.1)
 
 
 MISTAKES = [

@@ -22,7 +22,7 @@ from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 
-from symdyn.arguments import is_function, is_sympy
+from symdyn.arguments import is_function, is_sympy, with_names
 from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import quoted
 from symdyn.scene import Quantity, tables_of
@@ -103,7 +103,8 @@ def _words(
 
 def _by_name(entries: Mapping[Any, Any], what: str, specified_entries: SpecifiedEntries, faults: Faults) -> None:
     """Sort what is given by name; numbers under "t" are the times of all arrays."""
-    times, over = entries.get(TIME), dict[str, Any]()
+    entries, over = with_names(entries), dict[str, Any]()
+    times = entries.get(TIME)
     for name, value in entries.items():
         try:
             text = _text(value)
