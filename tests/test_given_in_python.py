@@ -121,7 +121,7 @@ def test_symbols_of_sympy_are_names_wherever_a_name_is_a_key(scene: Scene) -> No
     assert symdyn.inverse(scene, {moving: t, "q2": 0}, until=0.1)["q1"][-1] == pytest.approx(0.1)
     system = symdyn.linearize(scene, start={moving: 0})
     np.testing.assert_array_equal(system.lqr({q1: 2}, {tau1: 1}).K, system.lqr({"q1": 2}, {"tau1": 1}).K)
-    with pytest.raises(ArgumentError, match="^q1: given twice, as text and as a symbol; leave one out$"):
+    with pytest.raises(ArgumentError, match=r"^q1: given twice, as text and as a symbol; leave one out$"):
         simulate(scene, start={q1: 1, "q1": 2}, until=0.1)
 
 
