@@ -239,7 +239,7 @@ TREE = (
     ("keys", "expected"),
     [
         ('type = "revolute"\nparent = "crank"\nchild = "crank"',
-         'loop.loop1: joins "crank" with itself; a loop is closed between two bodies'),
+         'loop.loop1: joins "crank" with itself; write another parent or child'),
         ('type = "revolute"\nparent = "crank"\nchild = "coupler"',
          'loop.loop1: joins "crank" and "coupler", which fixed joints make one body; close the loop between two '
          "bodies"),

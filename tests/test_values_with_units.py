@@ -436,7 +436,7 @@ def test_a_value_that_does_not_fit_its_place_is_refused(old: str, new: str, word
         ('mass = "m"', 'mass = "-3 m l"', "l is no unit"),
         ('free = "3 m"', 'free = "3m"', "m is named here as well; for 3 times the symbol write 3*m, for the unit 3 m"),
         ("[inputs.V]", '[outputs]\ns = "2t^2"\n[inputs.V]', "2 times the symbol write 2*t**2, for the unit 2000000"),
-        ('value = 20\nunit = "mV"', 'value = "2t^2"', 'value = "2t^2" is in t^2, and t is named here as well; for 2 times'),
+        ('value = 20\nunit = "mV"', 'value = "2t^2"', '"2t^2" is in t^2, and t is named here as well; for 2 times'),
         ('"3 rpm"\n', '"3 rpm"\nr = "2m"\n', "for 2 times the symbol write 2*m, for the unit 2 m"),
     ],
 )  # fmt: skip

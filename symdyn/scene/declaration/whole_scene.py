@@ -315,7 +315,7 @@ def check_loops(draft: Draft, faults: Faults) -> None:
     for where, joint in zip(draft.where["loops"], scene.loops, strict=True):
         _ends(where, joint, bodies, ends, faults)
         if joint.parent == joint.child:
-            faults.add(where, f'joins "{joint.parent}" with itself; a loop is closed between two bodies')
+            faults.add(where, f'joins "{joint.parent}" with itself; write another parent or child')
         elif rigid.get(joint.parent, joint.parent) == rigid.get(joint.child, joint.child):
             both = f'"{joint.parent}" and "{joint.child}"'
             faults.add(where, f"joins {both}, which fixed joints make one body; close the loop between two bodies")

@@ -199,7 +199,7 @@ class Ends(Part):
             if joint is None:
                 of = next((joint.name for joint in scene.joints if one.joint in joint.coordinates), one.joint)
                 way = suggestion(of, joints)
-                if one.joint in (loop.name for loop in scene.loops):
+                if one.joint in (loop.name for loop in scene.loops if loop.parent != loop.child):
                     way = f"{OF_THE_TREE.format(one.joint)}; or give two points by from and to"
                 stand.fault(f'joint = "{one.joint}" is not a joint of the tree; {way}')
             elif not joint.coordinate and joint.coupling is None:
