@@ -38,7 +38,7 @@ from symdyn.scene.joints.joint_table import ARMATURE, DAMPING, JOINTS
 from symdyn.scene.values.body import Body, Particle, Pose
 from symdyn.scene.values.dimensional_analysis import ask_for_units
 from symdyn.scene.values.entry import Faults, compose, show
-from symdyn.scene.values.folding import add, map_quantities, mul, neg, substituted
+from symdyn.scene.values.folding import add, map_quantities, mul, neg, substituted, vanishes
 from symdyn.scene.values.joint import Element, Joint
 from symdyn.scene.values.key import Key, Names
 from symdyn.scene.values.letters import Parameter
@@ -373,11 +373,7 @@ def without_hidden_zeros(scene: Scene) -> Scene:
 
     def settled(one: Quantity) -> Quantity:
         """Return zero for a formula of parameters that is zero with their values."""
-        if not one.symbols or not set(one.symbols) <= values.keys():
-            return one
-        try:
-            return Quantity.ZERO if substituted(one, values).is_zero else one
-        except FormulaError:  # told where it is computed with
-            return one
+        known = one.symbols and set(one.symbols) <= values.keys()
+        return Quantity.ZERO if known and vanishes(one, values) else one
 
     return map_quantities(scene, settled) if values else scene

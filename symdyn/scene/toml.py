@@ -169,8 +169,6 @@ def _reworded(message: str, text: str) -> str:
     return f"{where}is not valid TOML: {what}"
 
 
-_MINUS = dict.fromkeys(map(ord, "−–—"), "-")
-
 _BARE = r"""(?P<value>(?:[^,\]}#="'()\[{]|\((?:[^()]|\([^()]*\))*\))*)(?P<end>.?)"""
 """A value that begins with no quote or bracket, and what stands behind it."""
 
@@ -189,8 +187,8 @@ def _unquoted(row: str, column: int) -> str:
         return f"a list stands in [ and ]; write [{shorten(value[1:-1])}]"
     if (straight := value.strip("“”„‘’")) != value:
         return f'{shorten(value)} stands in curly quotes; write "{shorten(straight)}"'
-    if (plain := value.translate(_MINUS)) != value and re.fullmatch(r"-[\d.]+", plain):
-        return f"{value} has no minus of a keyboard; write {plain}"
+    if re.fullmatch(r"[−–—][\d.]+", value):
+        return f"{value} has no minus of a keyboard; write -{value[1:]}"
     if value and not re.fullmatch(r"[-+\d._]+|true|false", value):
         return f'quotes are missing around {shorten(value)}; write "{shorten(value)}"'
     return ""

@@ -178,8 +178,9 @@ def _cut(edges: Sequence[_Edge], cuts: set[str], faults: Faults) -> Span:
     for edge in edges:
         if edge.entry.name not in cuts:
             continue
-        keys = _kept(edge.entry)
-        if keys:
+        if unused := _unused(edge.entry):
+            faults.note(edge.entry.where, f"is cut and has no coordinates{unused}")
+        if keys := _kept(edge.entry):
             what = f"is to be cut, but a cut joint has no {listed(keys)}"
             faults.add(edge.entry.where, f"{what}; leave it out, or cut another")
         for body in (edge.parent, edge.child):
@@ -190,17 +191,13 @@ def _cut(edges: Sequence[_Edge], cuts: set[str], faults: Faults) -> Span:
         if edge.index in back and not turnable(edge.kind):
             why = f"a {edge.kind} joint cannot be turned round, as {argument('spanning_tree')} would need it"
             faults.add(edge.entry.where, f"{why}; cut it, or swap its parent and child")
-    for edge in edges:
-        if edge.entry.name in cuts and (unused := _unused(edge.entry)):
-            faults.note(edge.entry.where, f"is cut and has no coordinates{unused}")
     _note_turned(tree, back, faults)
     return _span(edges, tree, back)
 
 
 def _kept(entry: Entry) -> list[str]:
     """Return the keys by which a joint says what one that closes a loop cannot."""
-    keys = [key for key in KEPT if _says(entry.table.get(key))]
-    return keys + ["friction"] * acts(entry.table.get("friction"))
+    return [key for key in KEPT if _says(entry.table.get(key))] + ["friction"] * acts(entry.table.get("friction"))
 
 
 def _lost(entry: Entry) -> list[str]:

@@ -31,7 +31,6 @@ End = str | Place | Mapping[str, object]
 """What a user writes for an end in Python."""
 
 OF_THE_TREE = "write [joints.{}] in its place, and [[loop]] for another joint of the loop"
-"""What works where a joint that closes a loop cannot say something, or carry it."""
 
 ADVICE = 'write joint = "NAME", or from and to, each the name of a body or point or { body = "NAME", at = [0, 0, 0] }'
 

@@ -55,7 +55,7 @@ class Names:
         """
         if quantity.symbols:
             return quantity
-        if quantity.express(Graph()).is_zero:
+        if quantity.is_zero:
             return Quantity.ZERO
         value = quantity.at({})
         negative = positive and value is not None and value < 0

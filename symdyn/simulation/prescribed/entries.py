@@ -104,7 +104,6 @@ def _words(
 def _by_name(entries: Mapping[Any, Any], what: str, specified_entries: SpecifiedEntries, faults: Faults) -> None:
     """Sort what is given by name; numbers under "t" are the times of all arrays."""
     entries, over = with_names(entries), dict[str, Any]()
-    times = entries.get(TIME)
     for name, value in entries.items():
         try:
             text = _text(value)
@@ -120,7 +119,7 @@ def _by_name(entries: Mapping[Any, Any], what: str, specified_entries: Specified
             specified_entries.texts.append((what, name, text))
         elif is_function(value):
             specified_entries.functions.append((name, value))
-        elif times is not None and not isinstance(value, tuple):
+        elif entries.get(TIME) is not None and not isinstance(value, tuple):
             over[name] = value
         else:
             pair = _over(value)
@@ -131,7 +130,7 @@ def _by_name(entries: Mapping[Any, Any], what: str, specified_entries: Specified
                 faults.add(f"{what}: {name}", f"{_spoken(value)} is no course over time; give {KINDS}; {OF_ARRAYS}")
     if over:
         with faults.noted():
-            specified_entries.tables.append(columns_of(what, times, over, every=True))
+            specified_entries.tables.append(columns_of(what, entries[TIME], over, every=True))
 
 
 def _over(value: Any) -> Any:
