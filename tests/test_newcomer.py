@@ -401,7 +401,7 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
     "a flat body has [J/2, J, J/2]": (SceneError, lambda: _with(body="inertia = [0, 1, 0]")),
     '[springs.j] joint = "j", stiffness = 100': (SceneError, lambda: _with(joint="stiffness = 3")),
     "a place in space is its origin": (SceneError, lambda: _with(joint="position = [0, 0, 1]")),
-    "stands in quotes": (SceneError, lambda: _with("g = 9,81")),
+    "column 6: decimals have a point; write 9.81": (SceneError, lambda: _with("g = 9,81")),
     "symdyn.draw is a package, and not called; symdyn.picture(scene) does it": (
         ArgumentError,
         lambda: symdyn.draw(CART),  # type: ignore[operator]
@@ -456,6 +456,9 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
         SceneError,
         lambda: _with(body="mass = 2*m"),
     ),
+    "scene.toml:3: column 8: −2 has no minus of a keyboard; write -2": (SceneError, lambda: _with(body="mass = −2")),
+    'a value with a unit stands in quotes, "170 deg"': (SceneError, lambda: _with(body='mass = "2" kg')),
+    "lines end in CR alone; save the file with": (SceneError, lambda: _with(body="mass = 1\rcom = [0, 0, 0]")),
     'quotes are missing around max(a, 2); write "max(a, 2)"': (SceneError, lambda: _with(body="mass = max(a, 2)")),
     'quotes are missing around l/2; write "l/2"': (SceneError, lambda: _with(body="mass = 1\ncom = [l/2, 0, 0]")),
     'quotes are missing around 3*k; write "3*k"': (SceneError, lambda: _with("parameters = { m = 3*k, n = 1 }")),

@@ -78,7 +78,7 @@ EDITS = [
     ('child = "link2"', 'child = "ground"',
      'bodies.link2: no joint connects the body to ground; add one with child = "link2"'),
     ('child = "link2"', 'child = "link1"',
-     'joints.elbow: joins "link1" with itself; a loop is closed between two bodies'),
+     'joints.elbow: joins "link1" with itself; write another parent or child'),
     ('child = "link2"', 'child = "forearm"',
      'bodies.link2: no joint connects the body to ground; add one with child = "link2"'),
     ('parent = "ground"', 'parent = "link2"',

@@ -57,7 +57,7 @@ def test_a_four_bar_is_cut_where_the_search_from_ground_meets_itself(tmp_path):
     ]
     assert reading.scene.coordinates == ("q1", "q2", "q3")
     assert [note.split("four_bar.toml: ")[1] for note in reading.notes] == [
-        'joints.c: closes a loop and is cut: it has no coordinates; spanning_tree=["NAME"] cuts others'
+        'joints.c: closes a loop and is cut: it has no coordinates; spanning_tree=["d"] cuts another'
     ]
 
 
@@ -79,7 +79,7 @@ def test_a_start_that_is_dropped_with_a_cut_joint_is_told(tmp_path):
     started = FOUR_BAR.replace(joint("a", "ground", "crank"), joint("a", "ground", "crank", more="start = 0.8"))
     reading = noting(started, tmp_path, ("a",))
 
-    assert "joints.a: is cut and has no coordinates: its start is not used" in "\n".join(reading.notes)
+    assert "joints.a: is cut and has no coordinates, and its start is not used" in "\n".join(reading.notes)
     assert "is not used" not in "\n".join(noting(started, tmp_path, ("c",)).notes)
 
 
@@ -239,7 +239,7 @@ TREE = (
     ("keys", "expected"),
     [
         ('type = "revolute"\nparent = "crank"\nchild = "crank"',
-         'loop.loop1: joins "crank" with itself; a loop is closed between two bodies'),
+         'loop.loop1: joins "crank" with itself; write another parent or child'),
         ('type = "revolute"\nparent = "crank"\nchild = "coupler"',
          'loop.loop1: joins "crank" and "coupler", which fixed joints make one body; close the loop between two '
          "bodies"),
@@ -313,3 +313,41 @@ def test_a_loop_whose_start_moves_far_says_how_tip_is_measured() -> None:
         assert note.endswith("tip is the child's frame seen from the joint, child_origin the joint from it")
     (near,) = simulate(_four_bar(child_origin=["c", 0, 0]), until=0.01, start={"phi": 1.05, "q3": 1.4}).notes
     assert "child_origin" not in near
+
+
+CUT = joint("c", "coupler", "rocker")
+
+
+@pytest.mark.parametrize("said", ['coordinate = "theta"', "limits = { lower = -1, upper = 2 }"])
+def test_a_joint_that_names_a_coordinate_or_has_limits_is_not_cut_where_another_can_be(said, tmp_path):
+    reading = noting(FOUR_BAR.replace(CUT, CUT + said + "\n"), tmp_path)
+    assert [one.name for one in reading.scene.loops] == ["b"]
+
+
+def test_what_a_cut_joint_loses_is_told(tmp_path):
+    named = FOUR_BAR.replace('type = "revolute"', 'type = "revolute"\ncoordinate = "NAME"').split("NAME")
+    each = "".join(f"{part}q_{k}" for k, part in enumerate(named[:-1])) + named[-1]
+    (note,) = noting(each.replace('"q_2"', '"q_2"\nfriction = 0.1'), tmp_path).notes
+    assert note.endswith(
+        'no coordinates, and its coordinate, friction are not used; spanning_tree=["NAME"] cuts another'
+    )
+
+
+CLOSED = FOUR_BAR.replace(CUT, "") + CUT.replace("[joints.c]", '[[loop]]\nname = "c"')
+KNOWN = "known are type, text, parent, child, origin, tip, child_origin, axis"
+WAY = "write [joints.c] in its place, and [[loop]] for another joint of the loop; or give two points by from and to"
+
+
+@pytest.mark.parametrize(
+    ("scene", "message"),
+    [
+        (FOUR_BAR.replace(CUT, CUT + "foo = 1\n"), f'joints.c: unknown key "foo"; {KNOWN}'),
+        (CLOSED + "limit = 1", f'loop.c: unknown key "limit"; {KNOWN}'),
+        (
+            f'{CLOSED}[springs.s]\njoint = "c"\nstiffness = 1',
+            f'springs.s: joint = "c" is not a joint of the tree; {WAY}',
+        ),
+    ],
+)
+def test_keys_and_elements_of_a_loop_are_told_what_works_there(scene, message, tmp_path):
+    assert faults(scene, tmp_path) == [message]

@@ -325,7 +325,7 @@ LOAD_FAULTS = [
     ("springs.s", 'from = "ground"\nto = "a"\nstiffness = 1', "an end lies where j does not move it, so"),
     ("springs.s", 'from = "a"\nto = 3\nstiffness = 1', "to = 3 is no end"),
     ("springs.s", 'joint = "j"\nstiffness = []', "stiffness = [] holds no number"),
-    ("springs.s", 'joint = "j"\nstiffness = "t"', "stiffness[0] = t uses t, the time"),
+    ("springs.s", 'joint = "j"\nstiffness = "t"', "stiffness = t uses t, the time"),
     ("springs.s", 'joint = "j"\nstifness = 1', 'unknown key "stifness"; did you mean stiffness?'),
     ("dampers.d", 'joint = "j"', "damping is missing"),
     ("dampers.d", 'joint = "j"\ndamping = -2', "damping = -2 is negative; give zero or more"),

@@ -434,8 +434,12 @@ def test_a_value_that_does_not_fit_its_place_is_refused(old: str, new: str, word
         ('start = "90 deg"', 'start = "1/3 m^2"', "; for 1/3 times the symbol write 1/3*m**2"),
         ('free = "3 m"', 'free = "3 t"', 'free = "3 t" is in t, and m is asked for'),
         ('mass = "m"', 'mass = "-3 m l"', "l is no unit"),
+        ('free = "3 m"', 'free = "3m"', "m is named here as well; for 3 times the symbol write 3*m, for the unit 3 m"),
+        ("[inputs.V]", '[outputs]\ns = "2t^2"\n[inputs.V]', "2 times the symbol write 2*t**2, for the unit 2000000"),
+        ('value = 20\nunit = "mV"', 'value = "2t^2"', '"2t^2" is in t^2, and t is named here as well; for 2 times'),
+        ('"3 rpm"\n', '"3 rpm"\nr = "2m"\n', "for 2 times the symbol write 2*m, for the unit 2 m"),
     ],
-)
+)  # fmt: skip
 def test_a_value_in_a_unit_that_is_called_like_a_letter_is_told_the_formula(old: str, new: str, words: str) -> None:
     assert old in WHOLE
     with pytest.raises(SceneError) as raised:

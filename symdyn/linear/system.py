@@ -27,7 +27,7 @@ from symdyn.algebra import Array
 from symdyn.arguments import suggesting
 from symdyn.draw import Reel
 from symdyn.emit import Contents, check_folder, write_file
-from symdyn.errors import EmitError, LinearizeError, beside
+from symdyn.errors import LinearizeError, beside
 from symdyn.frozen import dataclass, replace
 from symdyn.linear.compensator import Observer
 from symdyn.linear.contact_mode import read_mode
@@ -290,10 +290,7 @@ class SystemsFile:
             raise LinearizeError(
                 f"{self.path}: these are systems of different states; write one at a time, with --start"
             )
-        try:
-            write_file(self.path, WRITERS[self.path.suffix.lower()](systems))
-        except EmitError as fault:
-            raise LinearizeError(str(fault)) from None
+        write_file(self.path, WRITERS[self.path.suffix.lower()](systems), LinearizeError)
 
 
 NEXT_WEIGHT = r";\s*(?=(?:[QRNWV]|integral)\s*=)"

@@ -100,7 +100,7 @@ def _structure(scene: Scene) -> Iterator[Skipped]:
 
 def _other_scenes(scene: Scene) -> Iterator[tuple[str, str, Scene]]:
     """Return the scenes without a simplification that this one has: its name, what it is, the other scene."""
-    if all(_vanishes(component) for component in scene.gravity):
+    if all(component.is_zero for component in scene.gravity):
         yield "no gravity", "against gravity in a general direction", scene.with_gravity(SLANTING)
     bound = [parameter.name for parameter in scene.parameters if parameter.value is not None]
     if bound:
@@ -137,7 +137,7 @@ def _filled(body: Body) -> Body:
     odd = (Quantity.number(Fraction(k, 1009)) for k in (3, 5, 7, 11, 13, 17, 19, 23, 29))
 
     def fill(entries: tuple[Quantity, ...]) -> tuple[Quantity, ...]:
-        return tuple(other if _vanishes(entry) else entry for entry, other in zip(entries, odd, strict=False))
+        return tuple(other if entry.is_zero else entry for entry, other in zip(entries, odd, strict=False))
 
     place = {key: fill(vector) for key in ("com", "first_moment") if (vector := getattr(body, key)) is not None}
     return replace(body, inertia=fill(body.inertia), **place)  # type: ignore[arg-type]
@@ -163,11 +163,7 @@ def _counts(equations: Equations, passes: Sequence[str] = ()) -> Savings:
 
 
 def _is_massless(body: Body) -> bool:
-    return _vanishes(body.mass) and not body.particles and all(_vanishes(entry) for entry in body.inertia)
-
-
-def _vanishes(quantity: Quantity) -> bool:
-    return quantity.express(Graph()).is_zero
+    return body.mass.is_zero and not body.particles and all(entry.is_zero for entry in body.inertia)
 
 
 def _listed(what: str, names: Sequence[str]) -> str:

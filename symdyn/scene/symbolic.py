@@ -30,7 +30,6 @@ from fractions import Fraction
 
 from symdyn.arguments import argument, checked
 from symdyn.errors import SceneError, suggestion
-from symdyn.graph import Graph
 from symdyn.scene.declaration.draft import draft_of, slides
 from symdyn.scene.declaration.reading import value_for
 from symdyn.scene.declaration.whole_scene import check
@@ -39,7 +38,7 @@ from symdyn.scene.joints.joint_table import ARMATURE, DAMPING, JOINTS
 from symdyn.scene.values.body import Body, Particle, Pose
 from symdyn.scene.values.dimensional_analysis import ask_for_units
 from symdyn.scene.values.entry import Faults, compose, show
-from symdyn.scene.values.folding import add, map_quantities, mul, neg, substituted
+from symdyn.scene.values.folding import add, map_quantities, mul, neg, substituted, vanishes
 from symdyn.scene.values.joint import Element, Joint
 from symdyn.scene.values.key import Key, Names
 from symdyn.scene.values.letters import Parameter
@@ -337,7 +336,7 @@ def without_zeros(scene: Scene, faults: Faults | None = None) -> Scene:
         SceneError: a formula has no value then.
     """
     faults = faults or Faults(scene.source or scene.name)
-    zeros = {p.name: Quantity.ZERO for p in scene.parameters if p.value and not p.value.symbols and _is_zero(p.value)}
+    zeros = {p.name: Quantity.ZERO for p in scene.parameters if p.value and not p.value.symbols and p.value.is_zero}
     if not zeros:
         return scene
     parameters = tuple(replace(p, positive=p.positive and p.name not in zeros) for p in scene.parameters)
@@ -374,18 +373,7 @@ def without_hidden_zeros(scene: Scene) -> Scene:
 
     def settled(one: Quantity) -> Quantity:
         """Return zero for a formula of parameters that is zero with their values."""
-        if not one.symbols or not set(one.symbols) <= values.keys():
-            return one
-        try:
-            return Quantity.ZERO if _is_zero(substituted(one, values)) else one
-        except FormulaError:  # told where it is computed with
-            return one
+        known = one.symbols and set(one.symbols) <= values.keys()
+        return Quantity.ZERO if known and vanishes(one, values) else one
 
     return map_quantities(scene, settled) if values else scene
-
-
-def _is_zero(value: Quantity) -> bool:
-    try:
-        return value.express(Graph()).is_zero
-    except ZeroDivisionError:
-        return False  # reported by the check

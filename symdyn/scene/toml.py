@@ -154,13 +154,16 @@ def _reworded(message: str, text: str) -> str:
     if "Cannot overwrite" in what:
         key = re.match(r"\s*([\w.-]+)\s*=", row)
         return f"{where}{shorten(key[1]) if key else 'a key'} is given twice in one table; remove one of them"
-    if "Expected '='" in what and (comma := re.search(r"(\d+),(\d+) *$", row[: column - 1])):
+    read = row[: column - 1] if "Expected '='" in what else row * ("after a statement" in what)
+    if comma := re.search(r"(\d+),(\d+) *$", read):
         return f"{where}decimals have a point; write {shorten('.'.join(comma.groups()))}"
     value = what.startswith(("Invalid value", "Unclosed", "Expected newline"))
     if value and (told := _unquoted(row, column)):
         return f"{where}{told}"
+    if "\r" in row:
+        return f"{where}lines end in CR alone; save the file with line ends of Unix or Windows"
     if "after a statement" in what:
-        what += '; a value with a unit stands in quotes, "170 deg", and decimals have a point'
+        what += '; a value with a unit stands in quotes, "170 deg"'
     if "Illegal character '\\n'" in what:
         what = 'the text has no end; write " behind it'
     return f"{where}is not valid TOML: {what}"
@@ -184,6 +187,8 @@ def _unquoted(row: str, column: int) -> str:
         return f"a list stands in [ and ]; write [{shorten(value[1:-1])}]"
     if (straight := value.strip("“”„‘’")) != value:
         return f'{shorten(value)} stands in curly quotes; write "{shorten(straight)}"'
+    if re.fullmatch(r"[−–—][\d.]+", value):
+        return f"{value} has no minus of a keyboard; write -{value[1:]}"
     if value and not re.fullmatch(r"[-+\d._]+|true|false", value):
         return f'quotes are missing around {shorten(value)}; write "{shorten(value)}"'
     return ""

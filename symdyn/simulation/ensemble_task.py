@@ -60,7 +60,7 @@ class Lanes:
 
     def parameters(self, part: slice = slice(None)) -> dict[str, Array]:
         """Return the values of all parameters by name, numbers or shape (runs of the part,)."""
-        known: dict[str, Any] = {p.name: number(p.value) for p in self.scene.parameters if p.value is not None}
+        known: dict[str, Any] = {p.name: float(p.value) for p in self.scene.parameters if p.value is not None}
         return known | {name: one[part] for name, one in self.values.items()}
 
     def states(self, part: slice, inputs: Mapping[str, Quantity]) -> Array:
@@ -102,11 +102,6 @@ class Lanes:
             for given in (self.start, self.rates)
         )
         return values, start, rates
-
-
-def number(value: Quantity) -> float:
-    """Return the number that a value without symbols is."""
-    return float(evaluate([value.express(Graph())], Batches(), {})[0])
 
 
 @dataclass(frozen=True)

@@ -36,7 +36,6 @@ from symdyn.simulation.ensemble_task import (
     RunMode,
     Runner,
     Task,
-    number,
     one_after_other,
     replaced,
 )
@@ -366,7 +365,7 @@ def _bound(scene: Scene, plain: Mapping[str, Any], arrays: Mapping[str, Array], 
     near = {name: float(one[0]) if len(one) else 1.0 for name, one in arrays.items()}
     for p in scene.parameters:
         if p.name in arrays and not len(arrays[p.name]) and p.value is not None:
-            near[p.name] = number(p.value)
+            near[p.name] = float(p.value)
     for off in (OFF, 1.0):
         own = Faults("")
         with own.noted():

@@ -29,9 +29,9 @@ from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.dynamics.recursive.derivative_sweeps import rnea_derivatives_loop
 from symdyn.dynamics.recursive.table_loops import aba_derivatives_loop
 from symdyn.errors import DerivationError, listed
-from symdyn.graph import Expr, Graph, Op, evaluate, reachable, substitute
+from symdyn.graph import Expr, Op, reachable, substitute
 from symdyn.scene import Quantity, Scene
-from symdyn.scene.values import FormulaError, substituted
+from symdyn.scene.values import vanishes
 
 
 def _with_letters(scene: Scene) -> list[Quantity]:
@@ -42,14 +42,7 @@ def _with_letters(scene: Scene) -> list[Quantity]:
 def _gone(scene: Scene) -> tuple[str, ...]:
     """Return the parameters that are zero and stand in no formula: in those they stood in, zero was put in."""
     named = {name for one in _with_letters(scene) for name in one.symbols}
-    return tuple(p.name for p in scene.parameters if p.name not in named and p.value is not None and _is_zero(p.value))
-
-
-def _is_zero(value: Quantity) -> bool:
-    try:
-        return value.express(Graph()).is_zero
-    except ZeroDivisionError:  # told where it is computed with
-        return False
+    return tuple(p.name for p in scene.parameters if p.name not in named and p.value is not None and p.value.is_zero)
 
 
 def parameters_of(w: Workspace, only: str = "") -> tuple[str, ...]:
@@ -96,31 +89,16 @@ def _opened(w: Workspace) -> Workspace:
     hidden = {
         p
         for one in _with_letters(scene)
-        if values.keys() >= set(one.symbols) and _vanishes(one, values)
+        if values.keys() >= set(one.symbols) and vanishes(one, values)
         for p in one.symbols
     }
-    hidden |= {
-        name for one in _with_letters(scene) for name in one.symbols if name in values and _is_zero(values[name])
-    }
+    hidden |= {name for one in _with_letters(scene) for name in one.symbols if name in values and values[name].is_zero}
     if not hidden:
         return w
     free = tuple(replace(p, value=None) if p.name in hidden else p for p in scene.parameters)
-    known = tuple((p.name, _number(values[p.name])) for p in scene.parameters if p.name in hidden)
+    known = tuple((p.name, float(values[p.name])) for p in scene.parameters if p.name in hidden)
     closing = replace(w.closing, parameters=(*w.closing.parameters, *known))
     return Workspace(replace(scene, parameters=free), closing)
-
-
-def _number(value: Quantity) -> float:
-    from symdyn.algebra import Floats
-
-    return float(evaluate([value.express(Graph())], Floats(), {})[0])
-
-
-def _vanishes(formula: Quantity, values: dict[str, Quantity]) -> bool:
-    try:
-        return _is_zero(substituted(formula, values))
-    except FormulaError:  # told where it is computed with
-        return False
 
 
 def slopes_by_parameters(

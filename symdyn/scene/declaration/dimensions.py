@@ -15,11 +15,11 @@ from functools import cache, lru_cache
 from symdyn.arguments import argument
 from symdyn.frozen import dataclass
 from symdyn.graph import Op
-from symdyn.scene.declaration.draft import Use, draft_of, uses
+from symdyn.scene.declaration.draft import Draft, Use, draft_of, uses
 from symdyn.scene.forces.constraints import Formula
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.dimension import FORCE, LENGTH, NUMBER, POWER, TORQUE, Dimension, force_unit
-from symdyn.scene.values.dimensional_analysis import Analysis, Measure, Pair, TermPlace, terms
+from symdyn.scene.values.dimensional_analysis import Analysis, Measure, Pair, TermPlace, fits, terms
 from symdyn.scene.values.entry import Faults, shown
 from symdyn.scene.values.folding import fraction
 from symdyn.scene.values.grammar import CLOCK, LETTERS
@@ -90,7 +90,30 @@ def analysed(scene: Scene, uses: Iterable[Use], more: Mapping[str, str] | None =
     return found
 
 
-def check_dimensions(scene: Scene, uses: Iterable[Use], faults: Faults) -> None:
+def check_units(draft: Draft, faults: Faults, dimensions: bool) -> None:
+    """Every value that was written with a unit is in one that fits where it stands; and every formula fits there."""
+    formulas, parameters, own = [], {one.name for one in draft.scene.parameters}, []
+    for kind, letters in ("parameters", frozenset[str]()), ("inputs", frozenset((CLOCK,))):
+        places = zip(draft.where[kind], getattr(draft.scene, kind), strict=True)
+        own += [Use(where, "value", one.value, letters, one.unit) for where, one in places if one.value is not None]
+    for use in (*uses(draft), *own):
+        if use.quantity.op is not Op.CONSTANT and use.quantity.symbols:
+            formulas += [use] if parameters.union(use.allowed).issuperset(use.quantity.symbols) else []
+        elif use.quantity.unit:
+            either = use.other and Unit.read(use.quantity.unit).misfit(Unit.read(use.other)) is None
+            unit = use.other if either else use.unit
+            try:
+                fits(use.quantity, Unit.read(unit) if unit else None, parameters.union(use.allowed))
+            except UnitError as error:
+                asked = f"{use.unit} or {use.other}" if use.other else use.unit
+                why = str(error).replace(f"{use.unit} is asked", f"{asked} is asked")
+                told = with_unit(use.quantity, use.quantity.unit).replace(" ", "", use.quantity.tight)
+                faults.add(use.where, f'{use.key} = "{told}" {why}')
+    if formulas and dimensions:
+        _check_dimensions(draft.scene, formulas, faults)
+
+
+def _check_dimensions(scene: Scene, uses: Iterable[Use], faults: Faults) -> None:
     """Report terms that measure something else than is asked for; a parameter that fits nowhere at its own line."""
     uses = tuple(use for use in uses if not faults.told(use.where, "has "))  # what it is at is not known
     found = analysed(scene, uses)

@@ -13,6 +13,7 @@ from typing import Any, TypeGuard
 from symdyn.errors import choice, hint
 from symdyn.frozen import dataclass, field, replace
 from symdyn.scene.declaration.coupling import LOCKED, MIMIC, RATIOS, Mimic, couple, read_mimic, said_mimic
+from symdyn.scene.forces.attachments import OF_THE_TREE
 from symdyn.scene.forces.force_kind import Scope
 from symdyn.scene.forces.force_table import read_rubbing, table_of
 from symdyn.scene.joints.joint_table import ARMATURE, BEHIND, DAMPING, DRY, JOINTS, LIMITED, ORIGIN, own_keys
@@ -372,12 +373,14 @@ def read_loops(entries: Sequence[Entry], faults: Faults) -> tuple[Joint, ...]:
     """Return the joints that close loops; what is asked of a type that closes none would be advice for nothing."""
     loops = []
     for entry in entries:
-        table = EntryReader(entry, faults, joint_keys())
+        raw = str(entry.table.get("type"))
+        own = [key.name for key in JOINTS[raw].keys] if raw in JOINTS else own_keys()
+        table = EntryReader(entry, faults, (*keys_of(place_keys()), *own), joint_keys())
         kind = _type(table)
         joint = _placed(table, kind, () if JOINTS[kind].forbids is None else _shape(table, kind))
         for keys, what in meaningless(joint):
             _refuse(table, keys, what)
-        instead = f"write [joints.{joint.name}] in its place, and [[loop]] for another joint of the loop"
+        instead = OF_THE_TREE.format(joint.name)
         ends = f'from = {{ body = "{joint.parent}", at = .. }}, to = {{ body = "{joint.child}", at = .. }}'
         damper = f"; or [dampers.NAME] with {ends}, two points on its axis" if kind == "prismatic" else ""
         for key in keys_of(ROWS):

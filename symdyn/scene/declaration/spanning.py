@@ -1,11 +1,11 @@
 """A spanning tree of the joints: which of them carry bodies, which are cut and close loops, which are turned round.
 
 Joints whose children are as many bodies, all hanging on ground, are a tree as they stand. Else the joints are sorted:
-those that say what a cut joint cannot (a drive that is asked for, a rotor, damping, ...) come before the others, few
-freedoms before many, those that a search breadth-first from ground meets first before those that close its rings, and
-declared order last; and each is kept unless it closes a loop with those before it (Kruskal 1956). A joint that then
-points towards ground is turned round, which leaves its coordinates what they were. A ball and the like cannot be turned
-round, since their velocities are measured in the child; they are cut instead.
+those that say what a cut joint cannot (a drive that is asked for, a rotor, damping, ...) come first, then those that
+name or limit coordinates, few freedoms before many, those that a search breadth-first from ground meets before those
+that close its rings, and declared order last; and each is kept unless it closes a loop with those before it (Kruskal
+1956). A joint that then points towards ground is turned round, which leaves its coordinates what they were. A ball and
+the like cannot be turned round, since their velocities are measured in the child; they are cut instead.
 
     pose of parent in child  =  tip⁻¹ · X(q)⁻¹ · origin⁻¹        X(q)⁻¹ is the same motion about the opposite axis
 """
@@ -17,7 +17,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from symdyn.arguments import argument
 from symdyn.errors import listed, suggestion
 from symdyn.frozen import dataclass, replace
-from symdyn.scene.declaration.joint_table import acts, freedoms, loop_keys
+from symdyn.scene.declaration.joint_table import acts, freedoms, joint_keys, loop_keys
 from symdyn.scene.forces.force_kind import Pull
 from symdyn.scene.forces.force_table import FORCES
 from symdyn.scene.joints.joint_table import JOINTS
@@ -26,10 +26,7 @@ from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.model import Scene
 
 KEPT = ("force", "forces", "motion", "mimic", "armature", "rotor", "damping", "locked", "drive", "drives")
-"""What a joint that closes a loop cannot say."""
-
-STARTS = ("start", "start_rates")
-"""What a joint that closes a loop says in vain: its start follows."""
+"""What a joint that closes a loop cannot say; what else it says beside its place is not used, as its `coordinate`."""
 
 
 @dataclass(frozen=True)
@@ -128,7 +125,12 @@ def _chosen(edges: Sequence[_Edge], held: set[str], faults: Faults) -> Span:
     met = {edge.index: k for k, (_, edge) in enumerate(_walk(edges, Scene.GROUND))}
     order = sorted(
         edges,
-        key=lambda e: (e.entry.name not in held and not _kept(e.entry), freedoms(e.entry), met.get(e.index, len(met))),
+        key=lambda e: (
+            e.entry.name not in held and not _kept(e.entry),
+            not {"coordinate", "coordinates", "limits"}.intersection(_lost(e.entry)),
+            freedoms(e.entry),
+            met.get(e.index, len(met)),
+        ),
     )
     banned: set[int] = set()
     while True:
@@ -153,8 +155,12 @@ def _chosen(edges: Sequence[_Edge], held: set[str], faults: Faults) -> Span:
             advice = f"choose the joints to cut by {argument('spanning_tree')}"
             faults.add(edge.entry.where, f"closes a loop and is cut, but a cut joint has no {listed(keys)}; {advice}")
         else:
-            others = f"{argument('spanning_tree', ['NAME'])} cuts others"
-            faults.note(edge.entry.where, f"closes a loop and is cut: it has no coordinates; {others}")
+            said = {e.entry.name for e in tree if _kept(e.entry) or _lost(e.entry)} | held
+            others = [name for name in _ring(tree, edge)[:-1] if name not in said] or ["NAME"]
+            way = f"{argument('spanning_tree', others[-1:])} cuts another"
+            faults.note(
+                edge.entry.where, f"closes a loop and is cut: it has no coordinates{_unused(edge.entry)}; {way}"
+            )
     _note_turned(tree, back, faults)
     return span
 
@@ -172,8 +178,9 @@ def _cut(edges: Sequence[_Edge], cuts: set[str], faults: Faults) -> Span:
     for edge in edges:
         if edge.entry.name not in cuts:
             continue
-        keys = _kept(edge.entry)
-        if keys:
+        if unused := _unused(edge.entry):
+            faults.note(edge.entry.where, f"is cut and has no coordinates{unused}")
+        if keys := _kept(edge.entry):
             what = f"is to be cut, but a cut joint has no {listed(keys)}"
             faults.add(edge.entry.where, f"{what}; leave it out, or cut another")
         for body in (edge.parent, edge.child):
@@ -184,18 +191,24 @@ def _cut(edges: Sequence[_Edge], cuts: set[str], faults: Faults) -> Span:
         if edge.index in back and not turnable(edge.kind):
             why = f"a {edge.kind} joint cannot be turned round, as {argument('spanning_tree')} would need it"
             faults.add(edge.entry.where, f"{why}; cut it, or swap its parent and child")
-    for edge in edges:
-        dropped = [key for key in STARTS if key in edge.entry.table]
-        if edge.entry.name in cuts and dropped:
-            faults.note(edge.entry.where, f"is cut and has no coordinates: its {listed(dropped)} is not used")
     _note_turned(tree, back, faults)
     return _span(edges, tree, back)
 
 
 def _kept(entry: Entry) -> list[str]:
     """Return the keys by which a joint says what one that closes a loop cannot."""
-    keys = [key for key in KEPT if _says(entry.table.get(key))]
-    return keys + ["friction"] * acts(entry.table.get("friction"))
+    return [key for key in KEPT if _says(entry.table.get(key))] + ["friction"] * acts(entry.table.get("friction"))
+
+
+def _lost(entry: Entry) -> list[str]:
+    """Return the keys by which a joint says what one of the tree alone has."""
+    return [key for key, raw in entry.table.items() if key in joint_keys() and key not in loop_keys() and _says(raw)]
+
+
+def _unused(entry: Entry) -> str:
+    """Return what is told of what a cut joint says in vain."""
+    lost = _lost(entry)
+    return f", and its {listed(lost)} {'is' if len(lost) == 1 else 'are'} not used" if lost else ""
 
 
 def _says(raw: object) -> bool:
@@ -253,10 +266,11 @@ def _ring(tree: Sequence[_Edge], closing: _Edge) -> list[str]:
 def _span(edges: Sequence[_Edge], tree: Sequence[_Edge], back: set[int]) -> Span:
     directed = [replace(e, parent=e.child, child=e.parent) if e.index in back else e for e in tree]
     inside = {edge.index for edge in tree}
-    cut, kept = [], loop_keys()
+    cut = []
     for edge in edges:
         if edge.index not in inside:
-            table = {key: value for key, value in edge.entry.table.items() if key in kept}
+            told = edge.entry.table  # what is no key is reported by its reader
+            table = {key: raw for key, raw in told.items() if key in loop_keys() or key not in joint_keys()}
             cut.append(replace(edge.entry, table=table))
     names = frozenset(edge.entry.name for edge in tree if edge.index in back)
     return Span(tuple(edge.entry for edge in _parents_first(directed)), tuple(cut), names)

@@ -13,22 +13,21 @@ import re
 from collections.abc import Collection, Iterator, Mapping
 from fractions import Fraction
 
+from symdyn.arguments import argument
 from symdyn.errors import hint, listed, nearest, suggestion
 from symdyn.graph import Graph, Op
-from symdyn.scene.declaration.dimensions import SceneUnits, check_dimensions
+from symdyn.scene.declaration.dimensions import SceneUnits, check_units
 from symdyn.scene.declaration.draft import KINDS, Draft, Use, judge, uses
 from symdyn.scene.forces.flows import changing
 from symdyn.scene.forces.force_table import FORCES
 from symdyn.scene.joints.joint_table import JOINTS, RESISTING
 from symdyn.scene.values.body import mass_faults
-from symdyn.scene.values.dimensional_analysis import fits
 from symdyn.scene.values.entry import Faults, show, shown
 from symdyn.scene.values.grammar import CLOCK, LETTERS, check_latex, check_name, check_scene_name
 from symdyn.scene.values.joint import Joint, Strut, acceleration_name
 from symdyn.scene.values.key import Key, Stand
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import FormulaError, Quantity, Value
-from symdyn.scene.values.unit import Unit, UnitError, with_unit
 
 FAMILIES = {"parameters": "symbol", "bodies": "frame", "points": "frame", "joints": "joint", "loops": "joint"}
 FAMILIES |= dict.fromkeys(("inputs", "outputs", "derived", "states", "signals"), "symbol")
@@ -316,7 +315,7 @@ def check_loops(draft: Draft, faults: Faults) -> None:
     for where, joint in zip(draft.where["loops"], scene.loops, strict=True):
         _ends(where, joint, bodies, ends, faults)
         if joint.parent == joint.child:
-            faults.add(where, f'joins "{joint.parent}" with itself; a loop is closed between two bodies')
+            faults.add(where, f'joins "{joint.parent}" with itself; write another parent or child')
         elif rigid.get(joint.parent, joint.parent) == rigid.get(joint.child, joint.child):
             both = f'"{joint.parent}" and "{joint.child}"'
             faults.add(where, f"joins {both}, which fixed joints make one body; close the loop between two bodies")
@@ -355,7 +354,7 @@ def check(
     _formulas(draft, values, faults)
     untold = (faults.told(where, "type = ") for where in (*draft.where["joints"], *draft.where["loops"]))
     if not any((*untold, *(faults.told(where, "joint = ") for where in draft.where["elements"]))):
-        _units(draft, faults, dimensions and not draft.scene.dimensionless)  # a joint's type says what is in rad
+        check_units(draft, faults, dimensions and not draft.scene.dimensionless)  # a joint's type says what is in rad
     return tuple(_masses(draft, values, faults, allow_invalid_inertia))
 
 
@@ -377,8 +376,9 @@ def _parameter_values(draft: Draft, faults: Faults) -> dict[str, Value]:
 def _constant(where: str, value: Quantity, faults: Faults) -> Value | None:
     """Return what a value without symbols is, None after a fault."""
     if value.symbols:
-        names = ", ".join(value.symbols)
-        faults.add(where, f"value = {shown(value)} uses {names}; a value may hold numbers and pi only")
+        way = f"; over time, it is given by {argument('forces')}" if CLOCK in value.symbols else ""
+        told = f"uses {', '.join(value.symbols)}; a value may hold numbers and pi only{way}"
+        faults.add(where, f"value = {shown(value)} {told}")
         return None
     try:
         value.express(Graph())  # sees that sin(pi) is zero, which a float does not
@@ -404,24 +404,6 @@ def _formulas(draft: Draft, values: Mapping[str, Value], faults: Faults) -> None
             faults.add(use.where, f"{use.key} = {shown(use.quantity)} divides by zero; check the denominator")
         except FormulaError as error:
             faults.add(use.where, f"{use.key} = {shown(use.quantity)} {error}; check the values of its parameters")
-
-
-def _units(draft: Draft, faults: Faults, dimensions: bool) -> None:
-    """Every value that was written with a unit is in one that fits where it stands; and every formula fits there."""
-    formulas, parameters = [], {one.name for one in draft.scene.parameters}
-    for use in uses(draft):
-        if use.quantity.op is not Op.CONSTANT and use.quantity.symbols:
-            formulas += [use] if parameters.union(use.allowed).issuperset(use.quantity.symbols) else []
-        elif use.quantity.unit and use.unit:
-            try:
-                if not (use.other and Unit.read(use.quantity.unit).misfit(Unit.read(use.other)) is None):
-                    fits(use.quantity, Unit.read(use.unit), parameters.union(use.allowed))
-            except UnitError as error:
-                asked = f"{use.unit} or {use.other}" if use.other else use.unit
-                why = str(error).replace(f"{use.unit} is asked", f"{asked} is asked")
-                faults.add(use.where, f'{use.key} = "{with_unit(use.quantity, use.quantity.unit)}" {why}')
-    if formulas and dimensions:
-        check_dimensions(draft.scene, formulas, faults)
 
 
 def _masses(draft: Draft, values: Mapping[str, Value], faults: Faults, allow: bool) -> Iterator[str]:

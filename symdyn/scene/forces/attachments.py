@@ -30,6 +30,8 @@ from symdyn.scene.values.shape import (
 End = str | Place | Mapping[str, object]
 """What a user writes for an end in Python."""
 
+OF_THE_TREE = "write [joints.{}] in its place, and [[loop]] for another joint of the loop"
+
 ADVICE = 'write joint = "NAME", or from and to, each the name of a body or point or { body = "NAME", at = [0, 0, 0] }'
 
 
@@ -195,7 +197,10 @@ class Ends(Part):
             joint = joints.get(one.joint)
             if joint is None:
                 of = next((joint.name for joint in scene.joints if one.joint in joint.coordinates), one.joint)
-                stand.fault(f'joint = "{one.joint}" is not a joint of the tree; {suggestion(of, joints)}')
+                way = suggestion(of, joints)
+                if one.joint in (loop.name for loop in scene.loops if loop.parent != loop.child):
+                    way = f"{OF_THE_TREE.format(one.joint)}; or give two points by from and to"
+                stand.fault(f'joint = "{one.joint}" is not a joint of the tree; {way}')
             elif not joint.coordinate and joint.coupling is None:
                 many = f"has {len(joint.coordinates)} coordinates" if joint.coordinates else "does not move"
                 stand.fault(f'joint = "{one.joint}" {many}; name one with one, or two points by from and to')

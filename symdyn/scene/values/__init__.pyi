@@ -6,7 +6,7 @@ from .dimension import (
 )
 from .dimensional_analysis import ask_for_units as ask_for_units, fits as fits, question as question
 from .entry import Faults as Faults, names_in as names_in, shorten as shorten, show as show
-from .folding import substituted as substituted
+from .folding import substituted as substituted, vanishes as vanishes
 from .formula import formula_text as formula_text, split_commas as split_commas
 from .grammar import (
     GREEK as GREEK,

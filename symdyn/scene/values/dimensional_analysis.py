@@ -24,7 +24,7 @@ from math import isfinite
 from numbers import Real
 from typing import NamedTuple
 
-from symdyn.errors import SceneError
+from symdyn.errors import SceneError, listed
 from symdyn.frozen import dataclass, field, replace
 from symdyn.graph import Op
 from symdyn.scene.values import folding
@@ -34,7 +34,7 @@ from symdyn.scene.values.folding import fraction
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.letters import Letter
 from symdyn.scene.values.quantity import FormulaError, Quantity, spell
-from symdyn.scene.values.unit import Unit, UnitError, out_of_si
+from symdyn.scene.values.unit import Unit, UnitError, out_of_si, with_unit
 
 Powers = tuple[tuple[str, Exponent], ...]
 
@@ -416,24 +416,24 @@ def fits(value: Quantity, unit: Unit | None, letters: Container[str] = ()) -> No
         letters: that a formula might name there, one of which may have been meant.
 
     Raises:
-        UnitError: it is not.
+        UnitError: it is not; or it may be a product of letters, as 3m and, where no unit is known, 3 m.
     """
-    if value.unit and unit is not None:
-        own = Unit.read(value.unit)
-        number = fraction(out_of_si(value, own))
-        if reason := own.misfit(unit, "" if number is None else spell(number)):
-            raise UnitError(f"{reason}{_letters_meant(value, letters)}")
-
-
-def _letters_meant(value: Quantity, letters: Container[str]) -> str:
-    """Return how a value is written as a formula, where all names of its unit are symbols: 3*m of 3 m; else ""."""
-    names = re.findall(r"[^\W\d]\w*", value.unit)
-    if not names or not all(name in letters for name in names):
-        return ""
-    number = spell(out_of_si(value, Unit.read(value.unit)))
-    factors = re.sub(r"(?<=\w) (?=\w)", "*", value.unit).replace("^", "**")
-    noun = "the symbol" if len(names) == 1 else "the symbols"
-    return f"; for {number} times {noun} write {number}*{factors}"
+    if not value.unit:
+        return
+    own, names = Unit.read(value.unit), re.findall(r"[^\W\d]\w*", value.unit)
+    size = out_of_si(value, own)
+    number = fraction(size)
+    reason = unit and own.misfit(unit, "" if number is None else spell(number))
+    told = ""
+    if names and all(name in letters for name in names):
+        factors = re.sub(r"(?<=\w) (?=\w)", "*", value.unit).replace("^", "**")
+        noun = "the symbol" if len(names) == 1 else "the symbols"
+        told = f"; for {spell(size)} times {noun} write {spell(size)}*{factors}"
+        if not reason and (value.tight or unit is None):
+            reason = f"is in {value.unit}, and {listed(names)} {'is' if len(names) == 1 else 'are'} named here as well"
+            told += f", for the unit {with_unit(value, value.unit) if unit else spell(value)}"
+    if reason:
+        raise UnitError(f"{reason}{told}")
 
 
 def fits_place(table: EntryReader, key: str, value: Quantity, units: Sequence[str]) -> None:

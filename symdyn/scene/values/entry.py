@@ -166,10 +166,10 @@ def as_list(value: object) -> list[object]:
 class EntryReader:
     """Typed access to the keys of a declared table; what is wrong is a fault of its place."""
 
-    def __init__(self, entry: Entry, faults: Faults, keys: Sequence[str]) -> None:
+    def __init__(self, entry: Entry, faults: Faults, keys: Sequence[str], refused: Sequence[str] = ()) -> None:
         self.entry, self.faults, self.raw = entry, faults, entry.table
         for key in entry.table:
-            if key not in keys:
+            if key not in keys and key not in refused:  # which its reader reports
                 section, _, name = entry.where.rpartition(": ")[2].partition(".")
                 near = "stiffness" if nearest(str(key), (*keys, "stiffness")) == "stiffness" else str(key)
                 told = hint("keys", near, [section]).replace("$", name)

@@ -311,6 +311,14 @@ def with_tables(quantity: Quantity, read: Callable[[str, int], Curve]) -> Quanti
     return quantity if same else replace(quantity, args=args)
 
 
+def vanishes(quantity: Quantity, values: Mapping[str, Quantity]) -> bool:
+    """Tell whether a formula is zero with values of its symbols; not where it has none, which its reader reports."""
+    try:
+        return substituted(quantity, values).is_zero
+    except FormulaError:
+        return False
+
+
 def substituted(quantity: Quantity, values: Mapping[str, Quantity]) -> Quantity:
     """Return the formula with quantities in place of symbols, folded again.
 

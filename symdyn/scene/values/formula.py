@@ -252,9 +252,9 @@ def _value(match: re.Match[str], text: str) -> Quantity:
             told = str(error).partition("; there are")[0] if product else str(error)
             alone = UnitError(told + product.replace("; write", " or write" if told.endswith("?") else "; write"))
             raise (_letters_beside(text, begin, error) or (broken if re.search(_SUM, text) else alone)) from None
-    below = folding.constant(_exact(match["below"] or "1"))
-    size = folding.div(folding.constant(_exact(match["number"])), below)
-    return replace(in_si(folding.neg(size) if match["sign"] == "-" else size, unit), unit=unit.text)
+    size = folding.div(folding.constant(_exact(match["number"])), folding.constant(_exact(match["below"] or "1")))
+    value = in_si(folding.neg(size) if match["sign"] == "-" else size, unit)
+    return replace(value, unit=unit.text, tight=f" {match['unit'] or ''}" not in text)
 
 
 def _letters_beside(text: str, begin: int, error: UnitError) -> UnitError | None:

@@ -55,7 +55,7 @@ class Names:
         """
         if quantity.symbols:
             return quantity
-        if quantity.express(Graph()).is_zero:
+        if quantity.is_zero:
             return Quantity.ZERO
         value = quantity.at({})
         negative = positive and value is not None and value < 0
@@ -349,10 +349,8 @@ def shape_of(keys: Iterable[Key[Any]], required: Sequence[str] = ()) -> Shape:
 
 def indexed(value: Any) -> Iterator[tuple[str, Quantity]]:
     """Return the quantities of a value, each with its index: "" alone, "[0]" and so on of several."""
-    if isinstance(value, Quantity):
-        yield "", value
-    elif isinstance(value, tuple):
-        yield from ((f"[{i}]", x) for i, x in enumerate(value) if isinstance(x, Quantity))
+    found = value if isinstance(value, tuple) else (value,)
+    yield from ((f"[{i}]" * (len(found) > 1), x) for i, x in enumerate(found) if isinstance(x, Quantity))
 
 
 def along(vector: Vector, letters: tuple[str, ...], place: str, unit: str, text: str, names: Names) -> Vector:

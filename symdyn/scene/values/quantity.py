@@ -60,12 +60,14 @@ class Quantity:
             is read, its name until that is known; else None.
         unit: in which its writer gave a number, such as "mm"; the quantity itself is in SI, and equals the same in
             another.
+        tight: whether no space stood before the unit, as none stands before a letter that is multiplied.
     """
 
     op: Op
     args: tuple[Quantity, ...] = ()
     value: Fraction | str | Curve | Piecewise | None = None
     unit: str = field(default="", compare=False, repr=False)
+    tight: bool = field(default=False, compare=False, repr=False)
 
     ZERO: ClassVar[Quantity]
     ONE: ClassVar[Quantity]
@@ -107,6 +109,14 @@ class Quantity:
         elif is_dataclass(thing) and not isinstance(thing, type):
             for one in fields(thing):
                 yield from Quantity.inside(getattr(thing, one.name))
+
+    @property
+    def is_zero(self) -> bool:
+        """Whether it is zero for all values of its symbols; not where it divides by zero, which its reader reports."""
+        try:
+            return self.express(Graph()).is_zero
+        except ZeroDivisionError:
+            return False
 
     @property
     def symbols(self) -> tuple[str, ...]:

@@ -238,8 +238,8 @@ def opened(scene: Scene) -> Opened:
 def _value(scene: Scene, p: Parameter) -> float:
     assert p.value is not None, "all have values"
     try:
-        return float(evaluate([p.value.express(Graph())], Floats(), {})[0])
-    except (ArithmeticError, ValueError):
+        return float(p.value)
+    except FormulaError:
         raise SimulateError(f"{scene.name}: parameters.{p.name} has no real value") from None
 
 

@@ -22,7 +22,7 @@ from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 
-from symdyn.arguments import argument, is_function, is_sympy
+from symdyn.arguments import argument, is_function, is_sympy, with_names
 from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import quoted
 from symdyn.scene import Quantity, tables_of
@@ -105,7 +105,7 @@ def _words(
 
 def _by_name(entries: Mapping[Any, Any], what: str, specified_entries: SpecifiedEntries, faults: Faults) -> None:
     """Sort what is given by name; numbers under "t" are the times of all arrays."""
-    times, over = entries.get(TIME), dict[str, Any]()
+    entries, over = with_names(entries), dict[str, Any]()
     for name, value in entries.items():
         try:
             text = _text(value)
@@ -124,7 +124,7 @@ def _by_name(entries: Mapping[Any, Any], what: str, specified_entries: Specified
             faults.add(f"{what}: {name}", f"{_spoken(value)} is a controller; give it as {told}")
         elif is_function(value):
             specified_entries.functions.append((name, value))
-        elif times is not None and not isinstance(value, tuple):
+        elif entries.get(TIME) is not None and not isinstance(value, tuple):
             over[name] = value
         else:
             pair = _over(value)
@@ -135,7 +135,7 @@ def _by_name(entries: Mapping[Any, Any], what: str, specified_entries: Specified
                 faults.add(f"{what}: {name}", f"{_spoken(value)} is no course over time; give {KINDS}; {OF_ARRAYS}")
     if over:
         with faults.noted():
-            specified_entries.tables.append(columns_of(what, times, over, every=True))
+            specified_entries.tables.append(columns_of(what, entries[TIME], over, every=True))
 
 
 def _controls(value: Any) -> bool:

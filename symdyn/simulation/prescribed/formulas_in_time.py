@@ -349,7 +349,8 @@ def columns_of(source: str, times: Any, values: Mapping[str, Any], every: bool =
     columns = {name: _array(x, name, faults) for name, x in values.items()}
     for name, x in columns.items():
         if x is not None and t is not None and len(x) != len(t):
-            faults.add("", f"{name} has {counted(len(x), 'value')} at {counted(len(t), 'time')}")
+            told = f"{counted(len(x), 'value')} at {counted(len(t), 'time')}; give {len(t)}, one for each of {TIME}"
+            faults.add("", f"{name} has {told}")
     if t is not None and len(t) < 2:
         faults.add("", f"has {counted(len(t), 'time')}; at least two are needed")
     if t is not None:
@@ -366,7 +367,8 @@ def _array(values: Any, name: str, faults: Faults) -> Array | None:
     except ValueError:  # rows of several lengths
         found = np.empty((0, 0))
     if found.ndim != 1 or found.dtype.kind not in "iuf":
-        faults.add("", f"{name} is no row of numbers, one a time")
+        shape = f" but of shape {found.shape}" * (found.ndim != 1 and bool(found.size))
+        faults.add("", f"{name} is no row of numbers{shape}; give one number for each time, such as [0.0, 0.1]")
         return None
     numbers = found.astype(np.float64)
     for k in np.flatnonzero(~np.isfinite(numbers))[:1]:
@@ -384,7 +386,8 @@ def _numbers(row: list[str], names: list[str], number: int, must: Collection[str
     """Return the cells of a row as numbers, NaN where one is none, which is a fault of columns that must be."""
     where = f"row {number}"
     if len(row) != len(names):
-        faults.add(where, f"has {counted(len(row), 'cell')}; the header names {counted(len(names), 'column')}")
+        told = f"has {counted(len(row), 'cell')}; the header names {counted(len(names), 'column')}"
+        faults.add(where, f"{told}: give as many cells, or leave the row out")
         return [np.nan] * len(names)
     found = []
     for name, cell in zip(names, row, strict=True):
