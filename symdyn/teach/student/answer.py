@@ -148,9 +148,11 @@ def _rule(answer: Answer, say: Mapping[str, str]) -> str:
     if answer.mistake is None:
         return ""
     of, other = answer.mistake.of, answer.mistake.other
-    where = say["where"].format(of=of) if of else ""
-    more = "".join(say["and"] + say[rule] for rule in answer.mistake.more)
-    return say[answer.mistake.rule] + where + (say["or"] + say[other] if other else "") + more
+    rule, where = answer.mistake.rule, say["where"].format(of=of) if of else ""
+    more = "".join(say["and"] + say[one] for one in answer.mistake.more)
+    if both := say.get(f"{rule}.{other}"):  # what two rules are together
+        return both + where + more
+    return say[rule] + where + (say["or"] + say[other] if other else "") + more
 
 
 def _named(name: str, say: Mapping[str, str]) -> str:
@@ -247,8 +249,8 @@ def _free(form: Form, scene: Scene) -> Form | None:
         ]
     except DerivationError:
         return None
-    moving = {*scene.coordinates, *scene.velocities}
-    return Form.sum(left) if not any(moving & set(term.symbols) for term in left) else None
+    fixed = {p.name for p in scene.parameters}
+    return Form.sum(left) if all(fixed.issuperset(term.symbols) for term in left) else None
 
 
 FEW_SOLVED = 4  # accelerations, while equations solved for one are something that a student writes

@@ -278,10 +278,10 @@ def _diagnosed(answer: Answer, form: Form, right: Form, key: str, diagnosis: Dia
     found_mistake = diagnosis.value(key, form, right, partial(_equal, scene=scene))
     moved = less(form, Form.of(diagnosis.drive(int(key[4:]) - 1))) if key.startswith("tau:") else form
     told = found_mistake if answer.turned else diagnosis.told_apart(key, moved, found_mistake)
-    foreign = {p.name for p in scene.parameters} & set(form.symbols) - set(right.symbols)
-    if not (told or answer.turned or key.startswith("tau:")) and foreign:  # right without what these stand in
+    if not (told or answer.turned or key.startswith("tau:")):  # zero, or right without what the result does not have
+        foreign = {p.name for p in scene.parameters} & set(form.symbols) - set(right.symbols)
         rest = form.substitute(dict.fromkeys(foreign, Number.ZERO))
-        told = Mistake("extra", Graph().zero) if _equal(rest, right, scene) else None
+        told = Mistake("extra", Graph().zero) if any(_equal(x, right, scene) for x in (Number.ZERO, rest)) else None
     return replace(answer, mistake=told)
 
 
