@@ -9,12 +9,13 @@ Letters of masses and lengths are drawn in the picture where they measure someth
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
+from itertools import product
 
 import numpy as np
 
-from symdyn.algebra import Floats
+from symdyn.algebra import Batches, Floats
 from symdyn.draw import Lettered, pose
 from symdyn.dynamics import Energies, Workspace
 from symdyn.dynamics.mechanism import TIME, State, body_placements, prescribed, vector
@@ -38,6 +39,10 @@ FALL = 9.81
 """m/s^2: for an acceleration of free fall without a value."""
 SIZES = {"kg": 2.0, "m": 1.0}
 """What other parameters without a value start from; each takes another share of it, so that no two are alike."""
+TURNS = (0, 0.5, 1, -0.5, 0.2, 0.7, -0.2, -0.7)
+"""Times pi: where zeros are looked for."""
+NOTHING = 1e-9
+"""Of the largest value."""
 MOMENTS = (0.4, 0.2, 0.1, 0.0)
 """s: times, the first of which is shown at which the prescribed motions are possible."""
 
@@ -64,6 +69,14 @@ class Chosen:
         if not all(map(math.isfinite, found)):
             raise NoValueError("at the state of the lesson a number is beyond the largest double; choose other units")
         return found
+
+    def meet_zero(self, node: Expr, q: Sequence[Expr]) -> bool:
+        """Whether a node vanishes at some position or has both signs, where its coordinates are three at most."""
+        at = math.pi * np.array([*product(TURNS, repeat=len(q) if len(q) < 4 else 0)]).T
+        with np.errstate(all="ignore"):
+            (values,) = evaluate([node], Batches(), {**self.values, **dict(zip(q, at, strict=False))})
+        few = NOTHING * np.fmax.reduce(np.abs(np.atleast_1d(values)))
+        return bool(len(at) and np.any(values <= few) and np.any(values >= -few))
 
 
 def choose_state(scene: Scene, state: State, graph: Graph, moving: bool = True) -> Chosen:
