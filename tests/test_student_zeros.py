@@ -58,7 +58,10 @@ TYPED = {
 
 @pytest.mark.runs("node")
 @pytest.mark.skipif(shutil.which("node") is None, reason="the page's program runs in node")
-@pytest.mark.parametrize("text", TYPED, ids=["flywheels", "led", "disc", "frame", "centre"])
+@pytest.mark.parametrize(
+    "text", [FLYWHEELS, FRAME, *(pytest.param(x, marks=pytest.mark.slow) for x in (LED, DISC, CENTRE))],
+    ids=["flywheels", "frame", "led", "disc", "centre"],
+)  # fmt: skip
 def test_zeros_and_terms_too_much_are_told_alike_at_both_doors(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
     benchmark, scene, rows = _benchmark(monkeypatch), read_text(text, "scene.toml").as_parameters(), TYPED[text]
 

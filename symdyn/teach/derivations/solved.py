@@ -243,11 +243,8 @@ def solved_steps(lesson: Lesson, chosen: Chosen) -> list[Step]:
             said = Words((*reason.parts, " " * bool(reason.parts), *signs_told(lesson, free, forms, chosen)))
             steps.append(Step("explicit", claim, tuple(blocks), said))
         elif len(free) <= MOST and not led.place:
-            _, h = _linear(lesson, told, free)
-            claim = lesson.say("explicit.linear")
-            steps.append(
-                Step("explicit", claim, tuple(accelerations_system(lesson, free, h)), lesson.say("explicit.system"))
-            )
+            system = tuple(accelerations_system(lesson, free, _linear(lesson, told, free)[1]))
+            steps.append(Step("explicit", lesson.say("explicit.linear"), system, lesson.say("explicit.system")))
     if led.place and (step := _drives(lesson, led.place, put)):
         steps.append(step)
     return steps
@@ -275,18 +272,15 @@ def accelerations(
     qdd = [lesson.state.qdd[k] for k in free]
     blocks: list[Block] = [Formula(symbol.name, form) for symbol, form in delta.items()]
     blocks += [folded(lesson, Formula("", named(x), right=form)) for x, form in zip(qdd, forms, strict=True)]
-    places = {str(q.value): q for q in lesson.state.q}
-    zeros: list[str | Form] = []
-    for one in _below_lines(forms, delta):
-        (node,), q = with_entries(lesson, [one.express(lesson.graph)]), [places[x] for x in one.symbols if x in places]
-        zeros += [", ", one, " ≠ 0"] if chosen.meet_zero(node, q) else []
-    blocks += [lesson.say("explicit.unless", zeros=Words(tuple(zeros[1:])))] if zeros else []
+    below = [(one, *with_entries(lesson, [one.express(lesson.graph)])) for one in _below_lines(forms, delta)]
+    zeros = [one for one, node in below if chosen.meets_zero(node, lesson.state.q)]
+    blocks += [lesson.say("explicit.unless", zeros=Form.product(zeros))] if zeros else []
     return blocks, forms
 
 
 def _below_lines(forms: Sequence[Form], delta: Mapping[Symbol, Form]) -> Iterable[Form]:
     """Return the factors of all denominators, of Δ as well, each once and without its power."""
-    whole = (x.base for form in (*forms, *delta.values()) for x in form.walk() if _below(x) and isinstance(x, Power))
+    whole = (_base(x) for form in (*forms, *delta.values()) for x in form.walk() if _below(x))
     factors = (y for x in (*whole, *delta.values()) for y in x.factors)
     return dict.fromkeys(x.base if isinstance(x, Power) else x for x in factors)
 
@@ -311,10 +305,8 @@ def _entries(lesson: Lesson, free: Sequence[int]) -> Linear | None:
 def motions_put_in(lesson: Lesson) -> Mapping[Expr, Expr]:
     """Return what coordinates, rates and accelerations with a prescribed motion are, in time."""
     state, led = lesson.state, prescribed(lesson.scene, lesson.graph)
-    found: dict[Expr, Expr] = {}
-    for symbols, values in ((state.q, led.position), (state.qd, led.velocity), (state.qdd, led.acceleration)):
-        found |= {symbols[k]: value for k, value in zip(led.place, values, strict=True)}
-    return found
+    pairs = ((state.q, led.position), (state.qd, led.velocity), (state.qdd, led.acceleration))
+    return {x[k]: value for x, values in pairs for k, value in zip(led.place, values, strict=True)}
 
 
 def vanishing(lesson: Lesson, of: Sequence[int], put: Mapping[Expr, Expr]) -> list[Expr]:

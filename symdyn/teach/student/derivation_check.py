@@ -33,7 +33,6 @@ from symdyn.teach.student.answer import (
     equality,
     judged,
     less,
-    minus,
     short,
     untitled,
     without_slope,
@@ -56,15 +55,12 @@ def energy_judged(line: int, kind: str, form: Form, right: Form, page: Printable
     scene = page.scene
     given = set(form.symbols)
     used = [row.multiplier for row in page.constraints.rows if row.multiplier in given]
-    if not used:
-        return judged(line, kind, form, right, scene, kind)
-    if kind in ADDED_TO and len(used) == len(page.constraints.rows) and _added(form, used, scene):
+    if used and kind in ADDED_TO and len(used) == len(page.constraints.rows) and _added(form, used, scene):
         alone = judged(line, kind, form.substitute(dict.fromkeys(used, Number.ZERO)), right, scene, kind)
         return replace(alone, multiplied=tuple(used)) if alone.right else alone
     answer = judged(line, kind, form, right, scene, kind)
-    return (
-        replace(answer, mistake=Mistake("multiplier", Graph().zero)) if answer.verdict == Verdict.DIFFERENT else answer
-    )
+    wrong = used and answer.verdict == Verdict.DIFFERENT
+    return replace(answer, mistake=Mistake("multiplier", Graph().zero)) if wrong else answer
 
 
 def _added(form: Form, used: Sequence[str], scene: Scene) -> bool:
@@ -351,4 +347,4 @@ def expected(page: Printable, target: Target, book: bool = False, diagnosis: Dia
         return less(page.left(i), loads)
     own = ((c.form, c.of) for c in page.rows[i] if (c.kind, c.indices) == (target.kind, target.index))
     form, of = next(own, (Number.ZERO, ""))
-    return minus(form) if book and of == "qd" else form
+    return form.negative if book and of == "qd" else form

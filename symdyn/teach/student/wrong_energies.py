@@ -93,6 +93,7 @@ def _steiner(course: Course, part: Parts) -> Iterator[Way]:
         yield from ((None, course.kinetic(part, *each), None) for each in shares)
         yield None, course.kinetic(part) + part.parallel, None
 
+
 def _extra(course: Course, part: Parts) -> Iterator[Way]:
     """Yield K with a parallel-axis term too much: that of the body, then one of another distance."""
     if part.rigid:
