@@ -7,6 +7,7 @@ import shutil
 import pytest
 from test_student_answers import _benchmark
 
+from symdyn.errors import TeachError
 from symdyn.scene import read_text
 from symdyn.teach.languages import language_of
 from symdyn.teach.student.derivation_check import check_derivation
@@ -82,3 +83,14 @@ def test_a_parallel_axis_term_too_much_is_no_forgotten_one(language: str) -> Non
     assert says["extra.steiner"] in added.in_words(language)[0]
     assert says["steiner"] not in added.in_words(language)[0]
     assert says["steiner"] in lost.in_words(language)[0]
+
+
+def test_what_divides_by_zero_is_told_with_its_place() -> None:
+    """They ended in a traceback: J1 - J1 typed below a line, and a symbol there that the result does not have."""
+    flywheels = read_text(FLYWHEELS, "scene.toml")
+    for text in ("k_G1 = phi/(J1 - J1)", "P = (phi - phi)^(-1)"):
+        with pytest.raises(TeachError, match="division by zero"):
+            check_derivation(text, flywheels)
+
+    (answer,) = check_derivation("P = phi + 1/J1", flywheels)
+    assert not answer.right

@@ -30,7 +30,7 @@ EQUAL = Verdict.HOLD
 
 ROUNDED, HOLDS, EMPTY, MOTIONS = "rounded", "holds", "empty", "motions"
 
-MOST = 12  # differences told
+MOST, MANY = 12, 400  # differences told, and listed
 LONGEST = 600  # characters of a formula that is told
 
 SAID = {ROUNDED: "digits", HOLDS: "holds", Verdict.NOT_SHOWN: "undefined", EMPTY: "empty", MOTIONS: "motions"}
@@ -179,9 +179,6 @@ def _difference(difference: Difference, say: Mapping[str, str]) -> str:
         right_symbol=symbols[1],
         factor=text_of(Number(difference.factor)),
     )
-
-
-MANY = 400  # differences, which no answer lists
 
 
 def less(a: Form, b: Form) -> Form:

@@ -12,6 +12,7 @@ on the motions that are allowed, and together they forbid as much as the scene's
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 
@@ -253,7 +254,9 @@ def _in_coordinates(statement: Statement, page: Printable, scene: Scene) -> Stat
 
 
 def _equal(a: Form, b: Form, scene: Scene) -> bool:
-    return equality("length", a, b, scene).verdict in EQUAL
+    with suppress(ZeroDivisionError):  # where what stands below a line is put to zero
+        return equality("length", a, b, scene).verdict in EQUAL
+    return False
 
 
 def _names_only(statement: Statement, names: Names, count: int) -> bool:
