@@ -272,8 +272,9 @@ def accelerations(
     qdd = [lesson.state.qdd[k] for k in free]
     blocks: list[Block] = [Formula(symbol.name, form) for symbol, form in delta.items()]
     blocks += [folded(lesson, Formula("", named(x), right=form)) for x, form in zip(qdd, forms, strict=True)]
-    below = [(one, *with_entries(lesson, [one.express(lesson.graph)])) for one in _below_lines(forms, delta)]
-    zeros = [one for one, node in below if chosen.meets_zero(node, lesson.state.q)]
+    below = list(_below_lines(forms, delta))
+    nodes = with_entries(lesson, [one.express(lesson.graph) for one in below])
+    zeros = [one for one, x in zip(below, nodes, strict=True) if chosen.meets_zero(x, lesson.state.q)]
     blocks += [lesson.say("explicit.unless", zeros=Form.product(zeros))] if zeros else []
     return blocks, forms
 

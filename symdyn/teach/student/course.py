@@ -153,9 +153,9 @@ class Course:
             lone.append((mass.m * dot(v, v) + dot(w, mass.inertia @ w)) / 2)
         w, principal = self._turning(mass, rates), all(mass.inertia[j][k].is_zero for j in range(3) for k in range(j))
         axes = tuple(mass.inertia[k][k] * w[k] * w[k] / 2 for k in range(3) if principal)
-        own = self._rate(arm if mass.h is None or mass.m.is_zero else scale(1 / mass.m, mass.h), rates)
+        v = self._rate(arm if mass.h is None or mass.m.is_zero else scale(1 / mass.m, mass.h), rates)
         relative = self._rate(arm, alone), still
-        parallel = mass.m * dot(own, own) / 2
+        parallel = mass.m * dot(v, v) / 2
         return Parts(mass.tag, mass.m, base, arm, spin, relative, tuple(lone), mass.spins, axes, parallel)
 
     def _hinge(self, joint: Joint | None) -> Joint | None:
