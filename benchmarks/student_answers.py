@@ -247,7 +247,8 @@ def _rules(text: str) -> tuple[str, ...]:
         or text == spoken.lesson["fault.empty"]
     ):
         found.append("empty")
-    return (*found, *(rule for rule, words in spoken.mistakes.items() if len(words) > 12 and words in text))
+    told = [rule for rule, words in spoken.mistakes.items() if len(words) > 12 and words in text]
+    return (*found, *(one for rule in told for one in rule.split(".")))
 
 
 # The report

@@ -9,19 +9,20 @@ Letters of masses and lengths are drawn in the picture where they measure someth
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
+from itertools import product
 
 import numpy as np
 
-from symdyn.algebra import Floats
+from symdyn.algebra import Batches, Floats
 from symdyn.draw import Lettered, pose
 from symdyn.dynamics import Energies, Workspace
 from symdyn.dynamics.mechanism import TIME, State, body_placements, prescribed, vector
 from symdyn.emit.print import latex_symbols
 from symdyn.errors import DrawError, NoValueError
 from symdyn.frozen import dataclass, replace
-from symdyn.graph import Expr, Graph, Op, evaluate, gradient
+from symdyn.graph import Expr, Graph, Op, evaluate, gradient, reachable
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.joints import joint_motion, start_of
 from symdyn.scene.values import Pose
@@ -29,15 +30,14 @@ from symdyn.spatial import Transform, Vec, add, scale
 
 RATES = (1.0, -0.6, 0.8, 0.5, -0.4, 0.3)
 ACCELERATIONS = (0.5, 1.2, -0.7, 0.9, 0.4, -0.3)
-ANGLES = (0.6, 0.5, 0.7, 0.4, 0.9, 0.3, 1.0, 0.2)
-"""rad: for turns that would hide something where they are."""
-WAYS = (1.0, 1.3, 0.8, 1.5, 0.7)
-"""The same for slides: parts of where they are, or of 0.2 m."""
+ANGLES = (0.6, 0.5, 0.7, 0.4, 0.9, 0.3, 1.0, 0.2)  # rad: for turns that would hide something where they are
+WAYS = (1.0, 1.3, 0.8, 1.5, 0.7)  # the same for slides: parts of where they are, or of 0.2 m
 NEAR = 1e-6
-FALL = 9.81
-"""m/s^2: for an acceleration of free fall without a value."""
+FALL = 9.81  # m/s^2: for an acceleration of free fall without a value
 SIZES = {"kg": 2.0, "m": 1.0}
 """What other parameters without a value start from; each takes another share of it, so that no two are alike."""
+TURNS = (0, 0.5, 1, -0.5, 0.2, 0.7, -0.2, -0.7)  # coordinates over pi where zeros are looked for
+NOTHING = 1e-9  # of the largest value: what is one
 MOMENTS = (0.4, 0.2, 0.1, 0.0)
 """s: times, the first of which is shown at which the prescribed motions are possible."""
 
@@ -64,6 +64,17 @@ class Chosen:
         if not all(map(math.isfinite, found)):
             raise NoValueError("at the state of the lesson a number is beyond the largest double; choose other units")
         return found
+
+    def meets_zero(self, node: Expr, q: Sequence[Expr]) -> bool:
+        """Whether a node of up to three of the coordinates q vanishes at some of a few positions or has both signs."""
+        own = set(reachable([node])) & set(q)
+        if not 0 < len(own) < 4:
+            return False
+        at = math.pi * np.array([*product(TURNS, repeat=len(own))]).T
+        with np.errstate(all="ignore"):
+            (values,) = evaluate([node], Batches(), {**self.values, **dict(zip(own, at, strict=True))})
+        few = NOTHING * np.fmax.reduce(np.abs(values))
+        return bool(np.any(values <= few) and np.any(values >= -few))
 
 
 def choose_state(scene: Scene, state: State, graph: Graph, moving: bool = True) -> Chosen:
@@ -151,8 +162,7 @@ def _parameters(scene: Scene, moving: bool) -> dict[str, float]:
     """Return values for parameters that have none."""
     given: dict[str, float] = {}
     for parameter in scene.free_parameters:
-        falls = parameter.unit.replace("²", "2").replace("^", "") == "m/s2"
-        if falls:
+        if parameter.unit.replace("²", "2").replace("^", "") == "m/s2":
             given[parameter.name] = FALL
         elif moving:
             given[parameter.name] = round(SIZES.get(parameter.unit, 1.0) * _share(len(given)), 3)

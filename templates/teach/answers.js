@@ -5,11 +5,11 @@ const Answers = (() => {
   const {Fault, has, members, label, parsed: formula, formula: formula_of} = Formulas;
 
   const TOLERANCE = 1e-9, ROUNDED = 1e-4;  // of the largest value: doubles lose some digits, wrong answers all of them
-  // Whether a potential energy that changes with position differs from the answer by what does not
+  // Whether a potential energy differs from the answer by what does not change with position
   function elsewhere(key, mine) {
     const right = values[key], size = Math.max(...right.slice(0, drawn).map(Math.abs), ...mine.slice(0, drawn).map(Math.abs), 1e-12);
     const changes = list => [...Array(twins).keys()].map(k => list[drawn + k] - list[k]), moved = changes(right), yours = changes(mine);
-    return moved.some(x => Math.abs(x) > 1e-6 * size) && moved.every((x, k) => Math.abs(x - yours[k]) <= TOLERANCE * size);
+    return moved.every((x, k) => Math.abs(x - yours[k]) <= TOLERANCE * size);
   }
 
   const said = (right, word, place = "") => ({right, text: words[word].replace("{text}", place).replace("{factor}", place)});
@@ -88,7 +88,7 @@ const Answers = (() => {
     const told = drawnValues.every(mine => mine.every(Number.isFinite)) ? compared(key, drawnValues, lettered) : said(false, "answer.undefined");
     if (moving && (moving.row || moving.another)) return forgot([moving.row ? "row" : "other", "", ""]);
     if (moving && !moving.right && !told.right) return foreign(key, formulas, apart(key, formulas, told));
-    if (!moving || moving.right === told.right) return foreign(key, formulas, told);
+    if (!moving || moving.right === told.right || told.text === words["answer.shifted"]) return foreign(key, formulas, told);
     return moving.right ? said(true, moving.word) : forgot(["other", "", ""]);
   }
 
@@ -232,7 +232,8 @@ const Answers = (() => {
   }
   const close = (a, b) => Math.abs(a - b) <= 1e-7 * Math.max(Math.abs(a), Math.abs(b), 1e-12);
   function forgot([rule, of, other]) {
-    const reason = words.mistakes[rule] + (of ? words.mistakes.where.replace("{of}", () => of) : "") + (other ? words.mistakes.or + words.mistakes[other] : "");
+    const both = words.mistakes[`${rule}.${other}`], where = of ? words.mistakes.where.replace("{of}", () => of) : "";
+    const reason = both ? both + where : words.mistakes[rule] + where + (other ? words.mistakes.or + words.mistakes[other] : "");
     return {right: false, rule, other, reason, text: words["answer.mistake"].replace("{rule}", () => reason)};
   }
   // Which rule a wrong value forgets, by what such a mistake is worth at a few points

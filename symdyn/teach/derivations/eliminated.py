@@ -149,7 +149,7 @@ class PutIn:
 def _sorted(lesson: Constrained, node: Expr) -> Form | None:
     """Return a node sorted by accelerations, then rates; None where it has no short form."""
     state, graph = lesson.state, lesson.graph
-    linear = state.qdd if not gradient_free(node, state.qdd) else state.qd
+    linear = state.qd if all(x.is_zero for x in gradient(node, state.qdd)) else state.qdd
     terms: list[Form] = []
     try:
         for x in linear:
@@ -160,11 +160,6 @@ def _sorted(lesson: Constrained, node: Expr) -> Form | None:
         return Form.sum((*terms, *shortened(lesson, rest).terms))
     except NO_SHORT_FORM:
         return None
-
-
-def gradient_free(node: Expr, symbols: Sequence[Expr]) -> bool:
-    """Tell whether a node depends on none of some symbols."""
-    return all(x.is_zero for x in gradient(node, symbols))
 
 
 def _same(a: Expr, b: Expr) -> bool:
@@ -215,14 +210,8 @@ def _solved(lesson: Constrained, put: PutIn, chosen: Chosen) -> list[Step]:
             said = lesson.say("eliminated.meaning", name=multiplier(tie), meaning=meaning(lesson, tie))
             exerted += [Formula("", multiplier(tie), right=form), said]
     if exerted:
-        steps.append(
-            Step(
-                "eliminated:forces",
-                lesson.say("eliminated.forces.led" if led else "eliminated.forces"),
-                tuple(exerted),
-                show=("reactions",),
-            )
-        )
+        claim = lesson.say("eliminated.forces.led" if led else "eliminated.forces")
+        steps.append(Step("eliminated:forces", claim, tuple(exerted), show=("reactions",)))
     return steps
 
 

@@ -10,7 +10,7 @@ Each solution is compared in numbers with the one that the equations have at the
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from fractions import Fraction
 
 import numpy as np
@@ -26,17 +26,10 @@ from symdyn.teach.document import Block, Formula, Step, Words
 from symdyn.teach.lesson import SMALL_SCENE, Lesson, named, together
 from symdyn.teach.shown_state import Chosen
 
-LONGEST = 40
-"""Terms and factors of a formula that is written out."""
-
-MOST = 8
-"""Accelerations up to which the system is shown as a matrix."""
-
-LARGE = 20
-"""A number below the line that is no fraction of a textbook."""
-
-SMALL = 1e-9
-"""Of a comparison in numbers, relative."""
+LONGEST = 40  # terms and factors of a formula that is written out
+MOST = 8  # accelerations up to which the system is shown as a matrix
+LARGE = 20  # a number below the line that is no fraction of a textbook
+SMALL = 1e-9  # of a comparison in numbers, relative
 
 NO_SHORT_FORM = (DerivationError, KeyError, OverflowError, ZeroDivisionError)
 """What says that no quotient of polynomials in sines is found, or none that is short."""
@@ -250,11 +243,8 @@ def solved_steps(lesson: Lesson, chosen: Chosen) -> list[Step]:
             said = Words((*reason.parts, " " * bool(reason.parts), *signs_told(lesson, free, forms, chosen)))
             steps.append(Step("explicit", claim, tuple(blocks), said))
         elif len(free) <= MOST and not led.place:
-            _, h = _linear(lesson, told, free)
-            claim = lesson.say("explicit.linear")
-            steps.append(
-                Step("explicit", claim, tuple(accelerations_system(lesson, free, h)), lesson.say("explicit.system"))
-            )
+            system = tuple(accelerations_system(lesson, free, _linear(lesson, told, free)[1]))
+            steps.append(Step("explicit", lesson.say("explicit.linear"), system, lesson.say("explicit.system")))
     if led.place and (step := _drives(lesson, led.place, put)):
         steps.append(step)
     return steps
@@ -282,7 +272,18 @@ def accelerations(
     qdd = [lesson.state.qdd[k] for k in free]
     blocks: list[Block] = [Formula(symbol.name, form) for symbol, form in delta.items()]
     blocks += [folded(lesson, Formula("", named(x), right=form)) for x, form in zip(qdd, forms, strict=True)]
+    below = list(_below_lines(forms, delta))
+    nodes = with_entries(lesson, [one.express(lesson.graph) for one in below])
+    zeros = [one for one, x in zip(below, nodes, strict=True) if chosen.meets_zero(x, lesson.state.q)]
+    blocks += [lesson.say("explicit.unless", zeros=Form.product(zeros))] if zeros else []
     return blocks, forms
+
+
+def _below_lines(forms: Sequence[Form], delta: Mapping[Symbol, Form]) -> Iterable[Form]:
+    """Return the factors of all denominators, of Δ as well, each once and without its power."""
+    whole = (_base(x) for form in (*forms, *delta.values()) for x in form.walk() if _below(x))
+    factors = (y for x in (*whole, *delta.values()) for y in x.factors)
+    return dict.fromkeys(x.base if isinstance(x, Power) else x for x in factors)
 
 
 def _linear(lesson: Lesson, told: Sequence[Expr], free: Sequence[int]) -> Linear:
@@ -305,10 +306,8 @@ def _entries(lesson: Lesson, free: Sequence[int]) -> Linear | None:
 def motions_put_in(lesson: Lesson) -> Mapping[Expr, Expr]:
     """Return what coordinates, rates and accelerations with a prescribed motion are, in time."""
     state, led = lesson.state, prescribed(lesson.scene, lesson.graph)
-    found: dict[Expr, Expr] = {}
-    for symbols, values in ((state.q, led.position), (state.qd, led.velocity), (state.qdd, led.acceleration)):
-        found |= {symbols[k]: value for k, value in zip(led.place, values, strict=True)}
-    return found
+    pairs = ((state.q, led.position), (state.qd, led.velocity), (state.qdd, led.acceleration))
+    return {x[k]: value for x, values in pairs for k, value in zip(led.place, values, strict=True)}
 
 
 def vanishing(lesson: Lesson, of: Sequence[int], put: Mapping[Expr, Expr]) -> list[Expr]:
@@ -388,14 +387,11 @@ def signs_told(lesson: Lesson, free: Sequence[int], forms: Sequence[Form], chose
     zero = {**dict.fromkeys(state.qd, graph.zero), q: graph.zero}
     try:
         there, slope = substitute([node, gradient(node, [q])[0]], zero)
-    except ZeroDivisionError:  # the ends of a spring meet there
-        return plain
-    if not there.is_zero or slope.is_zero:
-        return plain
-    try:
+        if not there.is_zero or slope.is_zero:
+            return plain
         write = Quotients(lesson, [slope])
         shown = quotient(*write.parts(write.known[slope]))
-    except NO_SHORT_FORM:
+    except NO_SHORT_FORM:  # the ends of a spring meet there as well
         return plain
     linear = shown.signed_product(named(q)) if len(shown.terms) == 1 else Form.product((shown, named(q)))
     (value,) = chosen.of(slope)

@@ -30,7 +30,7 @@ EQUAL = Verdict.HOLD
 
 ROUNDED, HOLDS, EMPTY, MOTIONS = "rounded", "holds", "empty", "motions"
 
-MOST = 12  # differences told
+MOST, MANY = 12, 400  # differences told, and listed
 LONGEST = 600  # characters of a formula that is told
 
 SAID = {ROUNDED: "digits", HOLDS: "holds", Verdict.NOT_SHOWN: "undefined", EMPTY: "empty", MOTIONS: "motions"}
@@ -147,10 +147,10 @@ def _rule(answer: Answer, say: Mapping[str, str]) -> str:
     """Return which rule was forgotten, "" for none that is known."""
     if answer.mistake is None:
         return ""
-    of, other = answer.mistake.of, answer.mistake.other
-    where = say["where"].format(of=of) if of else ""
-    more = "".join(say["and"] + say[rule] for rule in answer.mistake.more)
-    return say[answer.mistake.rule] + where + (say["or"] + say[other] if other else "") + more
+    rule, of, other = answer.mistake.rule, answer.mistake.of, answer.mistake.other
+    where, both = say["where"].format(of=of) if of else "", say.get(f"{rule}.{other}")  # what two are together
+    beside = say["or"] + say[other] if other and not both else ""
+    return (both or say[rule]) + where + beside + "".join(say["and"] + say[one] for one in answer.mistake.more)
 
 
 def _named(name: str, say: Mapping[str, str]) -> str:
@@ -181,17 +181,9 @@ def _difference(difference: Difference, say: Mapping[str, str]) -> str:
     )
 
 
-MANY = 400  # differences, which no answer lists
-
-
-def minus(form: Form) -> Form:
-    """Return -form."""
-    return Form.sum([Form.product((Number.MINUS_ONE, form))])
-
-
 def less(a: Form, b: Form) -> Form:
     """Return a - b."""
-    return Form.sum((a, Form.product((Number.MINUS_ONE, b))))
+    return Form.sum((a, b.negative))
 
 
 def judged(line: int, name: str, form: Form, right: Form, scene: Scene, kind: str) -> Answer:
@@ -204,7 +196,7 @@ def judged(line: int, name: str, form: Form, right: Form, scene: Scene, kind: st
     values = _values(form, right, scene)
     if values and equality(name, form, right.substitute(values), scene).verdict in EQUAL:
         return Answer(line, name, Verdict.PROVED, valued=tuple(values))
-    if equality(name, form, minus(right), scene).verdict in EQUAL:
+    if equality(name, form, right.negative, scene).verdict in EQUAL:
         return Answer(line, name, Verdict.DIFFERENT, turned=True)
     try:
         listed = differences(form, right, scene)
@@ -241,14 +233,11 @@ def findings(claims: Sequence[Claim], scene: Scene) -> list[Finding]:
 def _free(form: Form, scene: Scene) -> Form | None:
     """Return the value of a form if it depends on parameters only: it is looked at term by term."""
     try:
-        left = [
-            d.found or Form.product((Number.MINUS_ONE, d.right or Number.ZERO))
-            for d in differences(form, Number.ZERO, scene)
-        ]
+        left = [d.found or (d.right or Number.ZERO).negative for d in differences(form, Number.ZERO, scene)]
     except DerivationError:
         return None
-    moving = {*scene.coordinates, *scene.velocities}
-    return Form.sum(left) if not any(moving & set(term.symbols) for term in left) else None
+    fixed = {p.name for p in scene.parameters}
+    return Form.sum(left) if all(fixed.issuperset(term.symbols) for term in left) else None
 
 
 FEW_SOLVED = 4  # accelerations, while equations solved for one are something that a student writes
@@ -290,7 +279,7 @@ def _row(line: int, form: Form, page: Printable) -> Answer:
         return Answer(line, f"{level} row", HOLDS)
     best = Answer(line, f"{level} row", Verdict.DIFFERENT)
     for row in (*own, *ground_rows(scene, level)):
-        for mine in (form, minus(form)):
+        for mine in (form, form.negative):
             answer = judged(line, row.name, mine, row.form, scene, "row")
             if answer.differences and (not best.differences or _length(answer) < _length(best)):
                 best = answer
@@ -310,7 +299,7 @@ def _equation(line: int, form: Form, page: Printable) -> Answer:
     best: Answer | None = None
     for i in rows:
         right = _balance(page, i)
-        for mine in (form, minus(form)):
+        for mine in (form, form.negative):
             answer = judged(line, f"equation {i + 1}", mine, right, scene, "equation")
             if answer.right:
                 return answer
@@ -377,7 +366,7 @@ def _solved(statement: Statement, page: Printable) -> Answer | None:
     balance = [_balance(page, i) for i in range(len(accelerations))]
     M = [gradient(form.express(graph), symbols) for form in balance]
     still = dict.fromkeys(accelerations, Number.ZERO)
-    rest = [minus(form.substitute(still)).express(graph) for form in balance]
+    rest = [form.substitute(still).negative.express(graph) for form in balance]
     try:
         right = solve(range(-1, len(M)), M, rest)[accelerations.index(known[0])]
     except DerivationError:  # what moves no mass has no acceleration of its own

@@ -54,6 +54,7 @@ class Parts:
             rate of the last hinge alone about its axle.
         rigid: whether it has a moment of inertia.
         axes: ½ I ω² by axis of the body, of those about which it turns, if these are principal ones.
+        parallel: ½ m v² of the centre of mass as it turns about the hinge, J, or about the frame that `spin` is about.
     """
 
     tag: str
@@ -65,6 +66,7 @@ class Parts:
     lone: tuple[Expr, ...]
     rigid: bool
     axes: tuple[Expr, ...]
+    parallel: Expr
 
 
 @dataclass(frozen=True)
@@ -151,7 +153,10 @@ class Course:
             lone.append((mass.m * dot(v, v) + dot(w, mass.inertia @ w)) / 2)
         w, principal = self._turning(mass, rates), all(mass.inertia[j][k].is_zero for j in range(3) for k in range(j))
         axes = tuple(mass.inertia[k][k] * w[k] * w[k] / 2 for k in range(3) if principal)
-        return Parts(mass.tag, mass.m, base, arm, spin, (self._rate(arm, alone), still), tuple(lone), mass.spins, axes)
+        v = self._rate(arm if mass.h is None or mass.m.is_zero else scale(1 / mass.m, mass.h), rates)
+        relative = self._rate(arm, alone), still
+        parallel = mass.m * dot(v, v) / 2
+        return Parts(mass.tag, mass.m, base, arm, spin, relative, tuple(lone), mass.spins, axes, parallel)
 
     def _hinge(self, joint: Joint | None) -> Joint | None:
         """Return the nearest joint that turns a body, at it or on the ground's side of it."""

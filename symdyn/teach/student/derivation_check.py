@@ -12,6 +12,7 @@ on the motions that are allowed, and together they forbid as much as the scene's
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 
@@ -33,7 +34,6 @@ from symdyn.teach.student.answer import (
     equality,
     judged,
     less,
-    minus,
     short,
     untitled,
     without_slope,
@@ -56,15 +56,12 @@ def energy_judged(line: int, kind: str, form: Form, right: Form, page: Printable
     scene = page.scene
     given = set(form.symbols)
     used = [row.multiplier for row in page.constraints.rows if row.multiplier in given]
-    if not used:
-        return judged(line, kind, form, right, scene, kind)
-    if kind in ADDED_TO and len(used) == len(page.constraints.rows) and _added(form, used, scene):
+    if used and kind in ADDED_TO and len(used) == len(page.constraints.rows) and _added(form, used, scene):
         alone = judged(line, kind, form.substitute(dict.fromkeys(used, Number.ZERO)), right, scene, kind)
         return replace(alone, multiplied=tuple(used)) if alone.right else alone
     answer = judged(line, kind, form, right, scene, kind)
-    return (
-        replace(answer, mistake=Mistake("multiplier", Graph().zero)) if answer.verdict == Verdict.DIFFERENT else answer
-    )
+    wrong = used and answer.verdict == Verdict.DIFFERENT
+    return replace(answer, mistake=Mistake("multiplier", Graph().zero)) if wrong else answer
 
 
 def _added(form: Form, used: Sequence[str], scene: Scene) -> bool:
@@ -257,7 +254,9 @@ def _in_coordinates(statement: Statement, page: Printable, scene: Scene) -> Stat
 
 
 def _equal(a: Form, b: Form, scene: Scene) -> bool:
-    return equality("length", a, b, scene).verdict in EQUAL
+    with suppress(ZeroDivisionError):  # where what stands below a line is put to zero
+        return equality("length", a, b, scene).verdict in EQUAL
+    return False
 
 
 def _names_only(statement: Statement, names: Names, count: int) -> bool:
@@ -278,10 +277,10 @@ def _diagnosed(answer: Answer, form: Form, right: Form, key: str, diagnosis: Dia
     found_mistake = diagnosis.value(key, form, right, partial(_equal, scene=scene))
     moved = less(form, Form.of(diagnosis.drive(int(key[4:]) - 1))) if key.startswith("tau:") else form
     told = found_mistake if answer.turned else diagnosis.told_apart(key, moved, found_mistake)
-    foreign = {p.name for p in scene.parameters} & set(form.symbols) - set(right.symbols)
-    if not (told or answer.turned or key.startswith("tau:")) and foreign:  # right without what these stand in
+    if not (told or answer.turned or key.startswith("tau:")):  # zero, or right without what the result does not have
+        foreign = {p.name for p in scene.parameters} & set(form.symbols) - set(right.symbols)
         rest = form.substitute(dict.fromkeys(foreign, Number.ZERO))
-        told = Mistake("extra", Graph().zero) if _equal(rest, right, scene) else None
+        told = Mistake("extra", Graph().zero) if any(_equal(x, right, scene) for x in (Number.ZERO, rest)) else None
     return replace(answer, mistake=told)
 
 
@@ -351,4 +350,4 @@ def expected(page: Printable, target: Target, book: bool = False, diagnosis: Dia
         return less(page.left(i), loads)
     own = ((c.form, c.of) for c in page.rows[i] if (c.kind, c.indices) == (target.kind, target.index))
     form, of = next(own, (Number.ZERO, ""))
-    return minus(form) if book and of == "qd" else form
+    return form.negative if book and of == "qd" else form

@@ -88,7 +88,7 @@ class _Parser(Cursor):
         return _minus(form) if negative else form
 
     def inverse(self, token: Token, below: Form) -> Form:
-        if below == Number.ZERO:
+        if below.express(Graph()).is_zero:
             raise self.fault(token, "division by zero")
         return Number(1 / below.value) if isinstance(below, Number) else below.power(-1)
 
@@ -269,11 +269,9 @@ class _Parser(Cursor):
         if exponent.denominator == 2:
             root = Function(Op.SQRT, (base,))
             return root if exponent > 0 else self.inverse(caret, root)
-        if base == Number.ZERO and exponent < 0:
-            raise self.fault(caret, "division by zero")
-        if isinstance(base, Number):
+        if isinstance(base, Number) and (base != Number.ZERO or exponent >= 0):
             return self.checked(caret, Number(self.checked(caret, base).value ** int(exponent)))
-        return base.power(int(exponent))
+        return base.power(int(exponent)) if exponent >= 0 else self.inverse(caret, base.power(-int(exponent)))
 
     def checked(self, token: Token, number: Number) -> Number:
         if _too_large(number):

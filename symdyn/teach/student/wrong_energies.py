@@ -88,11 +88,18 @@ def _half(course: Course, part: Parts) -> Iterator[Way]:
 
 
 def _steiner(course: Course, part: Parts) -> Iterator[Way]:
-    shares = ((1, 1, 0), (1, 0, 0), (0, 0, 0), (1, 1, 4), (1, 1, -1), (1, 1, 2), (0, 0, 1), (0, 1, 1))
-    yield from ((None, course.kinetic(part, *each), None) for each in (shares if part.rigid else ()))
-    for u in used(part.spin, course.state.qd) if part.rigid else ():  # one that does not belong there
-        lengths = (course.graph.symbol(p.name) for p in course.scene.parameters if p.unit == "m")
-        yield from ((None, course.kinetic(part) + part.m * x * x * u * u / 2, None) for x in lengths)
+    shares = ((1, 1, 0), (1, 0, 0), (0, 0, 0), (1, 1, 4), (1, 1, -1), (0, 0, 1), (0, 1, 1))
+    if part.rigid:
+        yield from ((None, course.kinetic(part, *each), None) for each in shares)
+        yield None, course.kinetic(part) + part.parallel, None
+
+
+def _extra(course: Course, part: Parts) -> Iterator[Way]:
+    """Yield K with a parallel-axis term too much: that of the body, then one of another distance."""
+    if part.rigid:
+        lengths = [course.graph.symbol(p.name) for p in course.scene.parameters if p.unit == "m"]
+        others = (part.m * x * x * u * u / 2 for u in used(part.spin, course.state.qd) for x in lengths)
+        yield from ((None, course.kinetic(part) + x, None) for x in (part.parallel, *others))
 
 
 def _inertia(course: Course, part: Parts) -> Iterator[Way]:
@@ -179,6 +186,7 @@ TREATMENTS: tuple[tuple[str, Callable[[Course, Parts], Iterator[Way]]], ...] = (
     ("half", _half),
     ("gravity", _gravity),
     ("weightless", _weightless),
+    ("extra", _extra),
     ("steiner", _steiner),
     ("inertia", _inertia),
     ("cross", _cross),

@@ -1,0 +1,96 @@
+"""Quantities that are zero at every state, and terms of moments of inertia too much: both doors tell the same."""
+
+from __future__ import annotations
+
+import shutil
+
+import pytest
+from test_student_answers import _benchmark
+
+from symdyn.errors import TeachError
+from symdyn.scene import read_text
+from symdyn.teach.languages import language_of
+from symdyn.teach.student.derivation_check import check_derivation
+
+FLYWHEELS = """
+gravity = "none"
+parameters = { J1 = "1 kg*m^2", J2 = "2 kg*m^2" }
+bodies.a = { inertia = ["J1", "J1", "J1"], inertia_about = "com" }
+bodies.b = { inertia = ["J2", "J2", "J2"], inertia_about = "com" }
+joints.p = { type = "revolute", parent = "ground", child = "a", axis = [0, 0, 1], coordinate = "phi", drive = "M" }
+joints.q = { type = "revolute", parent = "ground", child = "b", axis = [0, 0, 1], coordinate = "psi", drive = "N" }
+"""
+LED = FLYWHEELS.replace('drive = "N"', 'drive = "N", motion = "3*t"')
+SWING = """
+gravity = [0, 0, "-g"]
+parameters = { m = "2 kg", I = "1 kg*m^2", r = "0.3 m", d = "0.5 m", g = "9.81 m/s^2" }
+bodies.a = { mass = "m", com = [0, 0, "-d"], inertia = ["I", "I", "I"], inertia_about = "ABOUT" }
+joints.p = { type = "revolute", parent = "ground", child = "a", axis = [0, 1, 0], coordinate = "phi", drive = "M" }
+"""
+FRAME, CENTRE = (SWING.replace("ABOUT", x) for x in ("frame", "com"))
+DISC = CENTRE.replace('"-d"', "0")
+RIGHT, EXTRA, PARALLEL = (True, ()), (False, ("extra",)), (False, ("extra", "steiner"))
+TYPED = {
+    FLYWHEELS: [
+        *(("P:", text, RIGHT) for text in ("0", "P = 0", "5", "J1 - J2")),
+        *(("P:", text, EXTRA) for text in ("J1 phi", "J1 phi'", "M", "J1 + M", "5 psi", "phi''")),
+        ("L:", "1/2 J1 phi'^2 + 1/2 J2 psi'^2 + J1", RIGHT),
+        ("L:", "1/2 J1 phi'^2 + 1/2 J2 psi'^2 + M", (False, ())),
+        *((key, "0", RIGHT) for key in ("k_z:1,2", "k_C:1,1,2", "k_D:1,2", "k_G:1", "dL:/dphi")),
+        *((key, text, EXTRA) for key in ("k_z:1,2", "k_C:1,1,2", "k_G:1", "dL:/dphi") for text in ("5", "J1 phi")),
+    ],
+    LED: [("P:", "J1", RIGHT), ("P:", "J1 t", EXTRA), ("P:", "J1 psi", EXTRA)],
+    DISC: [("K:", "1/2 (I + m r^2) phi'^2", EXTRA), ("k_z:1,1", "I + m r^2", EXTRA)],
+    FRAME: [
+        ("K:", "1/2 (I + m d^2) phi'^2", PARALLEL),
+        ("K:", "1/2 (I + m r^2) phi'^2", EXTRA),
+        ("k_z:1,1", "I + m d^2", PARALLEL),
+        ("tau:1", "(I + m d^2) phi'' + m g d sin(phi)", PARALLEL),
+    ],
+    CENTRE: [
+        ("K:", "1/2 I phi'^2", (False, ("steiner",))),
+        ("K:", "1/2 (I + m d^2) phi'^2", RIGHT),
+        ("K:", "1/2 (I + m d^2 + m r^2) phi'^2", EXTRA),
+        ("K:", "1/2 (I + 2 m d^2) phi'^2", (False, ("half", "extra"))),
+    ],
+}
+"""By scene: what is asked, an answer, whether it is right, and the rules that both doors tell."""
+
+
+@pytest.mark.runs("node")
+@pytest.mark.skipif(shutil.which("node") is None, reason="the page's program runs in node")
+@pytest.mark.parametrize(
+    "text", [FLYWHEELS, FRAME, *(pytest.param(x, marks=pytest.mark.slow) for x in (LED, DISC, CENTRE))],
+    ids=["flywheels", "frame", "led", "disc", "centre"],
+)  # fmt: skip
+def test_zeros_and_terms_too_much_are_told_alike_at_both_doors(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    benchmark, scene, rows = _benchmark(monkeypatch), read_text(text, "scene.toml").as_parameters(), TYPED[text]
+
+    page = benchmark.sealed_on_page([(key, typed) for key, typed, _ in rows], scene)
+    shell = [benchmark.sealed_in_shell({"answer": typed}, key, scene) for key, typed, _ in rows]
+
+    for (key, typed, told), here, (there, _) in zip(rows, shell, page, strict=True):
+        assert (here.right, here.rules) == told, (key, typed)
+        assert (there.right, tuple(sorted(there.rules))) == (told[0], tuple(sorted(told[1]))), (key, typed)
+
+
+@pytest.mark.parametrize("language", ["en", "sk"])
+def test_a_parallel_axis_term_too_much_is_no_forgotten_one(language: str) -> None:
+    says = language_of(language).mistakes
+    (added,) = check_derivation("K = 1/2 (I + m d^2) phi'^2", read_text(FRAME, "scene.toml"))
+    (lost,) = check_derivation("K = 1/2 I phi'^2", read_text(CENTRE, "scene.toml"))
+
+    assert says["extra.steiner"] in added.in_words(language)[0]
+    assert says["steiner"] not in added.in_words(language)[0]
+    assert says["steiner"] in lost.in_words(language)[0]
+
+
+def test_what_divides_by_zero_is_told_with_its_place() -> None:
+    """They ended in a traceback: J1 - J1 typed below a line, and a symbol there that the result does not have."""
+    flywheels = read_text(FLYWHEELS, "scene.toml")
+    for text in ("k_G1 = phi/(J1 - J1)", "P = (phi - phi)^(-1)"):
+        with pytest.raises(TeachError, match="division by zero"):
+            check_derivation(text, flywheels)
+
+    (answer,) = check_derivation("P = phi + 1/J1", flywheels)
+    assert not answer.right
