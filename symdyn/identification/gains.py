@@ -91,17 +91,11 @@ class Gain:
 
 @dataclass(frozen=True)
 class Gains:
-    """Gains of the drives that do not show forces, at some point of the fit.
+    """Gains of the drives that do not show forces, at some point of the fit."""
 
-    Attributes:
-        shown: what one of what they show is, by the number of their velocity.
-        values: of every velocity, shape (nv,); one where a drive shows its force.
-        forces: β and what is not known of payloads, with which the forces are, shape (b,).
-    """
-
-    shown: Mapping[int, str]
-    values: Array
-    forces: Array
+    shown: Mapping[int, str]  # what one of what they show is, by the number of their velocity
+    values: Array  # of every velocity, shape (nv,); one where a drive shows its force
+    forces: Array  # β and what is not known of payloads, with which the forces are, shape (b,)
 
     @property
     def drives(self) -> list[int]:

@@ -309,17 +309,11 @@ def calls(
 
 @dataclass(frozen=True)
 class Solved:
-    """How well M qdd = tau - h was solved, infinity norms.
+    """How well M qdd = tau - h was solved, infinity norms."""
 
-    Attributes:
-        forward: |qdd - true| / (n eps |M^-1| (|M||qdd| + |h| + |tau|)).
-        backward: |M qdd + h - tau| / (eps (|M||qdd| + |h| + |tau|)).
-        where: implementation and state.
-    """
-
-    forward: float
-    backward: float
-    where: str
+    forward: float  # |qdd - true| / (n eps |M^-1| (|M||qdd| + |h| + |tau|))
+    backward: float  # |M qdd + h - tau| / (eps (|M||qdd| + |h| + |tau|))
+    where: str  # implementation and state
 
 
 EPSILON = 2.0**-52

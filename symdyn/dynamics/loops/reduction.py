@@ -211,21 +211,13 @@ Side = tuple[Expr, ...]
 
 @dataclass(frozen=True)
 class Partitioned:
-    """What all right-hand sides have in common.
+    """What all right-hand sides have in common."""
 
-    Attributes:
-        M: of the spanning tree, shape (nv, nv).
-        G: independent constraint rows, shape (m, nv).
-        partition: of the velocities, all its blocks square.
-        motion: T, without velocities whose motion is prescribed.
-        mass: Tᵀ M T factored.
-    """
-
-    M: Matrix
-    G: Matrix
-    partition: Partition
-    motion: Reduction
-    mass: Factored
+    M: Matrix  # of the spanning tree, shape (nv, nv)
+    G: Matrix  # independent constraint rows, shape (m, nv)
+    partition: Partition  # of the velocities, all its blocks square
+    motion: Reduction  # T, without velocities whose motion is prescribed
+    mass: Factored  # Tᵀ M T factored
 
 
 @dataclass

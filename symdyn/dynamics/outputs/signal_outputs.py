@@ -35,21 +35,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Moving:
-    """What the letters of a formula stand for, each worked out when a formula names it.
+    """What the letters of a formula stand for, each worked out when a formula names it."""
 
-    Attributes:
-        w: the workspace whose letters they are.
-        accelerations: shape (nv,).
-        drives: driving forces, shape (nv,).
-        reactions: force and moment of every joint, row by row, in axes.
-        multipliers: of the independent rows.
-    """
-
-    w: Workspace
-    accelerations: Callable[[], Sequence[Expr]]
-    drives: Callable[[], Sequence[Expr]]
-    reactions: Callable[[str], Sequence[Expr]]
-    multipliers: Callable[[], Sequence[Expr]]
+    w: Workspace  # the workspace whose letters they are
+    accelerations: Callable[[], Sequence[Expr]]  # shape (nv,)
+    drives: Callable[[], Sequence[Expr]]  # driving forces, shape (nv,)
+    reactions: Callable[[str], Sequence[Expr]]  # force and moment of every joint, row by row, in axes
+    multipliers: Callable[[], Sequence[Expr]]  # of the independent rows
 
     @classmethod
     def driven(cls, w: Workspace, formulation: str = "recursive") -> Moving:

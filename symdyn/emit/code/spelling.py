@@ -39,17 +39,11 @@ ANY, SUM, PRODUCT, SIGN, ATOM = range(5)
 
 @dataclass(frozen=True)
 class Spelling:
-    """One row of a target's table.
+    """One row of a target's table."""
 
-    Attributes:
-        pattern: text with {} for each operand; for a leaf, for its name or its digits.
-        binds: how tightly the result binds.
-        wants: least binding of each operand.
-    """
-
-    pattern: str
-    binds: int = ATOM
-    wants: tuple[int, ...] = ()
+    pattern: str  # text with {} for each operand; for a leaf, for its name or its digits
+    binds: int = ATOM  # how tightly the result binds
+    wants: tuple[int, ...] = ()  # least binding of each operand
 
 
 def call(name: str, operands: int = 1) -> Spelling:

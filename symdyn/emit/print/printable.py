@@ -136,21 +136,13 @@ are then written entry by entry."""
 
 @dataclass(frozen=True)
 class Coefficient:
-    """One coefficient.
+    """One coefficient."""
 
-    Attributes:
-        kind: its output, such as "k_z".
-        indices: from 1: of the row, then those of what it multiplies.
-        form: its value.
-        rate: what it multiplies: q̈_j, q̇_j q̇_k, q̇_j² or 1.
-        of: "qdd" where that is an acceleration, "qd" where it is velocities; "" where it is nothing.
-    """
-
-    kind: str
-    indices: tuple[int, ...]
-    form: Form
-    rate: Form
-    of: str = ""
+    kind: str  # its output, such as "k_z"
+    indices: tuple[int, ...]  # from 1: of the row, then those of what it multiplies
+    form: Form  # its value
+    rate: Form  # what it multiplies: q̈_j, q̇_j q̇_k, q̇_j² or 1
+    of: str = ""  # "qdd" where that is an acceleration, "qd" where it is velocities; "" where it is nothing
 
     @property
     def vanishes(self) -> bool:
@@ -195,17 +187,11 @@ class PrintedRow:
 
 @dataclass(frozen=True)
 class PrintedConstraints:
-    """All rows of a scene; none for a tree.
+    """All rows of a scene; none for a tree."""
 
-    Attributes:
-        rows: one a multiplier.
-        velocities: names of the velocities.
-        missing: why there is no closed form, one line; "" if there is one.
-    """
-
-    rows: tuple[PrintedRow, ...]
-    velocities: tuple[str, ...]
-    missing: str = ""
+    rows: tuple[PrintedRow, ...]  # one a multiplier
+    velocities: tuple[str, ...]  # names of the velocities
+    missing: str = ""  # why there is no closed form, one line; "" if there is one
 
     @property
     def units(self) -> dict[str, str]:

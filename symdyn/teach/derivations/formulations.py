@@ -337,19 +337,12 @@ def _powers(told: Explained, chosen: Chosen) -> Iterator[Step]:
 
 @dataclass(frozen=True)
 class Way:
-    """What a lesson by one formulation is made of.
+    """What a lesson by one formulation is made of."""
 
-    Attributes:
-        steps: those to its equations.
-        claims: what proves them.
-        gains: steps behind them.
-        sections: how many of positions, velocities, energies and the Lagrangian come before.
-    """
-
-    steps: Callable[[Explained], Iterator[Step]]
-    claims: Callable[[Explained], dict[str, Claim]]
-    gains: Callable[[Explained, Chosen], Iterator[Step]]
-    sections: int = 4
+    steps: Callable[[Explained], Iterator[Step]]  # those to its equations
+    claims: Callable[[Explained], dict[str, Claim]]  # what proves them
+    gains: Callable[[Explained, Chosen], Iterator[Step]]  # steps behind them
+    sections: int = 4  # how many of positions, velocities, energies and the Lagrangian come before
 
 
 WAYS: Mapping[str, Way] = {

@@ -58,13 +58,9 @@ def _zero(lesson: Turning, node: Expr) -> bool:
 
 @dataclass(frozen=True)
 class Kept:
-    """What stays of the angular momentum of a joint: along axes of the ground, and of the body, by 0, 1, 2.
+    """What stays of the angular momentum of a joint: along axes of the ground, and of the body, by 0, 1, 2."""
 
-    Attributes:
-        own: numbers of the angular velocities.
-    """
-
-    own: range
+    own: range  # numbers of the angular velocities
     ground: tuple[int, ...]
     body: tuple[int, ...]
 

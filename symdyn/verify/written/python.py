@@ -115,16 +115,11 @@ def _bound(root: Node) -> dict[str, list[Node]]:
 
 @dataclass
 class PythonReader(Reader):
-    """What only Python says: functions that are handed in or held by a package, a tuple at the end.
-
-    Attributes:
-        dialect: how functions are called.
-        calls: functions that were taken out of what is handed in.
-    """
+    """What only Python says: functions that are handed in or held by a package, a tuple at the end."""
 
     syntax = SYNTAX
-    dialect: Dialect = OF_NUMPY
-    calls: dict[str, Op] = field(default_factory=dict)
+    dialect: Dialect = OF_NUMPY  # how functions are called
+    calls: dict[str, Op] = field(default_factory=dict)  # functions that were taken out of what is handed in
 
     def read(self, name: str) -> Read:
         node, handed = self.file.functions[name], self.dialect.handed

@@ -53,17 +53,11 @@ class Rows:
 
 @dataclass(frozen=True)
 class Room:
-    """Work space, in numbers.
+    """Work space, in numbers."""
 
-    Attributes:
-        one: of one state.
-        lanes: states side by side; 0 where they would not fit on the stack.
-        lockstep: of these, all at once.
-    """
-
-    one: int
-    lanes: int
-    lockstep: int
+    one: int  # of one state
+    lanes: int  # states side by side; 0 where they would not fit on the stack
+    lockstep: int  # of these, all at once
 
 
 def rows_of(

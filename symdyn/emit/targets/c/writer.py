@@ -66,23 +66,14 @@ class PassText:
 
 @dataclass(frozen=True)
 class ScalarStage:
-    """A piece of the scalar function: lines, or angles whose sines and cosines are taken together, or a call.
+    """A piece of the scalar function: lines, or angles whose sines and cosines are taken together, or a call."""
 
-    Attributes:
-        number: tells the arrays of angles apart.
-        lines: assignments.
-        angles: where the angles are, padded with zeros to whole groups; () for lines.
-        count: how many there are without the padding.
-        results: what becomes of sines and cosines; without `angles`, all there is to it.
-        call: of a part that stands in a function of its own; "" for none.
-    """
-
-    number: int
-    lines: tuple[Line, ...] = ()
-    angles: tuple[str, ...] = ()
-    results: tuple[Line, ...] = ()
-    call: str = ""
-    count: int = 0
+    number: int  # tells the arrays of angles apart
+    lines: tuple[Line, ...] = ()  # assignments
+    angles: tuple[str, ...] = ()  # where the angles are, padded with zeros to whole groups; () for lines
+    results: tuple[Line, ...] = ()  # what becomes of sines and cosines; without `angles`, all there is to it
+    call: str = ""  # of a part that stands in a function of its own; "" for none
+    count: int = 0  # how many there are without the padding
 
 
 @dataclass(frozen=True)

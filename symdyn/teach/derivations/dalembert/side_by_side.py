@@ -122,19 +122,12 @@ WIDEST = 240
 
 @dataclass(frozen=True)
 class Term:
-    """One term of one equation.
+    """One term of one equation."""
 
-    Attributes:
-        velocity: number of the equation.
-        rates: what the coefficient multiplies; ONE for weights.
-        coefficient: by Lagrange.
-        shares: by D'Alembert, one a body.
-    """
-
-    velocity: int
-    rates: Form
-    coefficient: Form
-    shares: tuple[Form, ...]
+    velocity: int  # number of the equation
+    rates: Form  # what the coefficient multiplies; ONE for weights
+    coefficient: Form  # by Lagrange
+    shares: tuple[Form, ...]  # by D'Alembert, one a body
 
 
 def terms_of_both(scene: Scene) -> list[Term]:

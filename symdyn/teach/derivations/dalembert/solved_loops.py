@@ -244,17 +244,11 @@ def _linear(solving: Solving, equations: Sequence[Expr], unknowns: Sequence[Expr
 
 @dataclass(frozen=True)
 class Root:
-    """How one coordinate is found: x = middle ± way.
+    """How one coordinate is found: x = middle ± way."""
 
-    Attributes:
-        values: middle and way on the graph.
-        forms: the same as they are printed.
-        blocks: what is said and written before.
-    """
-
-    values: tuple[Expr, Expr]
-    forms: tuple[Form, Form]
-    blocks: tuple[Block, ...]
+    values: tuple[Expr, Expr]  # middle and way on the graph
+    forms: tuple[Form, Form]  # the same as they are printed
+    blocks: tuple[Block, ...]  # what is said and written before
 
 
 def _placed(solving: Solving, gap: Sequence[Expr], u: int, v: int) -> tuple[tuple[Block, ...], Words] | None:
