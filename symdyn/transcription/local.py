@@ -145,7 +145,7 @@ def written(w: Workspace, free: Sequence[str], formulas: Mapping[str, Sequence[Q
     }
     forces = w.forces(list(w.state.qdd))
     across = [[row[k] for row in G] for k in range(n)]
-    held = [graph.total(x * y for x, y in zip(row, kinds["multiplier"], strict=True)) for row in across]
+    held = [graph.dot(row, kinds["multiplier"]) for row in across]
     for row, force in zip(contacts.rows, contacts.forces, strict=True):
         held = [x + part * force for x, part in zip(held, row, strict=True)]
     acting = [-(w.state.tau[k] if k in own else graph.zero) - held[k] for k in range(n)]

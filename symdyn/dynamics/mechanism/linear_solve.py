@@ -282,7 +282,7 @@ class Factored:
             for j in _path(self.parent, self.parent[i + 1]):
                 Y[i] = self._less(Y[i], i + 1, j, Y[j - 1])
         Z = [[entry * d for entry, d in zip(row, self.reciprocal, strict=True)] for row in Y]
-        lower = [[self.graph.total(z * y for z, y in zip(Z[i], Y[j], strict=True)) for j in n[: i + 1]] for i in n]
+        lower = [[self.graph.dot(Z[i], Y[j]) for j in n[: i + 1]] for i in n]
         return [[lower[max(i, j)][min(i, j)] for j in n] for i in n]
 
 

@@ -277,7 +277,7 @@ def base_by_lagrange(w: Workspace) -> list[list[Expr]]:
         rates = [tangents(column, w.state.velocity) for column in columns]
         S = [[*body.J[i], body.h[i]] for i in range(3)] + [[*body.h, body.m]]
         for i, j in product(range(4), repeat=2):
-            K = K + S[i][j] * w.graph.total(x * y for x, y in zip(rates[i], rates[j], strict=True)) / 2
+            K = K + S[i][j] * w.graph.dot(rates[i], rates[j]) / 2
         P = P - w.graph.total(S[3][j] * dot(found.tree.gravity, columns[j]) for j in range(4))
     bare = tuple(replace(joint, damping=Quantity.ZERO, dry=None) for joint in w.scene.joints)
     energy = replace(w.energy, K=K, G=P, E=w.graph.zero, scene=replace(w.scene, elements=(), joints=bare))

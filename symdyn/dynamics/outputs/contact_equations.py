@@ -179,4 +179,4 @@ def columns_of(w: Workspace, accelerations: Sequence[Expr], row: Row) -> list[Ex
 
 def dot(a: Sequence[Expr], b: Sequence[Expr]) -> Expr:
     """Return Σ a_k b_k."""
-    return b[0].graph.total(x * y for x, y in zip(a, b, strict=True))
+    return b[0].graph.dot(a, b)

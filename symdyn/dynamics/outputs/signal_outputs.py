@@ -117,7 +117,7 @@ class Moving:
             return self.multipliers()[told.index(f"{LETTERS.multiplier}{rope.name}")]
         if recursive:
             length, rates = along(rope, w.scene, w.tree)
-            rate = graph.total(x * u for x, u in zip(rates, w.state.qd, strict=True))
+            rate = graph.dot(rates, w.state.qd)
         else:
             length = strut_way(w.scene, body_placements(w.scene, graph), rope, graph)
             (rate,) = tangents([length], w.state.velocity)

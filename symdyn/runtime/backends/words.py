@@ -273,7 +273,7 @@ def _derived(of: Word, kind: str) -> Program:
     named = weights_of(of)
     weights = [graph.symbol(f"{named}[{k}]") for k in range(len(entries))] if named else [graph.one]
     weighed = [Argument(named, tuple(weights), "weights of the entries", ())] if named else []
-    slopes = partial(gradient, graph.total(a * f for a, f in zip(weights, entries, strict=True)), moving)
+    slopes = partial(gradient, graph.dot(weights, entries), moving)
     size = len(moving)
     if kind == ALONG:
         found, more, shape = tangents(entries, seeds), directions, function.shape

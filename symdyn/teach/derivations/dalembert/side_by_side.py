@@ -181,7 +181,7 @@ def _powers(w: Workspace) -> list[tuple[list[Expr], list[Expr]]]:
         v, omega = T.R.T @ (x, y, z), known.motion.w
         rates = [[gradient(c, (u,))[0] for c in (*v, *omega)] for u in state.qd]
         force, moment = known.inertia
-        inertia.append([-graph.total(f * c for f, c in zip((*force, *moment), row, strict=True)) for row in rates])
+        inertia.append([-graph.dot((*force, *moment), row) for row in rates])
         if known.body.m.is_zero:
             weights.append([graph.zero] * state.n)
             continue

@@ -161,7 +161,7 @@ def _left_over(solving: Solving) -> tuple[Formula, ...]:
         return ()
     rows = loops.recursive
     G, bias = loops.G(rows), loops.bias(rows)
-    rates = [lesson.graph.total(g * u for g, u in zip(G[k], state.qd, strict=True)) for k in kept]
+    rates = [lesson.graph.dot(G[k], state.qd) for k in kept]
     pushes = [lesson.graph.total([bias[k], *(g * a for g, a in zip(G[k], state.qdd, strict=True))]) for k in kept]
     levels = ((rates, state.qd), (pushes, state.qdd))
     try:
