@@ -6,7 +6,7 @@ from functools import lru_cache
 
 from symdyn.scene import Scene
 from symdyn.teach import walkthrough
-from symdyn.teach.document import Document
+from symdyn.teach.document import Document, Step
 from symdyn.teach.render.handout import usual_formulation
 
 
@@ -18,3 +18,12 @@ def lesson_of(scene: Scene, language: str = "en", formulation: str = "") -> Docu
 @lru_cache(maxsize=64)
 def _lesson_of(scene: Scene, language: str, formulation: str) -> Document:
     return walkthrough(scene, language, "full", formulation=formulation)
+
+
+def step_of(document: Document, key: str) -> Step:
+    return next(step for section in document.sections for step in section.steps if step.key == key)
+
+
+def keys_of(document: Document) -> set[str]:
+    """Return the keys of all steps."""
+    return {step.key for section in document.sections for step in section.steps}
