@@ -8,8 +8,7 @@ from pathlib import Path
 
 import pytest
 import test_formulations
-from lessons import lesson_of, step_of
-from test_teach_walkthrough import floats
+from lessons import floats, lesson_of, step_of
 
 import symdyn
 from symdyn.algebra.form import Form, Number, Symbol

@@ -10,14 +10,13 @@ from pathlib import Path
 import pytest
 from calls import counted
 from latex_reader import LatexReader, displays
-from lessons import lesson_of, step_of
+from lessons import floats, lesson_of, step_of
 
 from symdyn.algebra.form import Symbol
-from symdyn.algebra.numeric import Floats
 from symdyn.cli import main
 from symdyn.emit.print.formula_text import text_of
 from symdyn.errors import DerivationError, EmitError
-from symdyn.graph import Expr, Op, evaluate, reachable, substitute
+from symdyn.graph import Expr, substitute
 from symdyn.scene import Scene, read
 from symdyn.scene.scene_files import Starter
 from symdyn.scene.toml import read_text
@@ -78,15 +77,6 @@ def scene(name: str) -> Scene:
 @cache
 def lesson(name: str, language: str = "en", formulation: str = "lagrange") -> Document:
     return lesson_of(scene(name), language, formulation=formulation)
-
-
-def value_of_symbol(name: str) -> float:
-    return 0.3 + sum(ord(letter) * (k + 3) for k, letter in enumerate(name)) % 89 / 60
-
-
-def floats(nodes: list[Expr]) -> list[float]:
-    values = {x: value_of_symbol(str(x.value)) for x in reachable(nodes) if x.op is Op.SYMBOL}
-    return evaluate(nodes, Floats(), values)
 
 
 def reader(document: Document) -> LatexReader:
