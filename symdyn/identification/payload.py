@@ -272,19 +272,12 @@ parts of noise and of the force by which it differs, in the median of so many sa
 
 @dataclass(frozen=True)
 class DataPart:
-    """One motion, and what it is held against.
+    """One motion, and what it is held against."""
 
-    Attributes:
-        motion: with what drives show.
-        Y: columns of β, of what is not known of payloads, and last the force of what is, shape (N, nv, b + 1).
-        drawn: what noise of the motion makes of them; None where there is none.
-        blocks: which samples are validation data.
-    """
-
-    motion: Motion
-    Y: Array
-    drawn: Array | None
-    blocks: tuple[tuple[slice, bool], ...]
+    motion: Motion  # with what drives show
+    Y: Array  # columns of β, of what is not known of payloads, and last the force of what is, shape (N, nv, b + 1)
+    drawn: Array | None  # what noise of the motion makes of them; None where there is none
+    blocks: tuple[tuple[slice, bool], ...]  # which samples are validation data
 
 
 @dataclass(frozen=True)

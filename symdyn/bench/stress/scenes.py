@@ -215,17 +215,11 @@ SINGULAR_BITS = 600
 
 @dataclass(frozen=True)
 class Calls:
-    """A scene's functions, ready to be measured.
+    """A scene's functions, ready to be measured."""
 
-    Attributes:
-        program: of them.
-        others: functions without code.
-        modules: NumPy module and compiled C by name; the second is missing where there is no compiler.
-    """
-
-    program: Program
-    others: Program
-    modules: Mapping[str, Any]
+    program: Program  # of them
+    others: Program  # functions without code
+    modules: Mapping[str, Any]  # NumPy module and compiled C by name; the second is missing where there is no compiler
 
     def function(self, name: str) -> Function:
         """Return the function of an output, with code or without; where loops close, its own name may be another."""

@@ -222,21 +222,13 @@ class Partitioned:
 
 @dataclass
 class SolveSteps:
-    """A solve as steps on rows of a table of right-hand sides: the result, λ or x, first, then intermediate rows.
+    """A solve as steps on rows of a table of right-hand sides: the result, λ or x, first, then intermediate rows."""
 
-    Attributes:
-        given: what is common to all right-hand sides.
-        multipliers: whether λ is the result.
-        sides: right-hand sides by row of the table; a row without one, and without a step yet, is zero.
-        steps: so far.
-        stepped: their rows.
-    """
-
-    given: Partitioned
-    multipliers: bool
-    sides: dict[int, Side]
-    steps: list[RowStep] = field(default_factory=list)
-    stepped: set[int] = field(default_factory=set)
+    given: Partitioned  # what is common to all right-hand sides
+    multipliers: bool  # whether λ is the result
+    sides: dict[int, Side]  # right-hand sides by row of the table; a row without one, and without a step yet, is zero
+    steps: list[RowStep] = field(default_factory=list)  # so far
+    stepped: set[int] = field(default_factory=set)  # their rows
 
     @cached_property
     def indices(self) -> dict[int, int]:

@@ -166,23 +166,14 @@ class Coefficient:
 
 @dataclass(frozen=True)
 class PrintedRow:
-    """One row of G.
+    """One row of G."""
 
-    Attributes:
-        multiplier: its name.
-        text: what the multiplier is, in words; "of" what it belongs to included.
-        unit: N or N m; of a row of the scene what its formula tells, "" where that is nothing.
-        G: entries by velocity; where there is no closed form names, and zero where an entry vanishes.
-        residual: what vanishes where the loop is closed; None where nothing does.
-        bias: Ġ u; None without a closed form.
-    """
-
-    multiplier: str
-    text: str
-    unit: str
-    G: tuple[Form, ...]
-    residual: Form | None
-    bias: Form | None
+    multiplier: str  # its name
+    text: str  # what the multiplier is, in words; "of" what it belongs to included
+    unit: str  # N or N m; of a row of the scene what its formula tells, "" where that is nothing
+    G: tuple[Form, ...]  # entries by velocity; where there is no closed form names, and zero where an entry vanishes
+    residual: Form | None  # what vanishes where the loop is closed; None where nothing does
+    bias: Form | None  # Ġ u; None without a closed form
 
 
 @dataclass(frozen=True)
