@@ -235,6 +235,11 @@ class Equilibrium:
         except DerivationError:
             return cls.of(hanging)
 
+    def written(self, bivector: tuple[Sequence[Expr], Sequence[Expr]]) -> list[Expr]:
+        """Return the components that are written."""
+        entries = (*bivector[0], *bivector[1])
+        return [entries[k] for k in self.kept]
+
     @property
     def equations(self) -> int:
         """6(u - 1) of (5.18), or 3(u - 1)."""
