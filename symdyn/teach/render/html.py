@@ -53,8 +53,6 @@ SHOWN: tuple[str, ...] = (
 )
 """Words that stand alone; `body:NAME` and `joint:NAME` point at one."""
 
-POINTING = ("body:", "joint:")
-
 OF_A_MASS: Mapping[str, str] = {
     **dict.fromkeys(("x", "y", "z"), "places"),
     **dict.fromkeys(("dx", "dy", "dz", "v2", "K"), "velocities"),
