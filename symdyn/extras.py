@@ -12,15 +12,10 @@ from symdyn.frozen import dataclass
 
 @dataclass(frozen=True)
 class Extra:
-    """One job that takes packages of its own.
+    """One job that takes packages of its own."""
 
-    Attributes:
-        modules: what is imported, by which one sees whether it is there.
-        without: what a user does without where it is missing, one line.
-    """
-
-    modules: tuple[str, ...]
-    without: str
+    modules: tuple[str, ...]  # what is imported, by which one sees whether it is there
+    without: str  # what a user does without where it is missing, one line
 
     @property
     def there(self) -> bool:

@@ -55,17 +55,11 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True)
 class Judged:
-    """What became of one claim, for reading.
+    """What became of one claim, for reading."""
 
-    Attributes:
-        what: was claimed.
-        verdict: one of the four.
-        why: it does not hold; "" where it does.
-    """
-
-    what: str
-    verdict: str
-    why: str = ""
+    what: str  # what was claimed
+    verdict: str  # one of the four
+    why: str = ""  # why it does not hold; "" where it does
 
 
 @dataclass(frozen=True)

@@ -135,3 +135,22 @@ OVERLAPS = """() => {
   return found;
 }"""
 """What overlaps in a page or does not fit into its place, and whether it must be scrolled sideways."""
+
+
+def values(page: Any, kind: str) -> list[float]:
+    """Return all values of one kind that the page shows, with all digits, in its order."""
+    found: list[str] = page.eval_on_selector_all(f"[data-out={kind}]", "all => all.map(x => x.dataset.value)")
+    return [float(x) for x in found]
+
+
+def move(page: Any, group: str, k: int, value: float) -> None:
+    """Type a number as a user does."""
+    page.fill(f"input[type=number][data-group={group}][data-k='{k}']", repr(value))
+
+
+def typed(page: Any, group: str) -> list[float]:
+    """Return the numbers in the fields of a group, in their order."""
+    found: list[str] = page.eval_on_selector_all(
+        f"input[type=number][data-group={group}]", "all => all.map(x => x.value)"
+    )
+    return [float(x) for x in found]

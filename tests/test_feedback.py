@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from sliding_block import BLOCK
 
 import symdyn
 from symdyn.cli import main
@@ -32,11 +33,6 @@ pytestmark = pytest.mark.runs()
 EXAMPLES = Path(__file__).parent.parent / "examples"
 CART = read(EXAMPLES / "cart_pole.toml")
 FOUR_BAR = read(EXAMPLES / "four_bar.toml")
-BLOCK = read_text(
-    'name = "block"\ngravity = "none"\n[bodies.block]\nmass = 2\n[joints.slide]\ntype = "prismatic"\n'
-    'parent = "ground"\nchild = "block"\naxis = [1, 0, 0]\ncoordinate = "x"\ndrive = "F"\nstart = 0.5\n'
-    "start_rates = -1\n"
-)
 BODY = read_text(
     'name = "body"\ngravity = "none"\n[bodies.b]\nmass = 1\ninertia = [1, 2, 3]\ninertia_about = "com"\n[joints.f]\n'
     'type = "free"\nparent = "ground"\nchild = "b"\ncoordinates = ["x", "y", "z", "e0", "e1", "e2", "e3"]\n'

@@ -12,11 +12,12 @@ import numpy as np
 import pytest
 from scipy import signal
 from scipy.integrate import solve_ivp
+from sliding_block import BLOCK
 from test_feedback_linear import LEAD, accelerations, by_hand
 
 import symdyn
 from symdyn.errors import SimulateError
-from symdyn.scene import read, read_text
+from symdyn.scene import read
 from symdyn.simulation import Feedback, Forces, linear_law, pid, simulate
 from symdyn.simulation.equations.control_loop import Loop
 from symdyn.simulation.equations.controller import placed, read_feedback
@@ -205,14 +206,10 @@ def test_a_sampled_pid_is_its_difference_equations() -> None:
 
 
 def test_back_calculation_keeps_an_integral_from_winding_up() -> None:
-    block = read_text(
-        'name = "block"\ngravity = "none"\n[bodies.block]\nmass = 2\n[joints.slide]\ntype = "prismatic"\n'
-        'parent = "ground"\nchild = "block"\naxis = [1, 0, 0]\ncoordinate = "x"\ndrive = "F"\n'
-    )
-    over = []
+    over, rest = [], {"x": 0}
     for one in (True, False):
         law = pid("x", "F", 20, 10, 15, reference=1, limits=1.5, antiwindup=one)
-        over.append(simulate(block, until=5, feedback=law, rtol=1e-6)["x"].max())
+        over.append(simulate(BLOCK, until=5, start=rest, start_rates=rest, feedback=law, rtol=1e-6)["x"].max())
 
     assert over[0] < over[1] - 0.1
 

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from sliding_block import BLOCK, TEXT
 
 from symdyn.cli import main
 from symdyn.errors import SimulateError
@@ -23,12 +24,6 @@ pytestmark = pytest.mark.runs()
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 CART = read(EXAMPLES / "cart_pole.toml")
-TEXT = (
-    'name = "block"\ngravity = "none"\n[bodies.block]\nmass = 2\n[joints.slide]\ntype = "prismatic"\n'
-    'parent = "ground"\nchild = "block"\naxis = [1, 0, 0]\ncoordinate = "x"\ndrive = "F"\nstart = 0.5\n'
-    "start_rates = -1\n"
-)
-BLOCK = read_text(TEXT)
 LAW = lambda t, q, u: -30 * q[0] - 8 * u[0]  # noqa: E731
 
 

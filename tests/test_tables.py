@@ -29,13 +29,6 @@ from symdyn.scene.joints import JOINTS
 from symdyn.scene.values.entry import Entry
 from symdyn.teach.languages import languages
 
-NUMERIC = {
-    "f": Floats.functions,
-    "np": Batches.functions,
-    "mp": BigFloats().functions,
-    "arb": FUNCTIONS_OF_BALLS,
-}
-
 
 def test_every_operation_has_an_arity_and_a_cost():
     assert set(ARITY) == set(Op)
@@ -53,7 +46,7 @@ def test_every_operation_but_the_leaves_has_partial_derivatives():
 @pytest.mark.parametrize(
     "table",
     [Floats.functions, Batches.functions, BigFloats().functions, FUNCTIONS_OF_BALLS],
-    ids=["f", "np", "mp", "arb"],
+    ids=["floats", "batches", "big floats", "balls"],
 )
 def test_every_function_has_a_value_in_every_numeric_algebra(table):
     assert set(table) == FUNCTIONS

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from lesson_by_sympy import Tree, at
-from lessons import lesson_of
+from lessons import keys_of, lesson_of, step_of
 from scipy.special import ellipk
 
 from symdyn import simulate
@@ -58,14 +58,6 @@ def lesson(name: str, language: str = "en") -> Document:
     return lesson_of(read_text(TOP, "top") if name == "top" else read(SCENES[name]), language)
 
 
-def step(document: Document, key: str) -> Step:
-    return next(step for section in document.sections for step in section.steps if step.key == key)
-
-
-def keys(document: Document) -> set[str]:
-    return {step.key for section in document.sections for step in section.steps}
-
-
 def said(one: Step) -> str:
     parts = [*one.claim.parts, *(part for block in one.blocks if isinstance(block, Words) for part in block.parts)]
     return " ".join(part for part in parts if isinstance(part, str))
@@ -98,7 +90,7 @@ def test_inertia_and_stiffness_at_a_rest_are_second_derivatives_by_sympy(name: s
     point = {name: 0.3 + (sum(map(ord, name)) % 97) / 97 for name in names}
     seen = 0
     for kind, tag in (("stable", "s"), ("unstable", "u")):
-        rows = [row for row in step(document, "equilibria").blocks if isinstance(row, Table)]
+        rows = [row for row in step_of(document, "equilibria").blocks if isinstance(row, Table)]
         head = ["".join(getattr(part, "name", str(part)) for part in cell.parts) for cell in rows[0].columns]
         (row,) = [row for row in rows[0].rows if row[-2].parts == (kind,)][:1]
         place = {q: document.value(cell.parts[0]) for q, cell in zip(head[:-2], row, strict=False)}
@@ -154,7 +146,7 @@ def test_frequencies_of_books() -> None:
 
 def test_a_rest_that_springs_hold_is_told_exactly() -> None:
     document = lesson("elastic_pendulum")
-    assert {row[-1] for row in table(step(document, "equilibria"))} == {"exactly"}
+    assert {row[-1] for row in table(step_of(document, "equilibria"))} == {"exactly"}
 
 
 @pytest.mark.wide(2)
@@ -168,7 +160,7 @@ def test_cyclic_coordinates_are_those_that_sympy_finds(name: str) -> None:
     points = [{str(x): 0.2 + k * sum(map(ord, str(x))) % 97 / 97 for x in L.free_symbols} for k in (1, 2, 3)]
     slopes = [[abs(at([sp.diff(L, q)], point)[0]) for point in points] for q in tree.q]
     cyclic = [k + 1 for k, slope in enumerate(slopes) if not led[k] and max(slope) < 1e-12]
-    assert [int(key[7:]) for key in sorted(keys(document)) if key.startswith("cyclic:")] == cyclic
+    assert [int(key[7:]) for key in sorted(keys_of(document)) if key.startswith("cyclic:")] == cyclic
     for k in cyclic:
         node = document.names[f"p:{k}"].node
         assert node is not None
@@ -179,14 +171,14 @@ def test_cyclic_coordinates_are_those_that_sympy_finds(name: str) -> None:
 
 def test_a_bead_on_a_turning_hoop_rests_where_books_say() -> None:
     document = lesson("hoop_driven")
-    one = step(document, "steady")
+    one = step_of(document, "steady")
     theta = acos(9.81 / (0.4 * 64))
     rows = table(one)
     assert [number(row[0]) for row in rows] == pytest.approx([-theta, 0, theta, pi], abs=5e-4)
     assert [row[1] for row in rows] == ["stable", "unstable", "stable", "unstable"]
     assert number(rows[2][2]) == pytest.approx(8 * sin(theta), abs=5e-4)
-    assert "no generalized momentum" in said(step(document, "no momentum"))
-    assert "K + P" not in said(step(document, "energy"))  # letters are the lesson's
+    assert "no generalized momentum" in said(step_of(document, "no momentum"))
+    assert "K + P" not in said(step_of(document, "energy"))  # letters are the lesson's
     jacobi = document.names["h:"].node
     assert jacobi is not None
     m, R, J, W, g = (0.3 + (sum(map(ord, x)) % 97) / 97 for x in ("m", "R", "J", "Omega", "g"))
@@ -198,8 +190,8 @@ def test_a_bead_on_a_turning_hoop_rests_where_books_say() -> None:
 @pytest.mark.long(0)
 def test_a_heavy_top_precesses_as_its_momenta_ask() -> None:
     """Goldstein, 5.7: m g l = φ̇ (I₃ (ψ̇ + φ̇ cos θ) - I cos θ φ̇), with I about the point; no rest at the poles."""
-    assert {"cyclic:1", "cyclic:3"} <= keys(lesson("top"))
-    rows = table(step(lesson("top"), "steady"))
+    assert {"cyclic:1", "cyclic:3"} <= keys_of(lesson("top"))
+    rows = table(step_of(lesson("top"), "steady"))
     assert [row[3] for row in rows] == ["stable", "stable"]
     theta, phi, psi = (number(cell) for cell in rows[1][:3])
     spin = psi + phi * cos(theta)
@@ -211,7 +203,7 @@ def test_a_heavy_top_precesses_as_its_momenta_ask() -> None:
 @pytest.mark.mends("30.lessons.1.4")
 def test_a_gyroscope_that_rests_in_its_frame_stands_at_every_tilt() -> None:
     """∂W/∂β = sin β α̇ (C γ̇ - (A - C) α̇ cos β): three ways to be zero, and a rate is zero, not some 1e-11 rad/s."""
-    one = step(lesson_of(read(ROOT / "tests/data/found/gimbal.toml")), "steady")
+    one = step_of(lesson_of(read(ROOT / "tests/data/found/gimbal.toml")), "steady")
     parts = [part for block in one.blocks if isinstance(block, Words) for part in block.parts]
     words = "".join(part if isinstance(part, str) else text_of(part) for part in parts)
     assert "sin(beta) = 0" in words
@@ -225,7 +217,7 @@ def test_a_gyroscope_that_rests_in_its_frame_stands_at_every_tilt() -> None:
 
 
 def test_periods_of_a_pendulum_are_elliptic_integrals() -> None:
-    for row in table(step(lesson("pendulum"), "swings")):
+    for row in table(step_of(lesson("pendulum"), "swings")):
         amplitude, ratio = radians(number(row[0])), number(row[2])
         assert ratio == pytest.approx(2 / pi * ellipk(sin(amplitude / 2) ** 2), abs=6e-4)
 
@@ -233,14 +225,14 @@ def test_periods_of_a_pendulum_are_elliptic_integrals() -> None:
 @pytest.mark.long(0)
 @pytest.mark.parametrize("name", ["two_link", "cart_pole", "double_pendulum", "top"])
 def test_all_terms_hold_the_energy_and_a_forgotten_one_does_not(name: str) -> None:
-    first, *others = table(step(lesson(name), "compare"))
+    first, *others = table(step_of(lesson(name), "compare"))
     assert first[1:] == ["0 J", "–"]
     assert others
     assert all(number(row[1]) != 0 and number(row[2]) > 0.01 for row in others)
 
 
 def test_limits_are_those_of_simpler_mechanisms() -> None:
-    one = step(lesson("two_link"), "limits")
+    one = step_of(lesson("two_link"), "limits")
     rows = table(one)
     assert len(rows) == 3
     assert all(row[-1].strip("–") for row in rows), "limits that say nothing are left out"
@@ -298,7 +290,7 @@ LIMITS = [
 
 @pytest.mark.parametrize(("text", "letters", "words"), LIMITS)
 def test_a_limit_is_told_of_inertias_friction_and_forces(text: str, letters: str, words: str | None) -> None:
-    (values,) = (block for block in step(lesson_of(read_text(text)), "limits").blocks if isinstance(block, Table))
+    (values,) = (block for block in step_of(lesson_of(read_text(text)), "limits").blocks if isinstance(block, Table))
     rows = [
         ["".join(x if isinstance(x, str) else text_of(x) for x in cell.parts) for cell in row] for row in values.rows
     ]
@@ -331,19 +323,19 @@ def test_what_is_conserved_in_a_limit_is_the_same_all_along_a_run(text: str, gon
 def test_a_parameter_that_vanishes_may_stand_in_the_bodies_that_are_left() -> None:
     text = SCENES["two_link"].read_text(encoding="utf-8")
     document = walkthrough(read_text(text.replace('mass = "m2"', 'mass = "m1/2"'), "even"))
-    assert "limits" in keys(document)
+    assert "limits" in keys_of(document)
 
 
 def test_a_name_of_ours_is_none_of_the_scene() -> None:
     document = lesson_of(read(ROOT / "tests/data/found/collide.toml"))
-    assert {"near:stable", "landscape", "compare", "limits"} <= keys(document)
+    assert {"near:stable", "landscape", "compare", "limits"} <= keys_of(document)
 
 
 def test_what_is_driven_otherwise_has_no_steady_motion() -> None:
     text = SCENES["hoop_driven"].read_text(encoding="utf-8").replace("Omega*t", "sin(Omega*t)")
     document = walkthrough(read_text(text, "swinging"))
-    assert not {"steady", "phase", "compare"} & keys(document)
-    assert "equilibria" not in keys(document)
+    assert not {"steady", "phase", "compare"} & keys_of(document)
+    assert "equilibria" not in keys_of(document)
 
 
 @pytest.mark.long
@@ -396,14 +388,14 @@ def test_a_governor_opens_as_far_as_its_speed_asks() -> None:
 @pytest.mark.long
 def test_a_closed_lesson_tells_where_it_rests() -> None:
     document = lesson_of(read(ROOT / "examples/four_bar.toml"), formulation="multipliers")
-    rows = table(step(document, "equilibria"))
+    rows = table(step_of(document, "equilibria"))
     assert [row[-2] for row in rows] == ["oscillates", "oscillates", "unstable", "unstable"]
 
 
 def test_frequencies_by_formula_are_numbered_as_the_shapes() -> None:
     """k/m, 6.32 rad/s, is the second shape of the elastic pendulum, and the swing, 3.63 rad/s, its first."""
     document = lesson("elastic_pendulum")
-    rows = table(step(document, "near:stable"))
+    rows = table(step_of(document, "near:stable"))
     squares = [document.names[f"near:s:omega:{number}"].node for number in (1, 2)]
     for row, square in zip(rows, squares, strict=True):
         assert square is not None
@@ -414,14 +406,14 @@ def test_frequencies_by_formula_are_numbered_as_the_shapes() -> None:
 def test_a_mass_whose_centre_is_off_the_axis_has_a_centrifugal_force() -> None:
     """Of angles zyx the third turns the top about x, and its centre of mass lies on y."""
     document = lesson_of(read(ROOT / "tests/data/found/heavy_top_zyx.toml"))
-    assert not any("there is no centrifugal force" in row[2] for row in table(step(document, "meaning:k_D")))
+    assert not any("there is no centrifugal force" in row[2] for row in table(step_of(document, "meaning:k_D")))
 
 
 @pytest.mark.long(0)
 def test_what_can_rest_everywhere_has_no_rests_to_list() -> None:
-    assert "equilibria" not in keys(lesson_of(read(ROOT / "examples/free_body.toml"), formulation="quaternions"))
+    assert "equilibria" not in keys_of(lesson_of(read(ROOT / "examples/free_body.toml"), formulation="quaternions"))
     upright, *_ = table(
-        step(lesson_of(read(ROOT / "examples/heavy_top.toml"), formulation="quaternions"), "equilibria")
+        step_of(lesson_of(read(ROOT / "examples/heavy_top.toml"), formulation="quaternions"), "equilibria")
     )
     assert "3.108" in upright[-1], "sqrt(m g l / I)"
 

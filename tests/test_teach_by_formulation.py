@@ -8,8 +8,7 @@ from pathlib import Path
 
 import pytest
 import test_formulations
-from lessons import lesson_of
-from test_teach_walkthrough import floats
+from lessons import floats, lesson_of, step_of
 
 import symdyn
 from symdyn.algebra.form import Form, Number, Symbol
@@ -22,7 +21,7 @@ from symdyn.scene import Scene, read_text
 from symdyn.table import Table
 from symdyn.teach import rendered, walkthrough
 from symdyn.teach.derivations.formulations import UNTIL, WAYS
-from symdyn.teach.document import Document, Formula, Matrix, Questions, Step, Words
+from symdyn.teach.document import Formula, Matrix, Questions, Step, Words
 from symdyn.teach.practice.exercises import judge, with_exercises
 from symdyn.verdict import Verdict
 from symdyn.verify import Claim, on_unit_sphere, prove
@@ -56,10 +55,6 @@ CASES = [
 
 def scene(name: str) -> Scene:
     return read_text(getattr(test_formulations, name), name.lower()) if name.isupper() else symdyn.example(name)
-
-
-def step(document: Document, key: str) -> Step:
-    return next(one for section in document.sections for one in section.steps if one.key == key)
 
 
 def table_of(one: Step) -> Sequence[Sequence[Words]]:
@@ -154,7 +149,7 @@ def test_bodies_that_turn_by_quaternions_have_lessons_with_proofs(name: str, for
     """In velocities along their axes, with Lie and Poisson's terms; of the last M is too long to be inverted."""
     one = read_text(SLIDER, "slider") if name == "SLIDER" else symdyn.example(name)
     document = lesson_of(one, "sk", formulation)
-    proof = step(document, "derived:proof")
+    proof = step_of(document, "derived:proof")
 
     assert "rotations.quaternion" in [part.key for part in document.sections]
     assert "konečnými poľami" in "".join(map(str, proof.reason.parts))
@@ -171,7 +166,7 @@ def test_bodies_that_turn_by_quaternions_have_lessons_with_proofs(name: str, for
 
 
 def test_momenta_of_a_top_that_stay_are_told_though_no_coordinate_is_cyclic() -> None:
-    kept = step(lesson_of(symdyn.example("heavy_top"), formulation="hamilton"), "derived:brackets")
+    kept = step_of(lesson_of(symdyn.example("heavy_top"), formulation="hamilton"), "derived:brackets")
     (row,) = kept.blocks
 
     assert isinstance(row, Formula)
@@ -197,7 +192,7 @@ m2 = { value = 1, unit = "m" }
 def test_what_it_costs_is_what_the_page_of_counts_says(name: str, formulation: str) -> None:
     """Of the scene as declared, whatever letters and order of masses the lesson has."""
     declared = symdyn.example(name)
-    table = table_of(step(lesson_of(declared, formulation=formulation), "derived:cost"))
+    table = table_of(step_of(lesson_of(declared, formulation=formulation), "derived:cost"))
     told = [str(row[1].parts[0]) for row in table]
 
     assert told == [str(FormulationPage(declared, one).operations) for one in ("lagrange", formulation)]
@@ -266,7 +261,7 @@ def test_a_top_where_coordinates_are_singular_has_exercises() -> None:
 def test_slopes_of_the_energy_of_accelerations_are_the_mass_matrix_that_is_shown(name: str) -> None:
     """Of one coordinate, too; and what bodies add is all of it."""
     document = lesson_of(scene(name), formulation="gibbs-appell")
-    (shown,) = (block for block in step(document, "derived:least").blocks if isinstance(block, Matrix))
+    (shown,) = (block for block in step_of(document, "derived:least").blocks if isinstance(block, Matrix))
     S = document.names["gibbs:"].node
     rates = [document.graph.symbol(f"{q}_ddot") for q in document.scene.coordinates]
     slopes = [x for one in gradient(S, rates) for x in gradient(one, rates)]
@@ -278,7 +273,7 @@ def test_slopes_of_the_energy_of_accelerations_are_the_mass_matrix_that_is_shown
 
 
 def test_rows_in_rates_are_shown_before_they_are_differentiated() -> None:
-    (row,) = step(lesson_of(scene("ROD"), formulation="udwadia-kalaba"), "derived:tied").blocks
+    (row,) = step_of(lesson_of(scene("ROD"), formulation="udwadia-kalaba"), "derived:tied").blocks
 
     assert isinstance(row, Formula)
     assert str(row.form.to_sympy()) == "x*x_dot + y*y_dot"
@@ -290,7 +285,7 @@ def test_forces_of_constraints_do_no_work() -> None:
     forces, rates = (
         {
             row[0].parts[0]: float(str(row[1].parts[0]).split()[0].replace("−", "-"))
-            for row in table_of(step(lesson, key))
+            for row in table_of(step_of(lesson, key))
         }
         for key in ("derived:forces", "derived:state")
     )

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sympy
-from lessons import lesson_of
+from lessons import lesson_of, step_of
 
 from symdyn.algebra.form import Form, Function, Number, Power, Product, Sum, Symbol
 from symdyn.algebra.numeric import Floats
@@ -179,7 +179,7 @@ def test_each_term_of_lagrange_is_what_the_bodies_of_dalembert_add_up_to(name: s
 @pytest.mark.parametrize("language", ["en", "sk"])
 def test_both_formulations_end_in_the_table_that_sets_them_side_by_side(formulation: str, language: str) -> None:
     document = lesson_of(read(EXAMPLES / "cart_pole.toml"), language, formulation=formulation)
-    step = next(step for section in document.sections for step in section.steps if step.key == "side")
+    step = step_of(document, "side")
     tables = [block for block in step.blocks if isinstance(block, Table)]
     rows = [[len(table.rows), {len(row) for row in table.rows}] for table in tables]
     assert rows == [[3, {3}], [3, {3}]]

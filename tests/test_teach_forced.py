@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from lessons import lesson_of
+from lessons import keys_of, lesson_of, step_of
 
 from symdyn.scene import read
-from symdyn.teach.document import Document, Formula, Picture, Step, Words
+from symdyn.teach.document import Document, Formula, Picture, Words
 
 sympy = pytest.importorskip("sympy")
 
@@ -20,18 +20,10 @@ def lesson(name: str) -> Document:
     return lesson_of(read(SCENES / f"{name}.toml"))
 
 
-def keys(name: str) -> set[str]:
-    return {step.key for section in lesson(name).sections for step in section.steps}
-
-
-def step_of(name: str, key: str) -> Step:
-    return next(step for section in lesson(name).sections for step in section.steps if step.key == key)
-
-
 def shown(name: str) -> list[Any]:
     """Return right-hand sides and forms of sentences of the response."""
     found = []
-    for block in step_of(name, "forced.response").blocks:
+    for block in step_of(lesson(name), "forced.response").blocks:
         if isinstance(block, Formula) and block.right is not None:
             found.append(block.right.to_sympy())
         elif isinstance(block, Words):
@@ -61,9 +53,9 @@ def test_the_response_keeps_the_letters_of_the_force(name: str, by_hand: str) ->
 
 
 def test_the_amplitude_is_drawn_over_the_frequency() -> None:
-    assert any(isinstance(block, Picture) for block in step_of("absorber", "forced.response").blocks)
+    assert any(isinstance(block, Picture) for block in step_of(lesson("absorber"), "forced.response").blocks)
 
 
 @pytest.mark.parametrize("name", ["kapitza", "hoop"])
 def test_a_drive_that_forces_no_vibration_about_rest_has_no_response(name: str) -> None:
-    assert "forced" not in keys(name)
+    assert "forced" not in keys_of(lesson(name))

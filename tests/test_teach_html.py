@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 
 import pytest
 from browser import OVERLAPS, opened
-from lessons import lesson_of
+from lessons import blanks, lesson_of
 
 from symdyn.algebra.numeric import Floats
 from symdyn.cli import main
@@ -21,7 +21,7 @@ from symdyn.errors import TeachError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
 from symdyn.scene import read, read_text
 from symdyn.teach import walkthrough
-from symdyn.teach.document import Blank, Document
+from symdyn.teach.document import Document
 from symdyn.teach.languages import language_of, languages
 from symdyn.teach.mathematics import Spelling, flow, inner
 from symdyn.teach.practice.exercises import judge, with_exercises
@@ -43,10 +43,6 @@ def shown(lesson: Document, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("shown") / "lesson.html"
     path.write_text(html_page(lesson), encoding="utf-8")
     return path
-
-
-def blanks(document: Document) -> list[Blank]:
-    return [block for _, block in document.blocks() if isinstance(block, Blank)]
 
 
 # The text of the page

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from browser import OVERLAPS, opened, played
+from browser import OVERLAPS, move, opened, played, typed, values
 from scipy.integrate import solve_ivp
 
 from symdyn.dynamics import derive
@@ -50,16 +50,6 @@ def page_of(name: str, language: str) -> str:
 @cache
 def live_of(name: str) -> Live:
     return live(scene_of(name))
-
-
-def values(page: Any, kind: str) -> list[float]:
-    """Return all values of one kind that the page shows, with all digits, in its order."""
-    found: list[str] = page.eval_on_selector_all(f"[data-out={kind}]", "all => all.map(x => x.dataset.value)")
-    return [float(x) for x in found]
-
-
-def move(page: Any, group: str, k: int, value: float) -> None:
-    page.fill(f"input[type=number][data-group={group}][data-k='{k}']", repr(value))
 
 
 def state_of(page: Any, scene: Scene, group: str) -> Array:
@@ -208,7 +198,7 @@ def test_a_loop_that_cannot_close_stays_where_it_closes_last(browser: Any, tmp_p
             assert page.inner_text("[data-out=lost]") == "", k
         move(page, "q", 0, 3.0)
         assert "do not close" in page.inner_text("[data-out=lost]")
-        reached = float(page.input_value("input[type=number][data-group=q]"))
+        reached = typed(page, "q")[0]
         residual = page.evaluate(
             "([q, p]) => symdyn.four_bar.constraint_residual(q, p)",
             [state_of(page, scene, "q").tolist(), [a, b, c, d, 1, 3, 3.5, 9.81]],
@@ -262,7 +252,7 @@ def test_roll_pitch_and_yaw_turn_a_ball(browser: Any, tmp_path: Path) -> None:
         for k, x in enumerate(angles):
             move(page, "turn", k, x)
         P = values(page, "P")
-        kept = [float(page.input_value(f"input[type=number][data-group=turn][data-k='{k}']")) for k in range(3)]
+        kept = typed(page, "turn")
     assert kept == pytest.approx(angles)
     x, y, z, w = Rotation.from_euler("xyz", angles).as_quat()
     module = run_python(emit(lower(derive(scene, ["potential_energy"]))))

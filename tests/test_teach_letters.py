@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from lessons import lesson_of
+from lessons import lesson_of, step_of
 
 from symdyn.algebra.numeric import Floats
 from symdyn.cli import main
@@ -133,7 +133,7 @@ def test_a_quantity_is_never_said_to_be_itself_and_more() -> None:
 def test_the_energy_of_all_is_no_watt() -> None:
     document = lesson_of(read(EXAMPLES / "two_link.toml"))
 
-    step = next(step for section in document.sections for step in section.steps if step.key == "power.numbers")
+    step = step_of(document, "power.numbers")
     said = " ".join(
         Spelling(document).words(block, str) for block in (step.claim, *step.blocks) if hasattr(block, "parts")
     )

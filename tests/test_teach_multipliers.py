@@ -9,13 +9,12 @@ from pathlib import Path
 
 import pytest
 import sympy as sp
-from lessons import lesson_of
+from lessons import floats, lesson_of, value_of_symbol
 
 from symdyn.algebra import Form
-from symdyn.algebra.numeric import Floats
 from symdyn.cli import main
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Op, evaluate, reachable
+from symdyn.graph import Expr
 from symdyn.scene import Scene, read, read_text
 from symdyn.simulation import simulate
 from symdyn.table import Table
@@ -106,14 +105,9 @@ def disc() -> ByHand:
 HANDS: dict[str, Callable[[], ByHand]] = {"slider_crank": slider_crank, "four_bar": four_bar, "disc": disc}
 
 
-def value_of_symbol(name: str) -> float:
-    return 0.3 + sum(ord(letter) * (k + 3) for k, letter in enumerate(name)) % 89 / 60
-
-
 def worth(node: Expr | None) -> float:
     assert node is not None
-    values = {x: value_of_symbol(str(x.value)) for x in reachable([node]) if x.op is Op.SYMBOL}
-    return float(evaluate([node], Floats(), values)[0])
+    return floats([node])[0]
 
 
 def by_hand(node: sp.Expr) -> float:

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from browser import chromium, opened, played
+from browser import opened, played
 from npm_packages import packages
 from programs import path_of
 
@@ -51,12 +51,6 @@ SMALL = """() => [...document.querySelectorAll("button, select, summary, input, 
   .filter(one => one.checkVisibility())
   .map(one => [one.outerHTML.slice(0, 90), (one.closest("label") ?? one).getBoundingClientRect()])
   .filter(([, box]) => box.width < 23.9 || box.height < 23.9).map(([text]) => text)"""
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with chromium() as found:
-        yield found
 
 
 def shown(name: str, folder: Path) -> Path:

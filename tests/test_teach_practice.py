@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from browser import opened
-from lessons import lesson_of
+from lessons import blanks, lesson_of
 
 from symdyn.algebra.form import Symbol
 from symdyn.emit.print.formula_text import text_of
@@ -28,10 +28,6 @@ EXAMPLES = Path(__file__).parent.parent / "examples"
 @cache
 def lesson(name: str, language: str = "en", formulation: str = "lagrange") -> Document:
     return lesson_of(read(EXAMPLES / f"{name}.toml"), language, formulation=formulation)
-
-
-def blanks(document: Document) -> list[Blank]:
-    return [block for _, block in document.blocks() if isinstance(block, Blank)]
 
 
 def questions_in(document: Document) -> list[Blank | Choice]:

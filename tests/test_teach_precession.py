@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from lessons import lesson_of
+from lessons import lesson_of, step_of
 
 from symdyn.scene import read
 from symdyn.table import Table
@@ -27,15 +27,11 @@ def lesson(name: str) -> Document:
     return lesson_of(read(folder / f"{name}.toml"))
 
 
-def step_of(name: str, key: str) -> Step:
-    return next(step for section in lesson(name).sections for step in section.steps if step.key == key)
-
-
 @cache
 def shown(name: str, key: str) -> list[Any]:
     """Return what stands on the right of the formulas of a step, and forms in its sentences."""
     found = []
-    for block in step_of(name, key).blocks:
+    for block in step_of(lesson(name), key).blocks:
         if isinstance(block, Formula):
             found.append((block.form if block.right is None or not block.right.terms else block.right).to_sympy())
         elif isinstance(block, Words):
@@ -90,17 +86,19 @@ def words(step: Step) -> str:
 def test_a_heavy_top_keeps_two_momenta_and_its_energy() -> None:
     keys = [step.key for section in lesson("heavy_top").sections for step in section.steps]
     assert [key for key in keys if key.startswith(("kept", "energy"))] == ["kept:point", "kept:2", "energy"]
-    assert "along z" in words(step_of("heavy_top", "kept:point"))
+    assert "along z" in words(step_of(lesson("heavy_top"), "kept:point"))
 
 
 def test_the_critical_spin_is_told_in_numbers() -> None:
-    text = " ".join(str(x) for block in step_of("heavy_top", "upright:0").blocks for x in getattr(block, "parts", ()))
+    text = " ".join(
+        str(x) for block in step_of(lesson("heavy_top"), "upright:0").blocks for x in getattr(block, "parts", ())
+    )
     number = (4 * 15.234375 * 15 * 9.81) ** 0.5 / 0.46875
     assert f"{number:.4g} rad/s" in text
 
 
 def test_a_body_without_moments_turns_over_about_its_middle_axis() -> None:
-    (table,) = (block for block in step_of("free_body", "spins:flight").blocks if isinstance(block, Table))
+    (table,) = (block for block in step_of(lesson("free_body"), "spins:flight").blocks if isinstance(block, Table))
     rows = [(row[0].parts[0], row[1].parts[0], row[2].parts[0]) for row in table.rows]
     found = [(axis, form.to_sympy(), kind) for axis, form, kind in rows if not isinstance(form, str)]
     third = sympy.Rational(1, 3)
@@ -146,7 +144,7 @@ def test_a_free_body_is_asked_which_spin_lasts() -> None:
 
 
 def table_of(name: str, key: str) -> list[list[str]]:
-    (table,) = (block for block in step_of(name, key).blocks if isinstance(block, Table))
+    (table,) = (block for block in step_of(lesson(name), key).blocks if isinstance(block, Table))
     return [[str(cell.parts[0]) for cell in row] for row in table.rows]
 
 
@@ -161,11 +159,11 @@ def test_both_precessions_are_told_in_numbers_and_one_where_the_equation_is_line
 
 
 def test_a_top_says_where_it_starts_and_which_spin_is_meant() -> None:
-    told = " ".join(str(x) for b in step_of("heavy_top", "euler").blocks for x in getattr(b, "parts", ()))
+    told = " ".join(str(x) for b in step_of(lesson("heavy_top"), "euler").blocks for x in getattr(b, "parts", ()))
     assert "The scene starts with" in told
     assert "≈ 1.571" in told
     assert "= 150" in told
-    unit = "".join(str(x) for b in step_of("heavy_top", "quaternion").blocks for x in getattr(b, "parts", ()))
+    unit = "".join(str(x) for b in step_of(lesson("heavy_top"), "quaternion").blocks for x in getattr(b, "parts", ()))
     assert "nothing is turned" in unit
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from lessons import lesson_of
+from lessons import lesson_of, step_of
 
 from symdyn.algebra.form import Symbol
 from symdyn.algebra.numeric import Floats
@@ -20,7 +20,7 @@ from symdyn.table import Table
 from symdyn.teach import Document, rendered, walkthrough
 from symdyn.teach.derivations.dalembert.laws import ERRORS
 from symdyn.teach.derivations.lagrange import ANY
-from symdyn.teach.document import Box, Formula, Matrix, Picture, Step, Words
+from symdyn.teach.document import Box, Formula, Matrix, Picture, Words
 from symdyn.teach.mathematics import Spelling
 from symdyn.teach.notation import READS
 from symdyn.teach.shown_state import choose_state, picture_letters
@@ -37,10 +37,6 @@ def lesson(name: str, language: str = "en") -> Document:
     return lesson_of(read(SCENES[name]), language)
 
 
-def step(document: Document, key: str) -> Step:
-    return next(step for section in document.sections for step in section.steps if step.key == key)
-
-
 def floats(nodes: list[Expr]) -> list[float]:
     symbols = [x for x in reachable(nodes) if x.op is Op.SYMBOL]
     return evaluate(nodes, Floats(), {x: 0.4 + sum(map(ord, str(x.value))) % 83 / 61 for x in symbols})
@@ -54,7 +50,9 @@ def test_the_principle_holds_for_every_coordinate(name: str) -> None:
     g, K, P = document.graph, document.names["K:"].node, document.names["P:"].node
     assert K is not None
     assert P is not None
-    formulas = [b for key in ("principle", "principle:L") for b in step(document, key).blocks if isinstance(b, Formula)]
+    formulas = [
+        b for key in ("principle", "principle:L") for b in step_of(document, key).blocks if isinstance(b, Formula)
+    ]
     assert [block.number for block in formulas][:2] == ["5.21", "5.22"]
     q = [g.symbol(x) for x in document.scene.coordinates]
     u = [g.symbol(f"{x}_dot") for x in document.scene.coordinates]
@@ -120,7 +118,7 @@ ZEROS = {
 
 @pytest.mark.parametrize("name", ZEROS)
 def test_zeros_and_senses_are_those_of_the_scene(name: str) -> None:
-    (table,) = step(lesson(name), "coordinates").blocks
+    (table,) = step_of(lesson(name), "coordinates").blocks
     assert isinstance(table, Table)
     where, way = ([str(row[k].parts[0]) for row in table.rows] for k in (1, 2))
     for said, words in zip([*where, *way], [*ZEROS[name][0], *ZEROS[name][1]], strict=True):
@@ -168,7 +166,7 @@ def test_the_task_comes_first(language: str) -> None:
     document = lesson("cart_pole", language)
     assert [s.key for s in document.sections[0].steps][:3] == ["scene", "task", "coordinates"]
     assert document.sections[1].key == "principle"
-    known, *wanted = (block for block in step(document, "task").blocks if isinstance(block, Words))
+    known, *wanted = (block for block in step_of(document, "task").blocks if isinstance(block, Words))
     assert set(symbols_of_words(known)) == {"mc", "mp", "l", "b", "g"}
     assert [sorted(symbols_of_words(words)) for words in wanted] == [["F", "x"], ["theta", "theta_ddot"]]
     (text,) = (text for name, text in rendered(document, "md").items() if name.endswith(".md"))
@@ -224,7 +222,7 @@ def test_rotation_matrices_come_before_what_is_read_from_them(name: str, count: 
         assert found[0] == pytest.approx(found[1], abs=1e-12)
         assert found[0].T @ found[0] == pytest.approx(np.eye(3), abs=1e-12)
         assert np.linalg.det(found[0]) == pytest.approx(1)
-    last = step(document, "turning:3" if name == "spatial_3r" else "turning:1")
+    last = step_of(document, "turning:3" if name == "spatial_3r" else "turning:1")
     read = [block for block in last.blocks if isinstance(block, Formula) and block.right is not None]
     assert len(read) == 3
     for block in read:

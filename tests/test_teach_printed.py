@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import re
 import subprocess
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-from browser import chromium, opened
+from browser import opened
 from lessons import lesson_of
 
 from symdyn.scene import read
@@ -34,12 +33,6 @@ MARKED = """() => {
   document.querySelectorAll(".blank").forEach((one, k) => mark(one, `q${k}`, true));
 }"""
 """Gives the ends of formulas, of what leads to them, of solutions and of questions names that a PDF has as text."""
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with chromium() as found:
-        yield found
 
 
 PAPERS = [("pendulum", "en", 10), ("two_link", "en", 14), ("cart_pole", "sk", 14)]

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sympy as sp
-from lessons import lesson_of
+from lessons import keys_of, lesson_of
 
 from symdyn.algebra.numeric import Floats
 from symdyn.cli import main
@@ -147,14 +147,12 @@ def test_the_shown_accelerations_are_those_of_the_generated_equations(name: str)
     assert min(map(abs, quaternions)) > 0.01
 
 
-def keys(name: str) -> set[str]:
-    return {step.key for section in lesson(name).sections for step in section.steps}
-
-
 @pytest.mark.long(0)
 def test_the_angular_momentum_stays_where_no_moment_acts_and_only_there() -> None:
-    assert "conserved:flight" in keys("free_body")
-    assert not {key for key in keys("heavy_top") | keys("rolling_disc") if key.startswith("conserved")}
+    assert "conserved:flight" in keys_of(lesson("free_body"))
+    assert not {
+        key for key in keys_of(lesson("heavy_top")) | keys_of(lesson("rolling_disc")) if key.startswith("conserved")
+    }
 
 
 def test_other_scenes_are_told_their_formulation() -> None:

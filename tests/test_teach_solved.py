@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from lessons import lesson_of
+from lessons import lesson_of, step_of
 
 from symdyn.algebra import Form
 from symdyn.scene import read
-from symdyn.teach.document import Document, Formula, Step, Words
+from symdyn.teach.document import Document, Formula, Words
 
 sympy = pytest.importorskip("sympy")
 
@@ -21,15 +21,11 @@ def lesson(name: str) -> Document:
     return lesson_of(read(SCENES / f"{name}.toml"))
 
 
-def step_of(name: str, key: str) -> Step:
-    return next(step for section in lesson(name).sections for step in section.steps if step.key == key)
-
-
 def solved(name: str, key: str = "explicit") -> list[tuple[Any, Any]]:
     """Return both sides of the equations of a step, Δ written out."""
     found = []
     given: dict[Any, Any] = {}
-    for block in step_of(name, key).blocks:
+    for block in step_of(lesson(name), key).blocks:
         if isinstance(block, Formula) and block.left:
             given[sympy.Symbol(block.left, real=True)] = block.form.to_sympy()
         elif isinstance(block, Formula) and block.right is not None:
@@ -82,7 +78,7 @@ def test_accelerations_say_where_they_divide_by_zero(name: str, zeros: list[str]
 
 
 def said(name: str, key: str) -> tuple[str, list[Form]]:
-    step = step_of(name, key)
+    step = step_of(lesson(name), key)
     words = [step.claim, *(block for block in step.blocks if isinstance(block, Words))]
     parts = [part for one in words for part in one.parts]
     return " ".join(x for x in parts if isinstance(x, str)), [x for x in parts if isinstance(x, Form)]

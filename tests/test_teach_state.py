@@ -8,7 +8,7 @@ import re
 from pathlib import Path
 
 import pytest
-from lessons import lesson_of
+from lessons import lesson_of, step_of
 
 import symdyn
 from symdyn.scene import Scene, read, read_text
@@ -66,7 +66,7 @@ axis = [0, 0, 1]
 
 def shown(document: Document, key: str = "state") -> dict[str, float]:
     """Return the numbers of a table by symbol."""
-    step = next(step for section in document.sections for step in section.steps if step.key == key)
+    step = step_of(document, key)
     (table,) = [block for block in step.blocks if isinstance(block, Table)]
     return {
         row[0].parts[0].name: float(str(row[1].parts[0]).replace("−", "-").replace(" · 10^", "e")) for row in table.rows
@@ -178,7 +178,7 @@ def test_coefficients_have_units() -> None:
     scene = read(EXAMPLES / "cart_pole.toml")
     document = walkthrough(scene)
 
-    step = next(step for section in document.sections for step in section.steps if step.key == "values")
+    step = step_of(document, "values")
     (table,) = [block for block in step.blocks if isinstance(block, Table)]
     spell = Spelling(document)
     units = {spell.words(row[0], str): spell.words(row[-1], str) for row in table.rows}
@@ -210,7 +210,7 @@ def test_what_nothing_drives_is_accelerated_as_its_equation_says() -> None:
     turning = bead["Omega"] ** 2 * math.sin(bead["theta"]) * math.cos(bead["theta"])
     fall = bead["g"] / bead["R"] * math.sin(bead["theta"])
     assert bead["theta_ddot"] == pytest.approx(turning - fall, rel=1e-3)
-    needed = next(step for section in document.sections for step in section.steps if step.key == "torque:2")
+    needed = step_of(document, "torque:2")
     assert "= 0 N m" in "".join(map(str, needed.claim.parts))
     other = shown(lesson_of(read(EXAMPLES / "cart_pole.toml"), formulation="dalembert"))
     assert other["theta_ddot"] == cart["theta_ddot"]

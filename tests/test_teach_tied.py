@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from lessons import lesson_of
+from lessons import lesson_of, step_of
 
 from symdyn.emit.print import text_of
 from symdyn.scene import read
@@ -24,12 +24,8 @@ def lesson(name: str) -> Document:
     return lesson_of(read(EXAMPLES / f"{name}.toml"))
 
 
-def step_of(name: str, key: str) -> Step:
-    return next(step for section in lesson(name).sections for step in section.steps if step.key == key)
-
-
 def solved(name: str) -> list[tuple[Any, Any]]:
-    blocks = step_of(name, "ties.solved").blocks
+    blocks = step_of(lesson(name), "ties.solved").blocks
     return [(x.form.to_sympy(), x.right.to_sympy()) for x in blocks if isinstance(x, Formula) and x.right is not None]
 
 
@@ -54,7 +50,7 @@ def test_the_arms_of_a_governor_are_alike_and_the_sleeve_follows() -> None:
 
 
 def test_the_rocker_of_a_four_bar_follows_by_the_squares_of_both_conditions() -> None:
-    blocks = [x for x in step_of("four_bar", "ties.solved").blocks if isinstance(x, Formula)]
+    blocks = [x for x in step_of(lesson("four_bar"), "ties.solved").blocks if isinstance(x, Formula)]
     named = {x.left: x.form.to_sympy() for x in blocks if x.left and x.right is None}
     phi, closed = 0.9, {str(x): sympy.sympify(y) for x, y in solved("four_bar")}
     lengths = {p.name: float(p.value.known_at({})) for p in read(EXAMPLES / "four_bar.toml").parameters if p.value}
@@ -70,13 +66,13 @@ def test_the_rocker_of_a_four_bar_follows_by_the_squares_of_both_conditions() ->
 
 
 def test_a_governor_hangs_at_rest() -> None:
-    (table,) = (block for block in step_of("governor", "equilibria.one").blocks if isinstance(block, Table))
+    (table,) = (block for block in step_of(lesson("governor"), "equilibria.one").blocks if isinstance(block, Table))
     first = ["".join(str(part) for part in cell.parts) for cell in table.rows[0]]
     assert first[1:] == ["0 rad", "−0.3 m", "stable"]
 
 
 def test_the_curve_of_a_governor_is_that_of_its_numbers() -> None:
-    step = step_of("governor", "steady.curve")
+    step = step_of(lesson("governor"), "steady.curve")
     forms = [
         part.to_sympy()
         for block in step.blocks
@@ -86,7 +82,7 @@ def test_the_curve_of_a_governor_is_that_of_its_numbers() -> None:
     ]
     value = next(x for x in forms if "phi_dot" in map(str, x.free_symbols) and "k" in map(str, x.free_symbols))
     least = next(x for x in forms if {"k", "s0"} <= set(map(str, x.free_symbols)) and x != value)
-    steady = next(step for section in lesson("governor").sections for step in section.steps if step.key == "steady")
+    steady = step_of(lesson("governor"), "steady")
     told = next(block for block in steady.blocks if isinstance(block, Table)).rows[0][1].parts[0]
     assert acos(number(value, **GOVERNOR, phi_dot=12)) == pytest.approx(float(str(told).split()[0]), abs=1e-4)
     at = {**GOVERNOR, "phi_dot": sqrt(number(least, **GOVERNOR))}
@@ -104,7 +100,9 @@ def said(step: Step) -> str:
 def test_a_governor_ends_in_one_equation_of_its_arm() -> None:
     length, m, M, k, s0, w = (*(GOVERNOR[x] for x in ("l", "m", "M", "k", "s0")), 12.0)
     *_, form = [
-        block.form.to_sympy() for block in step_of("governor", "eliminated").blocks if isinstance(block, Formula)
+        block.form.to_sympy()
+        for block in step_of(lesson("governor"), "eliminated").blocks
+        if isinstance(block, Formula)
     ]
     names = set(map(str, form.free_symbols))
     assert names.isdisjoint({"beta", "s", "beta_dot", "s_dot"})
@@ -119,31 +117,31 @@ def test_a_governor_ends_in_one_equation_of_its_arm() -> None:
 
 
 def test_a_free_spindle_keeps_its_momentum() -> None:
-    assert "Without the drive" in said(step_of("governor", "conserved:1"))
+    assert "Without the drive" in said(step_of(lesson("governor"), "conserved:1"))
 
 
 def test_held_rate_and_kept_momentum_swing_each_with_their_frequency() -> None:
-    step = step_of("governor", "steady.curve")
+    step = step_of(lesson("governor"), "steady.curve")
     assert "critical speed is 7.399 rad/s" in said(step)
     (table,) = (block for block in step.blocks if isinstance(block, Table))
     rows = {str(row[0].parts[0]): [str(cell.parts[0]) for cell in row[1:]] for row in table.rows}
     assert rows["7.399 rad/s"] == ["0 rad", "0 rad", "−0.3 m", "0 rad/s", "0 rad/s"]
     assert rows["12 rad/s"][-2:] == ["10.73 rad/s", "15.84 rad/s"]
-    assert "no rate is held" in said(step_of("governor", "steady"))  # whose eigenvalues are 15.84 i
+    assert "no rate is held" in said(step_of(lesson("governor"), "steady"))  # whose eigenvalues are 15.84 i
 
 
 def test_the_multiplier_of_a_rod_is_its_force() -> None:
-    (table,) = (block for block in step_of("governor", "multipliers").blocks if isinstance(block, Table))
+    (table,) = (block for block in step_of(lesson("governor"), "multipliers").blocks if isinstance(block, Table))
     assert "compression" in str(table.rows[0][1].parts[0])
-    assert "twice its length" in said(step_of("governor", "tie:link1"))
+    assert "twice its length" in said(step_of(lesson("governor"), "tie:link1"))
 
 
 def test_what_a_closed_form_decides_is_not_said_to_be_missed() -> None:
-    assert "does not find" not in said(step_of("governor", "equilibria.one"))
-    assert "λ" not in said(step_of("governor", "equilibria"))  # there are no eigenvalues in its table
+    assert "does not find" not in said(step_of(lesson("governor"), "equilibria.one"))
+    assert "λ" not in said(step_of(lesson("governor"), "equilibria"))  # there are no eigenvalues in its table
 
 
 def test_masses_stand_first_in_products_and_in_tables() -> None:
-    *_, ball = (block for block in step_of("governor", "kinetic:2b").blocks if isinstance(block, Formula))
+    *_, ball = (block for block in step_of(lesson("governor"), "kinetic:2b").blocks if isinstance(block, Formula))
     assert [one.name for one in lesson("governor").scene.parameters] == ["m", "M", "J", "l", "k", "s0"]
     assert text_of(ball.form).startswith("2*m*l**2")

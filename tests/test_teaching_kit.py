@@ -5,13 +5,12 @@ from __future__ import annotations
 import json
 import re
 import tomllib
-from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import pytest
-from browser import chromium, opened
+from browser import opened
 
 import symdyn
 from symdyn.resources import folder
@@ -198,18 +197,12 @@ OPEN = """() => {
 BROKEN = """() => { Storage.prototype.setItem = () => { throw new DOMException("full", "QuotaExceededError"); }; }"""
 
 
-@pytest.fixture(scope="module")
-def window() -> Iterator[Any]:
-    with chromium() as own:
-        yield own
-
-
 @pytest.mark.slow
 @pytest.mark.runs("chromium")
-def test_a_page_logs_what_is_answered_once_its_reader_agrees(tmp_path: Path, window: Any) -> None:
+def test_a_page_logs_what_is_answered_once_its_reader_agrees(tmp_path: Path, browser: Any) -> None:
     path = tmp_path / "lesson.html"
     path.write_text(page_with_exercises(), encoding="utf-8")
-    with opened(window, path) as page:
+    with opened(browser, path) as page:
 
         def answers(text: str) -> None:
             form = page.locator("form.blank[data-key='square:1']")
@@ -273,7 +266,7 @@ def test_a_page_logs_what_is_answered_once_its_reader_agrees(tmp_path: Path, win
 
 @pytest.mark.slow
 @pytest.mark.runs("chromium")
-def test_what_stands_in_the_storage_already_is_no_code(tmp_path: Path, window: Any) -> None:
+def test_what_stands_in_the_storage_already_is_no_code(tmp_path: Path, browser: Any) -> None:
     path = tmp_path / "lesson.html"
     path.write_text(page_with_exercises("sk"), encoding="utf-8")
     for kept in (
@@ -282,7 +275,7 @@ def test_what_stands_in_the_storage_already_is_no_code(tmp_path: Path, window: A
         '{"format":"symdyn log 1","code":1,"events":[]}',
         '{"format":"symdyn log 1","code":""><b>","events":{}}',
     ):
-        with opened(window, path) as page:
+        with opened(browser, path) as page:
             page.evaluate("kept => localStorage.setItem('symdyn.log.pendulum', kept)", kept)
             page.locator(".log summary").click()
             page.get_by_role("checkbox", name="Súhlasím").check()

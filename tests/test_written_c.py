@@ -8,6 +8,7 @@ from math import nextafter
 
 import pytest
 from arms import chain
+from written_files import altered, two_link_with
 
 import symdyn
 from symdyn.emit import TARGETS, emit
@@ -29,18 +30,7 @@ def proved(program: Program, option: str = "", real: str = "double") -> tuple[Wr
 
 @pytest.fixture(scope="module")
 def two_link() -> Program:
-    return symdyn.program.lower(symdyn.dynamics.derive(symdyn.example("two_link"), ["inverse_dynamics", "mass_matrix"]))
-
-
-def altered(program: Program, old: str, new: str, option: str = "") -> Written:
-    """Return what is known of the C file with one piece of text changed."""
-    files = files_of(emit(program, "c", option=option))
-    name = f"{program.scene.name}.c"
-    text = files.contents[name]
-    assert isinstance(text, str)
-    assert old in text
-    changed = {**files.contents, name: text.replace(old, new, 1)}
-    return prove_texts(printed(program, "double"), replace(files, contents=changed), READERS["c"], files.contents)[0]
+    return two_link_with("inverse_dynamics", "mass_matrix")
 
 
 @pytest.mark.long
@@ -79,8 +69,8 @@ def test_parts_leave_out_zeros_that_are_there_before() -> None:
 
     assert not re.search(r"out\[[0-9]+\] = 0;", str(emit(program, "c")["quadruped.c"]).replace("0.0", "0"))
     assert proved(program)[0].verdict == proved(program, "batch")[0].verdict == "proved"
-    assert "reads a place of a local array that was not written" in altered(program, cleared, "").where
-    assert "sets no array to zero" in altered(program, cleared, cleared.replace("0", "1")).where
+    assert "reads a place of a local array that was not written" in altered(program, "c", cleared, "").where
+    assert "sets no array to zero" in altered(program, "c", cleared, cleared.replace("0", "1")).where
 
 
 @pytest.mark.parametrize(
@@ -109,7 +99,7 @@ def test_parts_leave_out_zeros_that_are_there_before() -> None:
     ],
 )
 def test_what_was_changed_is_found_where_it_stands(two_link: Program, old: str, new: str, told: str) -> None:
-    found = altered(two_link, old, new)
+    found = altered(two_link, "c", old, new)
 
     assert not found.passed
     assert told in found.where
@@ -133,7 +123,7 @@ def test_what_was_changed_is_found_where_it_stands(two_link: Program, old: str, 
     ],
 )
 def test_what_was_changed_in_blocks_is_found_too(two_link: Program, old: str, new: str, told: str) -> None:
-    found = altered(two_link, old, new, "batch")
+    found = altered(two_link, "c", old, new, option="batch")
 
     assert not found.passed
     assert told in found.where
@@ -160,13 +150,13 @@ def test_which_row_of_a_block_an_entry_is_is_read(joints: int) -> None:
 
 
 def test_the_same_function_rounded_otherwise_is_another_file(two_link: Program) -> None:
-    found = altered(two_link, "p_h1 * (p_m1 + p_m2) * x1", "(p_m1 + p_m2) * (p_h1 * x1)")
+    found = altered(two_link, "c", "p_h1 * (p_m1 + p_m2) * x1", "(p_m1 + p_m2) * (p_h1 * x1)")
 
     assert "is the same function by other operations" in found.where
 
 
 def test_a_comment_may_say_anything(two_link: Program) -> None:
-    assert altered(two_link, "Do not edit;", "Edited:").passed
+    assert altered(two_link, "c", "Do not edit;", "Edited:").passed
 
 
 def test_one_unit_in_the_last_place_of_a_constant_is_found() -> None:

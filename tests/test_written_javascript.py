@@ -5,30 +5,17 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from written_files import altered, two_link_with
 
-import symdyn
 from symdyn.emit import emit
 from symdyn.program import Program
 from symdyn.verify.building import files_of
-from symdyn.verify.written import READERS, Written, printed, prove_texts
+from symdyn.verify.written import READERS, printed, prove_texts
 
 
 @pytest.fixture(scope="module")
 def two_link() -> Program:
-    return symdyn.program.lower(
-        symdyn.dynamics.derive(symdyn.example("two_link"), ["inverse_dynamics", "kinetic_energy"])
-    )
-
-
-def altered(program: Program, old: str, new: str, file: str) -> Written:
-    """Return what is known of a file with one piece of text changed."""
-    files = files_of(emit(program, "js"))
-    text = str(files.contents[file])
-    assert old in text
-    changed = replace(files, contents={**files.contents, file: text.replace(old, new, 1)})
-    found = prove_texts(printed(program, "double"), changed, READERS["js"], files.contents)
-    assert [one.passed for one in found if one.file != file] == [True]
-    return next(one for one in found if one.file == file)
+    return two_link_with("inverse_dynamics", "kinetic_energy")
 
 
 def test_a_function_that_no_file_holds_is_missed(two_link: Program) -> None:
@@ -88,7 +75,7 @@ def test_a_function_that_no_file_holds_is_missed(two_link: Program) -> None:
     ],
 )
 def test_a_change_is_found_and_told(two_link: Program, old: str, new: str, told: str, file: str) -> None:
-    found = altered(two_link, old, new, file)
+    found = altered(two_link, "js", old, new, file)
 
     assert not found.passed
     assert told in found.where
@@ -96,4 +83,4 @@ def test_a_change_is_found_and_told(two_link: Program, old: str, new: str, told:
 
 def test_comments_and_parentheses_change_nothing(two_link: Program) -> None:
     for old, new in (("const x3 = qdd_1", "/* a */ const x3 = (qdd_1)"), ("out[1] = x5;", "out[1] = x5; // so")):
-        assert altered(two_link, old, new, "two_link.mjs").verdict == "proved"
+        assert altered(two_link, "js", old, new, "two_link.mjs").verdict == "proved"

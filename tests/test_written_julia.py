@@ -2,34 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
+from written_files import altered, two_link_with
 
-import symdyn
 from symdyn.emit import emit
 from symdyn.program import Program
 from symdyn.verify.building import files_of
-from symdyn.verify.written import READERS, Written, printed, prove_texts
+from symdyn.verify.written import READERS, printed, prove_texts
 
 OUTPUTS = ["inverse_dynamics", "mass_matrix", "kinetic_energy"]
 
 
 @pytest.fixture(scope="module")
 def two_link() -> Program:
-    return symdyn.program.lower(symdyn.dynamics.derive(symdyn.example("two_link"), OUTPUTS))
-
-
-def altered(program: Program, old: str, new: str) -> Written:
-    """Return what is known of the module with one piece of text changed."""
-    files = files_of(emit(program, "julia"))
-    text = files.contents["two_link.jl"]
-    assert isinstance(text, str)
-    assert old in text
-    changed = {"two_link.jl": text.replace(old, new, 1)}
-    return prove_texts(printed(program, "double"), replace(files, contents=changed), READERS["julia"], files.contents)[
-        0
-    ]
+    return two_link_with(*OUTPUTS)
 
 
 def test_a_function_writes_its_result_or_returns_one_number(two_link: Program) -> None:
@@ -111,7 +97,7 @@ def test_a_function_writes_its_result_or_returns_one_number(two_link: Program) -
     ],
 )
 def test_what_was_changed_is_found_where_it_stands(two_link: Program, old: str, new: str, told: str) -> None:
-    found = altered(two_link, old, new)
+    found = altered(two_link, "julia", old, new)
 
     assert not found.passed
     assert told in found.where
@@ -126,4 +112,4 @@ def test_what_changes_nothing_passes(two_link: Program) -> None:
         ("x4 = p_m2 * p_h2", "x4 = (p_m2 *\n        p_h2)"),
         ("x4 = p_m2 * p_h2", "x4 = - -p_m2 * p_h2; #= here =#"),
     ]:
-        assert altered(two_link, old, new).passed, new
+        assert altered(two_link, "julia", old, new).passed, new

@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import prod
 
 import pytest
+from written_files import altered, two_link_with
 
 import symdyn
 from symdyn.emit import emit
 from symdyn.graph import Graph
 from symdyn.program import Program, prepare as prepare_program
 from symdyn.verify.building import files_of
-from symdyn.verify.written import READERS, Written, printed, prove_texts
+from symdyn.verify.written import READERS, printed, prove_texts
 from symdyn.verify.written.reading import Read
 
 
 @pytest.fixture(scope="module")
 def two_link() -> Program:
-    return symdyn.program.lower(symdyn.dynamics.derive(symdyn.example("two_link"), ["inverse_dynamics", "mass_matrix"]))
+    return two_link_with("inverse_dynamics", "mass_matrix")
 
 
 @pytest.mark.long(0)
@@ -43,18 +43,6 @@ def test_a_matrix_stands_column_by_column() -> None:
 
     assert by_rows(2, 3) == (0, 2, 4, 1, 3, 5)
     assert by_rows(2, 2, 2) == (0, 4, 2, 6, 1, 5, 3, 7)
-
-
-def altered(program: Program, function: str, old: str, new: str) -> Written:
-    """Return what is known of the file of a function with one piece of text changed."""
-    files = files_of(emit(program, "matlab"))
-    name = f"+two_link/{function}.m"
-    text = files.contents[name]
-    assert isinstance(text, str)
-    assert old in text
-    changed = {**files.contents, name: text.replace(old, new, 1)}
-    found = prove_texts(printed(program, "double"), replace(files, contents=changed), READERS["matlab"], files.contents)
-    return next(one for one in found if one.file == name)
 
 
 @pytest.mark.parametrize(
@@ -104,7 +92,7 @@ def altered(program: Program, function: str, old: str, new: str) -> Written:
     ],
 )
 def test_what_was_changed_is_found_where_it_stands(two_link: Program, old: str, new: str, told: str) -> None:
-    found = altered(two_link, "inverse_dynamics", old, new)
+    found = altered(two_link, "matlab", old, new, "+two_link/inverse_dynamics.m")
 
     assert not found.passed
     assert told in found.where
@@ -120,7 +108,7 @@ def test_what_was_changed_is_found_where_it_stands(two_link: Program, old: str, 
     ],
 )
 def test_what_was_changed_of_a_matrix_is_found(two_link: Program, old: str, new: str, told: str) -> None:
-    found = altered(two_link, "mass_matrix", old, new)
+    found = altered(two_link, "matlab", old, new, "+two_link/mass_matrix.m")
 
     assert not found.passed
     assert told in found.where
@@ -134,4 +122,4 @@ def test_what_changes_nothing_passes(two_link: Program) -> None:
         ("x4 = p_m2 .* p_h2", "x4 = p_m2 ... goes on\n    .* p_h2"),
         ("x4 = p_m2 .* p_h2", "x4 = - -p_m2 .* p_h2"),
     ]:
-        assert altered(two_link, "inverse_dynamics", old, new).passed, new
+        assert altered(two_link, "matlab", old, new, "+two_link/inverse_dynamics.m").passed, new

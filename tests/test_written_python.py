@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from written_files import altered, two_link_with
 
 import symdyn
 from symdyn.emit import TARGETS, emit
@@ -36,17 +37,7 @@ def test_every_file_is_proved(scene: str, target: str) -> None:
 
 @pytest.fixture(scope="module")
 def two_link() -> Program:
-    return symdyn.program.lower(symdyn.dynamics.derive(symdyn.example("two_link"), ["inverse_dynamics", "mass_matrix"]))
-
-
-def altered(program: Program, target: str, old: str, new: str) -> Written:
-    """Return what is known of the module with one piece of text changed."""
-    files = files_of(emit(program, target))
-    ((name, text),) = files.contents.items()
-    assert isinstance(text, str)
-    assert old in text
-    changed = replace(files, contents={name: text.replace(old, new, 1)})
-    return prove_texts(printed(program, "double"), changed, READERS[target], files.contents)[0]
+    return two_link_with("inverse_dynamics", "mass_matrix")
 
 
 @pytest.mark.parametrize("target", PYTHON)

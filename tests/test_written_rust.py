@@ -2,32 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
+from written_files import altered, two_link_with
 
-import symdyn
-from symdyn.emit import emit
 from symdyn.program import Program
-from symdyn.verify.building import files_of
-from symdyn.verify.written import READERS, Written, printed, prove_texts
 
 
 @pytest.fixture(scope="module")
 def two_link() -> Program:
-    return symdyn.program.lower(
-        symdyn.dynamics.derive(symdyn.example("two_link"), ["inverse_dynamics", "kinetic_energy"])
-    )
-
-
-def altered(program: Program, old: str, new: str, option: str = "") -> Written:
-    """Return what is known of the module with one piece of text changed."""
-    files = files_of(emit(program, "rust", option=option))
-    ((name, text),) = files.contents.items()
-    assert old in str(text)
-    changed = replace(files, contents={name: str(text).replace(old, new, 1)})
-    (found,) = prove_texts(printed(program, "double"), changed, READERS["rust"], files.contents)
-    return found
+    return two_link_with("inverse_dynamics", "kinetic_energy")
 
 
 @pytest.mark.parametrize(
@@ -68,7 +51,7 @@ def altered(program: Program, old: str, new: str, option: str = "") -> Written:
     ],
 )
 def test_a_change_is_found_and_told(two_link: Program, old: str, new: str, told: str) -> None:
-    found = altered(two_link, old, new)
+    found = altered(two_link, "rust", old, new)
 
     assert not found.passed
     assert told in found.where
@@ -87,7 +70,7 @@ def test_a_change_is_found_and_told(two_link: Program, old: str, new: str, told:
     ],
 )
 def test_a_change_of_a_block_is_found_and_told(two_link: Program, old: str, new: str, told: str) -> None:
-    found = altered(two_link, old, new, "batch")
+    found = altered(two_link, "rust", old, new, option="batch")
 
     assert not found.passed
     assert told in found.where
@@ -95,4 +78,4 @@ def test_a_change_of_a_block_is_found_and_told(two_link: Program, old: str, new:
 
 def test_comments_and_parentheses_change_nothing(two_link: Program) -> None:
     for old, new in (("let x3 = qdd_1", "/* a */ let x3 = (qdd_1)"), ("out[1] = x5;", "out[1] = x5; // so")):
-        assert altered(two_link, old, new).verdict == "proved"
+        assert altered(two_link, "rust", old, new).verdict == "proved"

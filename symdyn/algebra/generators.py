@@ -34,19 +34,12 @@ MOST = 6  # angles share a unit while they are at most so many times as large
 
 @dataclass(frozen=True)
 class Generator:
-    """What a generator of the ring stands for.
+    """What a generator of the ring stands for."""
 
-    Attributes:
-        kind: "sin", "cos", "symbol", "pi", "root", "inverse" or "function".
-        node: the angle's atom (None: 1 rad), the symbol, the root or the function.
-        unit: sine and cosine are those of unit · node.
-        number: the prime under a root, the slot of an inverse; else 0.
-    """
-
-    kind: str
-    node: Expr | None = None
-    unit: Fraction = Fraction(1)
-    number: int = 0
+    kind: str  # "sin", "cos", "symbol", "pi", "root", "inverse" or "function"
+    node: Expr | None = None  # the angle's atom (None: 1 rad), the symbol, the root or the function
+    unit: Fraction = Fraction(1)  # sine and cosine are those of unit · node
+    number: int = 0  # the prime under a root, the slot of an inverse; else 0
 
 
 Totals = Mapping[Expr, tuple[int, Expr | None]]  # see `TrigonometricRing`

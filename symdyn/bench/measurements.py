@@ -93,21 +93,13 @@ class Measured:
 
 @dataclass(frozen=True)
 class Point:
-    """One trajectory.
+    """One trajectory."""
 
-    Attributes:
-        tolerance: that was asked for.
-        seconds: processor time of the integration.
-        evaluations: of the right-hand side; steps where the method counts these.
-        error: of the end, or the drift of the energy.
-        best: whether no other point of any method is both as fast and as good.
-    """
-
-    tolerance: float
-    seconds: float
-    evaluations: int
-    error: float
-    best: bool = False
+    tolerance: float  # that was asked for
+    seconds: float  # processor time of the integration
+    evaluations: int  # of the right-hand side; steps where the method counts these
+    error: float  # of the end, or the drift of the energy
+    best: bool = False  # whether no other point of any method is both as fast and as good
 
 
 @dataclass(frozen=True)

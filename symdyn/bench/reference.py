@@ -207,17 +207,11 @@ REACH |= dict.fromkeys((*DIRECTIONS.values(), "weights", "p"), 2.0)
 
 @dataclass(frozen=True, eq=False)
 class Positions:
-    """What is known of a scene's coordinates.
+    """What is known of a scene's coordinates."""
 
-    Attributes:
-        units: "rad", "m" or "1" for each.
-        singular: positions near singular ones, shape (N, nq), () where none are known.
-        loops: those that positions have to close.
-    """
-
-    units: tuple[str, ...]
-    singular: Array
-    loops: Loops | None = None
+    units: tuple[str, ...]  # "rad", "m" or "1" for each
+    singular: Array  # positions near singular ones, shape (N, nq), () where none are known
+    loops: Loops | None = None  # those that positions have to close
 
     def draw(self, region: str, count: int, rng: np.random.Generator) -> Array:
         """Return positions of a region, shape (count, nq)."""

@@ -36,15 +36,10 @@ from symdyn.table import Table
 
 @dataclass(frozen=True)
 class FileKind:
-    """A kind of file.
+    """A kind of file."""
 
-    Attributes:
-        contents: what stands in it.
-        scene: whether it is a scene, which nobody wants to overwrite unawares.
-    """
-
-    contents: Callable[[Outcome], str]
-    scene: bool = False
+    contents: Callable[[Outcome], str]  # what stands in it
+    scene: bool = False  # whether it is a scene, which nobody wants to overwrite unawares
 
 
 def _page(outcome: Outcome) -> str:

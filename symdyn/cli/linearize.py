@@ -32,19 +32,12 @@ PICTURES = (".svg", ".pdf", ".png")
 
 @dataclass(frozen=True)
 class LinearRequest:
-    """What more can be asked of a linear system.
+    """What more can be asked of a linear system."""
 
-    Attributes:
-        name: the word of --show, or the option, without its strokes; what it finds stands under it in JSON.
-        find: what it finds: lines to print, and data.
-        writes: the option that names its file, if it has one.
-        shown: whether it is a word of --show.
-    """
-
-    name: str
-    find: Callable[[System, argparse.Namespace], tuple[Lines, Any]]
-    writes: str = ""
-    shown: bool = False
+    name: str  # the word of --show, or the option, without its strokes; what it finds stands under it in JSON
+    find: Callable[[System, argparse.Namespace], tuple[Lines, Any]]  # what it finds: lines to print, and data
+    writes: str = ""  # the option that names its file, if it has one
+    shown: bool = False  # whether it is a word of --show
 
     @property
     def flag(self) -> str:

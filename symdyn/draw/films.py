@@ -122,21 +122,13 @@ class Motion:
 
 @dataclass(frozen=True)
 class Film:
-    """A kind of file.
+    """A kind of file."""
 
-    Attributes:
-        write: its contents.
-        fps: what is usual.
-        takes: fields of `Reel` that it has a place for.
-        needs: packages of the extra "plot".
-        fastest: frames a second that players show.
-    """
-
-    write: Callable[[Motion, Reel, float], Contents]
-    fps: float
-    takes: tuple[str, ...]
-    needs: tuple[str, ...] = ()
-    fastest: float = FASTEST
+    write: Callable[[Motion, Reel, float], Contents]  # its contents
+    fps: float  # what is usual
+    takes: tuple[str, ...]  # fields of `Reel` that it has a place for
+    needs: tuple[str, ...] = ()  # packages of the extra "plot"
+    fastest: float = FASTEST  # frames a second that players show
 
 
 @checked(DrawError)

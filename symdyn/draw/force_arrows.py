@@ -34,21 +34,13 @@ END_ON = 0.12  # of a direction: what lies in the picture; below, the arrow is a
 
 @dataclass(frozen=True)
 class Wrench:
-    """A force and a couple to be drawn.
+    """A force and a couple to be drawn."""
 
-    Attributes:
-        name: of the force, as code writes it ("F_1") or in LaTeX ("m_1 g").
-        at: the point that it acts at, ground frame, m; shape (3,).
-        force: ground frame, N; zeros for none.
-        couple: ground frame, N m; zeros for none.
-        couple_name: name of the couple; "" takes the force's.
-    """
-
-    name: str
-    at: Sequence[float]
-    force: Sequence[float] = (0.0, 0.0, 0.0)
-    couple: Sequence[float] = (0.0, 0.0, 0.0)
-    couple_name: str = ""
+    name: str  # of the force, as code writes it ("F_1") or in LaTeX ("m_1 g")
+    at: Sequence[float]  # the point that it acts at, ground frame, m; shape (3,)
+    force: Sequence[float] = (0.0, 0.0, 0.0)  # ground frame, N; zeros for none
+    couple: Sequence[float] = (0.0, 0.0, 0.0)  # ground frame, N m; zeros for none
+    couple_name: str = ""  # name of the couple; "" takes the force's
 
 
 def wrench(one: Wrench, view: View, id: str) -> tuple[tuple[Item, ...], tuple[Label, ...]]:

@@ -33,21 +33,13 @@ AROUND, DOWN = 32, 16  # corners of a circle, and of half of one
 
 @dataclass(frozen=True)
 class Solid:
-    """A surface of one colour.
+    """A surface of one colour."""
 
-    Attributes:
-        points: shape (n, 3), m.
-        normals: unit vectors outwards, one a point, shape (n, 3).
-        triangles: three points each, counterclockwise from outside, shape (k, 3).
-        colour: #rrggbb.
-        alpha: from 0 (nothing is seen) to 1.
-    """
-
-    points: Array
-    normals: Array
-    triangles: Triangles
-    colour: str
-    alpha: float = 1.0
+    points: Array  # shape (n, 3), m
+    normals: Array  # unit vectors outwards, one a point, shape (n, 3)
+    triangles: Triangles  # three points each, counterclockwise from outside, shape (k, 3)
+    colour: str  # #rrggbb
+    alpha: float = 1.0  # from 0 (nothing is seen) to 1
 
     def put(self, R: Array, p: Array, scale: Array | float = 1.0) -> Solid:
         """Return the solid scaled along its axes, turned by R and moved by p."""

@@ -40,17 +40,11 @@ Formed = tuple[str, Vec, tuple[Vec, ...]]
 
 @dataclass(frozen=True)
 class Outlined:
-    """What a body looks like, in body coordinates.
+    """What a body looks like, in body coordinates."""
 
-    Attributes:
-        look: a key of `OUTLINES`.
-        centre: its centre of mass, m, shape (3,).
-        ways: from there half a length of it along each of its ways, or radii of it, m, shape (3,) each.
-    """
-
-    look: str
-    centre: Array
-    ways: tuple[Array, ...]
+    look: str  # a key of `OUTLINES`
+    centre: Array  # its centre of mass, m, shape (3,)
+    ways: tuple[Array, ...]  # from there half a length of it along each of its ways, or radii of it, m, shape (3,) each
 
 
 def outlines(

@@ -49,17 +49,13 @@ class Frame:
 
 @dataclass(frozen=True)
 class FrameStep:
-    """One turn or slide of a joint by an amount, shape (N,), rad or m, from `at` about or along `axis`.
-
-    Attributes:
-        name: the coordinate that the amount is; "" where it is a formula.
-    """
+    """One turn or slide of a joint by an amount, shape (N,), rad or m, from `at` about or along `axis`."""
 
     slides: bool
     at: Array
     axis: Array
     amount: Array
-    name: str
+    name: str  # the coordinate that the amount is; "" where it is a formula
 
 
 @dataclass(frozen=True)
@@ -89,38 +85,24 @@ class JointAxis:
 
 @dataclass(frozen=True)
 class Placed:
-    """A body in place: its frame, and where its masses are.
-
-    Attributes:
-        com: centre of mass of the extended part; None where it has no mass.
-        particles: mass in kg, and place.
-    """
+    """A body in place: its frame, and where its masses are."""
 
     name: str
     frame: Frame
-    com: Array | None
-    particles: tuple[tuple[float, Array], ...]
+    com: Array | None  # centre of mass of the extended part; None where it has no mass
+    particles: tuple[tuple[float, Array], ...]  # mass in kg, and place
 
 
 @dataclass(frozen=True)
 class PlacedContact:
-    """A plane in place, and what touches it.
+    """A plane in place, and what touches it."""
 
-    Attributes:
-        at: a point of the plane.
-        normal: unit vector.
-        along: a direction of the plane that turns with its body, unit vector: "along" of a ball.
-        spot: the centre of the wheel, or the point of the blade.
-        across: of a blade, the direction of its force, unit vector; of a wheel None.
-        drawn: whether the plane is: a blade's where the scene declares it.
-    """
-
-    at: Array
-    normal: Array
-    along: Array
-    spot: Array
-    across: Array | None
-    drawn: bool
+    at: Array  # a point of the plane
+    normal: Array  # unit vector
+    along: Array  # a direction of the plane that turns with its body, unit vector: "along" of a ball
+    spot: Array  # the centre of the wheel, or the point of the blade
+    across: Array | None  # of a blade, the direction of its force, unit vector; of a wheel None
+    drawn: bool  # whether the plane is: a blade's where the scene declares it
 
 
 @dataclass(frozen=True)
@@ -330,22 +312,14 @@ DIRECTIONS = np.tile(np.stack([np.cos(ANGLES), np.sin(ANGLES)], axis=1), (len(WA
 
 @dataclass(frozen=True)
 class Label:
-    """A name to be put somewhere.
+    """A name to be put somewhere."""
 
-    Attributes:
-        id: of its element, without the picture's prefix.
-        at: anchor at N moments, shape (N, 2).
-        gap: distance from the anchor at which the label may begin.
-        away: preferred direction, shape (2,); None for none.
-        look: its classes in the style sheet.
-    """
-
-    id: str
+    id: str  # of its element, without the picture's prefix
     text: Text
-    at: Array
-    gap: float
-    away: Array | None = None
-    look: str = ""
+    at: Array  # anchor at N moments, shape (N, 2)
+    gap: float  # distance from the anchor at which the label may begin
+    away: Array | None = None  # preferred direction, shape (2,); None for none
+    look: str = ""  # its classes in the style sheet
 
     @cached_property
     def half(self) -> Array:

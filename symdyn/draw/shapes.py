@@ -25,15 +25,10 @@ if TYPE_CHECKING:
 
 
 class Title(str):
-    """An English sentence with its places filled, which remembers how it was made.
+    """An English sentence with its places filled, which remembers how it was made."""
 
-    Attributes:
-        template: the sentence, with places in braces.
-        places: what fills them.
-    """
-
-    template: str
-    places: Mapping[str, str]
+    template: str  # the sentence, with places in braces
+    places: Mapping[str, str]  # what fills them
 
     def __new__(cls, template: str, **places: str) -> Title:
         made = super().__new__(cls, template.format(**places))
@@ -99,19 +94,12 @@ class Shape:
 
 @dataclass(frozen=True)
 class Item:
-    """Shapes that belong together: a body, a joint, a load.
+    """Shapes that belong together: a body, a joint, a load."""
 
-    Attributes:
-        id: of its group in the picture, without the picture's prefix.
-        title: what a reader is told who points at it.
-        layer: what lies on top: 0 ground, 1 mechanism, 2 marks.
-        depth: how near it is to the viewer, shape (N,); decides within a layer.
-    """
-
-    id: str
-    title: Title
-    layer: int
-    depth: Array
+    id: str  # of its group in the picture, without the picture's prefix
+    title: Title  # what a reader is told who points at it
+    layer: int  # what lies on top: 0 ground, 1 mechanism, 2 marks
+    depth: Array  # how near it is to the viewer, shape (N,); decides within a layer
     shapes: tuple[Shape, ...]
 
 

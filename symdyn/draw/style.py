@@ -281,17 +281,11 @@ Look = dict[str, str]
 
 @dataclass(frozen=True)
 class Rule:
-    """What the style sheet says of one kind of element.
+    """What the style sheet says of one kind of element."""
 
-    Attributes:
-        tag: its name, "" for any.
-        classes: that it must have.
-        look: properties by name.
-    """
-
-    tag: str
-    classes: frozenset[str]
-    look: Mapping[str, str]
+    tag: str  # its name, "" for any
+    classes: frozenset[str]  # that it must have
+    look: Mapping[str, str]  # properties by name
 
 
 @cache

@@ -168,19 +168,13 @@ def _label(one: Put, prefix: str, extra: str) -> str:
 
 @dataclass
 class Diagram:
-    """A picture that is made shape by shape; places are in units of the picture, y down.
+    """A picture that is made shape by shape; places are in units of the picture, y down."""
 
-    Attributes:
-        title: for readers and screen readers.
-        id: of the group of all shapes.
-        FONT: height of letters, units of the picture.
-    """
-
-    title: str
-    id: str
+    title: str  # for readers and screen readers
+    id: str  # of the group of all shapes
     shapes: list[Shape] = field(default_factory=list)
     labels: list[Put] = field(default_factory=list)
-    FONT: ClassVar[float] = FONT
+    FONT: ClassVar[float] = FONT  # height of letters, units of the picture
 
     def text(self, text: Text, x: float, y: float) -> None:
         """Put a text with its middle at a point."""

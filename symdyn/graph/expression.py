@@ -325,6 +325,10 @@ class Graph:
             result = self.add(result, term)
         return result
 
+    def dot(self, a: Iterable[Expr], b: Iterable[Expr]) -> Expr:
+        """Return the sum of products a_i b_i of as many."""
+        return self.total(x * y for x, y in zip(a, b, strict=True))
+
     def table(self, name: str, body: Expr, args: tuple[Expr, ...]) -> Expr:
         """Return a function's node, which is read by its name and arguments, not by what it is made of."""
         self.found.setdefault("tables", {})[body] = (name, args)

@@ -87,17 +87,11 @@ FUNCTIONS: frozenset[Op] = frozenset(op for op in Op if Op.SIN <= op < Op.TABLE)
 
 @dataclass(frozen=True)
 class LinearForm:
-    """An angle as turns + constant + Σ coefficient · atom.
+    """An angle as turns + constant + Σ coefficient · atom."""
 
-    Attributes:
-        turns: multiple of π.
-        constant: rational part, rad.
-        terms: (node, coefficient) by ascending node index; no coefficient is zero.
-    """
-
-    turns: Fraction
-    constant: Fraction
-    terms: tuple[tuple[Expr, Fraction], ...]
+    turns: Fraction  # multiple of π
+    constant: Fraction  # rational part, rad
+    terms: tuple[tuple[Expr, Fraction], ...]  # (node, coefficient) by ascending node index; no coefficient is zero
 
 
 def linear_form(angle: Expr) -> LinearForm:

@@ -122,17 +122,11 @@ DEGREE = 5
 
 @dataclass(frozen=True)
 class Basis:
-    """A row of functions of time at N times, shape (N, k) each.
+    """A row of functions of time at N times, shape (N, k) each."""
 
-    Attributes:
-        position: values; the first column is 1, no other has a size far from 1.
-        rate: first derivatives, 1/s.
-        second: second derivatives, 1/s^2.
-    """
-
-    position: Array
-    rate: Array
-    second: Array
+    position: Array  # values; the first column is 1, no other has a size far from 1
+    rate: Array  # first derivatives, 1/s
+    second: Array  # second derivatives, 1/s^2
 
     @property
     def count(self) -> int:

@@ -50,15 +50,10 @@ ROUNDED = 1e-10
 
 @dataclass(frozen=True)
 class GainStep:
-    """One step of Gauss-Newton of one gain.
+    """One step of Gauss-Newton of one gain."""
 
-    Attributes:
-        size: by which the gain would change, in parts of it.
-        error: standard error of that; infinite where it is not identifiable.
-    """
-
-    size: float
-    error: float
+    size: float  # by which the gain would change, in parts of it
+    error: float  # standard error of that; infinite where it is not identifiable
 
 
 def steps(rows: Rows, regression: Regression, drives: Collection[int]) -> dict[int, GainStep]:

@@ -91,17 +91,11 @@ class Gain:
 
 @dataclass(frozen=True)
 class Gains:
-    """Gains of the drives that do not show forces, at some point of the fit.
+    """Gains of the drives that do not show forces, at some point of the fit."""
 
-    Attributes:
-        shown: what one of what they show is, by the number of their velocity.
-        values: of every velocity, shape (nv,); one where a drive shows its force.
-        forces: β and what is not known of payloads, with which the forces are, shape (b,).
-    """
-
-    shown: Mapping[int, str]
-    values: Array
-    forces: Array
+    shown: Mapping[int, str]  # what one of what they show is, by the number of their velocity
+    values: Array  # of every velocity, shape (nv,); one where a drive shows its force
+    forces: Array  # β and what is not known of payloads, with which the forces are, shape (b,)
 
     @property
     def drives(self) -> list[int]:
@@ -256,31 +250,18 @@ ROUNDS = 4
 
 @dataclass(frozen=True)
 class Fitted:
-    """What a fit found.
+    """What a fit found."""
 
-    Attributes:
-        regression: least squares of all parameters: β, then what is not known of payloads, then gains.
-        gains: of every velocity, shape (nv,); one where a drive shows its force.
-        motions: with forces in place of what drives show.
-        fits: how well each driving force is predicted.
-        rows: what was fitted, with what drives show.
-        outliers: what was left out.
-        notes: what a user should know, one line each.
-        predicted: forces of each motion, shapes (N, nv).
-        used: of each motion, which samples were fitted, shapes (N, nv).
-        validation: of each motion, which samples are validation data, shapes (N,).
-    """
-
-    regression: Regression
-    gains: Array
-    motions: tuple[Motion, ...]
-    fits: tuple[Fit, ...]
-    rows: Rows
-    outliers: tuple[Outlier, ...]
-    notes: tuple[str, ...]
-    predicted: tuple[Array, ...]
-    used: tuple[Flags, ...]
-    validation: tuple[Flags, ...]
+    regression: Regression  # least squares of all parameters: β, then what is not known of payloads, then gains
+    gains: Array  # of every velocity, shape (nv,); one where a drive shows its force
+    motions: tuple[Motion, ...]  # with forces in place of what drives show
+    fits: tuple[Fit, ...]  # how well each driving force is predicted
+    rows: Rows  # what was fitted, with what drives show
+    outliers: tuple[Outlier, ...]  # what was left out
+    notes: tuple[str, ...]  # what a user should know, one line each
+    predicted: tuple[Array, ...]  # forces of each motion, shapes (N, nv)
+    used: tuple[Flags, ...]  # of each motion, which samples were fitted, shapes (N, nv)
+    validation: tuple[Flags, ...]  # of each motion, which samples are validation data, shapes (N,)
 
 
 def fitted(

@@ -52,19 +52,12 @@ MOST = 4
 
 @dataclass(frozen=True)
 class NotIdentifiable:
-    """A combination of parameters that is not identifiable: the forces do not depend on it, the scene's value stays.
+    """A combination of parameters that is not identifiable: the forces do not depend on it, the scene's value stays."""
 
-    Attributes:
-        combination: that direction, as a formula of their names.
-        why: what the motion lacks, "" where that is not known.
-        helps: what would make it identifiable.
-        parameters: the names in it.
-    """
-
-    combination: str
-    why: str
-    helps: str
-    parameters: tuple[str, ...]
+    combination: str  # that direction, as a formula of their names
+    why: str  # what the motion lacks, "" where that is not known
+    helps: str  # what would make it identifiable
+    parameters: tuple[str, ...]  # the names in it
 
     @property
     def words(self) -> str:

@@ -42,27 +42,16 @@ TEN = len(INERTIAL)
 
 @dataclass(frozen=True)
 class Unknowns:
-    """The linear parameters of a scene, with their values there.
+    """The linear parameters of a scene, with their values there."""
 
-    Attributes:
-        scene: whose they are.
-        opened: the same scene with these parameters as symbols; everything else as it was.
-        names: of the parameters, as columns of `regressor`; ten a body, then what acts.
-        values: as the scene declares them, shape (p,); kg, kg m, kg m^2 and the units of what acts.
-        base: names of the base parameters, as columns of `base_regressor`.
-        map: shape (b, p): base parameters are map · values.
-        signs: shape (s, p): signs · values is not negative in any real mechanism.
-        signed: what each of these rows is, such as "damping of shoulder".
-    """
-
-    scene: Scene
-    opened: Scene
-    names: tuple[str, ...]
-    values: Array
-    base: tuple[str, ...]
-    map: Array
-    signs: Array
-    signed: tuple[str, ...]
+    scene: Scene  # whose they are
+    opened: Scene  # the same scene with these parameters as symbols; everything else as it was
+    names: tuple[str, ...]  # of the parameters, as columns of `regressor`; ten a body, then what acts
+    values: Array  # as the scene declares them, shape (p,); kg, kg m, kg m^2 and the units of what acts
+    base: tuple[str, ...]  # names of the base parameters, as columns of `base_regressor`
+    map: Array  # shape (b, p): base parameters are map · values
+    signs: Array  # shape (s, p): signs · values is not negative in any real mechanism
+    signed: tuple[str, ...]  # what each of these rows is, such as "damping of shoulder"
 
     @property
     def bodies(self) -> tuple[str, ...]:
@@ -207,21 +196,13 @@ class LinearModel:
 
 @dataclass(frozen=True)
 class Term:
-    """One law of the force of a drive that a scene may lack.
+    """One law of the force of a drive that a scene may lack."""
 
-    Attributes:
-        symbol: of its parameter; the number of the joint follows.
-        unit: of the parameter, at a joint that turns, and at one that slides.
-        text: for tables.
-        lacks: whether a joint has none of its own.
-        given: the joint with it, from the joint and a symbol.
-    """
-
-    symbol: str
-    unit: tuple[str, str]
-    text: str
-    lacks: Callable[[Joint], bool]
-    given: Callable[[Joint, Quantity], Joint]
+    symbol: str  # of its parameter; the number of the joint follows
+    unit: tuple[str, str]  # of the parameter, at a joint that turns, and at one that slides
+    text: str  # for tables
+    lacks: Callable[[Joint], bool]  # whether a joint has none of its own
+    given: Callable[[Joint, Quantity], Joint]  # the joint with it, from the joint and a symbol
 
 
 def _rubbed(joint: Joint, coulomb: Quantity) -> Joint:

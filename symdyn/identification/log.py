@@ -51,15 +51,10 @@ LONG = 20.0
 
 @dataclass(frozen=True)
 class ColumnUnits:
-    """A gain that was given with the unit of a column, as in "0.12*A".
+    """A gain that was given with the unit of a column, as in "0.12*A"."""
 
-    Attributes:
-        value: in N m or N.
-        unit: of what the drive shows, such as "A".
-    """
-
-    value: float
-    unit: str
+    value: float  # in N m or N
+    unit: str  # of what the drive shows, such as "A"
 
 
 def in_si(

@@ -87,17 +87,11 @@ class Payload(Suggesting):
 
 @dataclass(frozen=True)
 class Carried:
-    """What payloads add to the forces of logs.
+    """What payloads add to the forces of logs."""
 
-    Attributes:
-        names: of what is not known of them, shape (u,).
-        unknown: K of each log, shapes (10 bodies, u).
-        known: c of each log, shapes (10 bodies,).
-    """
-
-    names: tuple[str, ...]
-    unknown: tuple[Array, ...]
-    known: tuple[Array, ...]
+    names: tuple[str, ...]  # of what is not known of them, shape (u,)
+    unknown: tuple[Array, ...]  # K of each log, shapes (10 bodies, u)
+    known: tuple[Array, ...]  # c of each log, shapes (10 bodies,)
 
     def columns(self, model: LinearModel, place: int, q: Array, qd: Array, qdd: Array) -> Array:
         """Return columns of what is not known, and last the force of what is, of a log: shape (N, nv, u + 1)."""
@@ -227,23 +221,14 @@ def _shown(values: object) -> str:
 
 @dataclass(frozen=True)
 class Fit:
-    """How well one driving force is predicted by base parameters.
+    """How well one driving force is predicted by base parameters."""
 
-    Attributes:
-        drive: its name.
-        unit: "N m" or "N".
-        size: root mean square of the force as measured.
-        error: root mean square of measured less predicted, in the band.
-        before: the same with the scene's own values; NaN where it has none.
-        validation: the same as `error`, on data that were not fitted; NaN where there are none.
-    """
-
-    drive: str
-    unit: str
-    size: float
-    error: float
-    before: float
-    validation: float
+    drive: str  # its name
+    unit: str  # "N m" or "N"
+    size: float  # root mean square of the force as measured
+    error: float  # root mean square of measured less predicted, in the band
+    before: float  # the same with the scene's own values; NaN where it has none
+    validation: float  # the same as `error`, on data that were not fitted; NaN where there are none
 
     @property
     def percent(self) -> float:
@@ -287,34 +272,21 @@ parts of noise and of the force by which it differs, in the median of so many sa
 
 @dataclass(frozen=True)
 class DataPart:
-    """One motion, and what it is held against.
+    """One motion, and what it is held against."""
 
-    Attributes:
-        motion: with what drives show.
-        Y: columns of β, of what is not known of payloads, and last the force of what is, shape (N, nv, b + 1).
-        drawn: what noise of the motion makes of them; None where there is none.
-        blocks: which samples are validation data.
-    """
-
-    motion: Motion
-    Y: Array
-    drawn: Array | None
-    blocks: tuple[tuple[slice, bool], ...]
+    motion: Motion  # with what drives show
+    Y: Array  # columns of β, of what is not known of payloads, and last the force of what is, shape (N, nv, b + 1)
+    drawn: Array | None  # what noise of the motion makes of them; None where there is none
+    blocks: tuple[tuple[slice, bool], ...]  # which samples are validation data
 
 
 @dataclass(frozen=True)
 class Evidence:
-    """What all fits of the same motions share, whichever gains they look for.
+    """What all fits of the same motions share, whichever gains they look for."""
 
-    Attributes:
-        parts: the motions.
-        used: of each, which samples are fitted before outliers are left out, shapes (N, nv).
-        rows: of these samples.
-    """
-
-    parts: tuple[DataPart, ...]
-    used: tuple[Flags, ...]
-    rows: Rows
+    parts: tuple[DataPart, ...]  # the motions
+    used: tuple[Flags, ...]  # of each, which samples are fitted before outliers are left out, shapes (N, nv)
+    rows: Rows  # of these samples
 
 
 def evidence(model: LinearModel, moved: Sequence[tuple[int, Motion]], carried: Carried, hold_back: float) -> Evidence:

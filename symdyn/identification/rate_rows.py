@@ -34,21 +34,13 @@ INPUTS, STATES, RATES = "inputs", "internal", "rates"
 
 @dataclass(frozen=True)
 class RateRows:
-    """What measured states say, linear in parameters.
+    """What measured states say, linear in parameters."""
 
-    Attributes:
-        names: of the parameters, shape (p,).
-        values: their values in the scene; None where it has none.
-        units: of the rows, shape (ns,).
-        slopes: of columns by name, as of `apart`, and q̇, to Y, shape (N, ns, p).
-        known: likewise to -r, shape (N, ns).
-    """
-
-    names: tuple[str, ...]
-    values: tuple[Expr | None, ...]
-    units: tuple[str, ...]
-    slopes: Callable[[Mapping[str, Array]], Array]
-    known: Callable[[Mapping[str, Array]], Array]
+    names: tuple[str, ...]  # of the parameters, shape (p,)
+    values: tuple[Expr | None, ...]  # their values in the scene; None where it has none
+    units: tuple[str, ...]  # of the rows, shape (ns,)
+    slopes: Callable[[Mapping[str, Array]], Array]  # of columns by name, as of `apart`, and q̇, to Y, shape (N, ns, p)
+    known: Callable[[Mapping[str, Array]], Array]  # likewise to -r, shape (N, ns)
 
 
 def width(scene: Scene) -> int:

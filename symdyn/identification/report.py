@@ -357,17 +357,11 @@ COMMENTED = {"toml": _hashes, "urdf": _xml}
 
 @dataclass(frozen=True)
 class Outcome:
-    """What is to be written about.
+    """What is to be written about."""
 
-    Attributes:
-        identification: the identification.
-        total_mass: of all bodies, kg; None leaves it to the data.
-        command: that made it.
-    """
-
-    identification: Identification
-    total_mass: float | None
-    command: str
+    identification: Identification  # the identification
+    total_mass: float | None  # of all bodies, kg; None leaves it to the data
+    command: str  # that made it
 
     @cached_property
     def made(self) -> Identified:

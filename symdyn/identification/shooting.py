@@ -57,27 +57,16 @@ class ShootingRun:
 
 @dataclass(frozen=True)
 class Shooting:
-    """One piece of a log, ready to be run at any values.
+    """One piece of a log, ready to be run at any values."""
 
-    Attributes:
-        scene: the mechanism, its parameters bound.
-        parameters: names of those that are varied.
-        forces: what drives it.
-        t: times of the samples, s, shape (N,).
-        start: state that moves of the start are counted from, shape (nx,).
-        chosen: independent positions and velocities.
-        steps: between two samples.
-        nodes: steps with what tables give at them, shape (N - 1, steps).
-    """
-
-    scene: Scene
-    parameters: tuple[str, ...]
-    forces: Forces
-    t: Array
-    start: Array
-    chosen: tuple[list[int], list[int]]
-    steps: int
-    nodes: tuple[tuple[Nodes, ...], ...]
+    scene: Scene  # the mechanism, its parameters bound
+    parameters: tuple[str, ...]  # names of those that are varied
+    forces: Forces  # what drives it
+    t: Array  # times of the samples, s, shape (N,)
+    start: Array  # state that moves of the start are counted from, shape (nx,)
+    chosen: tuple[list[int], list[int]]  # independent positions and velocities
+    steps: int  # between two samples
+    nodes: tuple[tuple[Nodes, ...], ...]  # steps with what tables give at them, shape (N - 1, steps)
 
     def along(self, values: Mapping[str, float]) -> Flow:
         """Return the flow at values of the parameters.
@@ -212,17 +201,11 @@ FIRST = 12
 
 @dataclass(frozen=True)
 class Measured:
-    """A piece of a log.
+    """A piece of a log."""
 
-    Attributes:
-        t: times, s, shape (N,).
-        x: what was measured, shape (N, m).
-        forces: what drives the mechanism.
-    """
-
-    t: Array
-    x: Array
-    forces: Forces
+    t: Array  # times, s, shape (N,)
+    x: Array  # what was measured, shape (N, m)
+    forces: Forces  # what drives the mechanism
 
 
 def read_measured(

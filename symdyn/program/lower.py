@@ -252,15 +252,10 @@ class RowLoop:
 
 @dataclass(frozen=True)
 class PairLoop:
-    """Lines before a loop over pairs of velocities, which has the same form for all scenes.
+    """Lines before a loop over pairs of velocities, which has the same form for all scenes."""
 
-    Attributes:
-        program: of one function, the lines; its entries are the numbers of all velocities.
-        velocities: whose pairs there are.
-    """
-
-    program: Program
-    velocities: Velocities
+    program: Program  # of one function, the lines; its entries are the numbers of all velocities
+    velocities: Velocities  # whose pairs there are
 
     HOW: ClassVar = "in runs of pairs"
 

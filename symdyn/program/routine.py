@@ -52,23 +52,14 @@ class RoutineStep:
 
 @dataclass(frozen=True)
 class Routine:
-    """One function as straight-line code.
+    """One function as straight-line code."""
 
-    Attributes:
-        function: what it computes; its entries are nodes of the program's graph.
-        inputs: names of the argument entries that are needed, in calling order.
-        steps: named intermediate results, each after all it needs.
-        unused: names of the arguments of which no entry is needed.
-        binding: operations of one call by binding time, as `Counts.by_binding` gives them.
-        operations: which there are.
-    """
-
-    function: Function
-    inputs: tuple[RoutineStep, ...]
-    steps: tuple[RoutineStep, ...]
-    unused: tuple[str, ...]
-    binding: Mapping[str, Counts]
-    operations: frozenset[Op]
+    function: Function  # what it computes; its entries are nodes of the program's graph
+    inputs: tuple[RoutineStep, ...]  # names of the argument entries that are needed, in calling order
+    steps: tuple[RoutineStep, ...]  # named intermediate results, each after all it needs
+    unused: tuple[str, ...]  # names of the arguments of which no entry is needed
+    binding: Mapping[str, Counts]  # operations of one call by binding time, as `Counts.by_binding` gives them
+    operations: frozenset[Op]  # which there are
 
     @property
     def counts(self) -> Counts:

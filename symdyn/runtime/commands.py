@@ -117,21 +117,13 @@ Words = tuple[str, ...]
 
 @dataclass(frozen=True)
 class Needs:
-    """What code needs beside its own text.
+    """What code needs beside its own text."""
 
-    Attributes:
-        headers: folders of headers.
-        libraries: folder and name of import libraries, which Windows links against.
-        exports: functions that callers look up; where a library hands out none by itself they are named.
-        loose: whether names may stay open until the library is loaded (macOS says so).
-        soon: whether to compile soon rather than well.
-    """
-
-    headers: Words = ()
-    libraries: tuple[tuple[str, str], ...] = ()
-    exports: Words = ()
-    loose: bool = False
-    soon: bool = False
+    headers: Words = ()  # folders of headers
+    libraries: tuple[tuple[str, str], ...] = ()  # folder and name of import libraries, which Windows links against
+    exports: Words = ()  # functions that callers look up; where a library hands out none by itself they are named
+    loose: bool = False  # whether names may stay open until the library is loaded (macOS says so)
+    soon: bool = False  # whether to compile soon rather than well
 
 
 @dataclass(frozen=True)

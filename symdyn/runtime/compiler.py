@@ -60,23 +60,14 @@ class CompilerFault(BuildError):  # noqa: N818  that of a program, not of ours
 
 @dataclass(frozen=True)
 class CompiledLanguage:
-    """What a compiler is looked for.
+    """What a compiler is looked for."""
 
-    Attributes:
-        name: as people call it.
-        variable: environment variable that names a compiler.
-        candidates: commands that are looked for, in this order.
-        dialect: how a command is spoken to.
-        zig: what the ziglang package calls its own; "" where it has none.
-        ways_out: what to do where there is none, or it fails.
-    """
-
-    name: str
-    variable: str
-    candidates: tuple[str, ...]
-    dialect: Callable[[Sequence[str]], Dialect]
-    zig: str
-    ways_out: Callable[[], str]
+    name: str  # as people call it
+    variable: str  # environment variable that names a compiler
+    candidates: tuple[str, ...]  # commands that are looked for, in this order
+    dialect: Callable[[Sequence[str]], Dialect]  # how a command is spoken to
+    zig: str  # what the ziglang package calls its own; "" where it has none
+    ways_out: Callable[[], str]  # what to do where there is none, or it fails
 
 
 def _ways_out() -> str:
@@ -105,23 +96,14 @@ CUDA = CompiledLanguage(
 
 @dataclass(frozen=True)
 class Compiler:
-    """A compiler: the words of its command line, and what it says about itself.
+    """A compiler: the words of its command line, and what it says about itself."""
 
-    Attributes:
-        command: words of the command line.
-        version: its own words.
-        machine: flags that say for which machine it compiles.
-        features: of that machine, as the compiler's macros tell; native code is kept apart by them.
-        dialect: how it is spoken to.
-        language: what it compiles.
-    """
-
-    command: tuple[str, ...]
-    version: str
-    machine: tuple[str, ...] = ()
-    features: str = ""
-    dialect: Dialect = GNU
-    language: CompiledLanguage = C
+    command: tuple[str, ...]  # words of the command line
+    version: str  # its own words
+    machine: tuple[str, ...] = ()  # flags that say for which machine it compiles
+    features: str = ""  # of that machine, as the compiler's macros tell; native code is kept apart by them
+    dialect: Dialect = GNU  # how it is spoken to
+    language: CompiledLanguage = C  # what it compiles
 
 
 def find_compiler(requested: str | None = None, machine: str = "native", language: CompiledLanguage = C) -> Compiler:

@@ -56,19 +56,12 @@ ROOM = 1 << 20
 
 @dataclass(frozen=True)
 class LibraryKind:
-    """A kind of shared library.
+    """A kind of shared library."""
 
-    Attributes:
-        suffix: how its file name ends.
-        needs: what the code needs beside its own text.
-        abi: what else it is compiled against, for the cache's key.
-        open: loads the file of a path; OSError or ImportError where it is none of this kind.
-    """
-
-    suffix: str
-    needs: Needs
-    abi: tuple[str, ...]
-    open: Callable[[str], Any]
+    suffix: str  # how its file name ends
+    needs: Needs  # what the code needs beside its own text
+    abi: tuple[str, ...]  # what else it is compiled against, for the cache's key
+    open: Callable[[str], Any]  # loads the file of a path; OSError or ImportError where it is none of this kind
 
 
 PLAIN = LibraryKind(SUFFIX, NOTHING, (), ctypes.CDLL)

@@ -29,15 +29,10 @@ Places = tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]
 
 
 class ForwardBlocks(NamedTuple):
-    """Second derivatives of u̇, entry i, k, j being X_j X_k u̇_i; those by q̇ and τ, and by τ twice, are zero.
+    """Second derivatives of u̇, entry i, k, j being X_j X_k u̇_i; those by q̇ and τ, and by τ twice, are zero."""
 
-    Attributes:
-        q: k of q, j over q, q̇, τ, shape (nv, nv, 3 nv).
-        qd: k and j of q̇, shape (nv, nv, nv).
-    """
-
-    q: Array
-    qd: Array
+    q: Array  # k of q, j over q, q̇, τ, shape (nv, nv, 3 nv)
+    qd: Array  # k and j of q̇, shape (nv, nv, nv)
 
 
 @dataclass(frozen=True)

@@ -153,19 +153,12 @@ DESIGNS: Mapping[str, Plan] = {
 
 @dataclass(frozen=True)
 class Design:
-    """Which values are tried together.
+    """Which values are tried together."""
 
-    Attributes:
-        kind: a key of `DESIGNS`.
-        over: what is varied, in order.
-        count: how many runs there are.
-        seed: of what is drawn.
-    """
-
-    kind: str
-    over: tuple[Distribution, ...]
-    count: int
-    seed: int = 0
+    kind: str  # a key of `DESIGNS`
+    over: tuple[Distribution, ...]  # what is varied, in order
+    count: int  # how many runs there are
+    seed: int = 0  # of what is drawn
 
     @property
     def names(self) -> tuple[str, ...]:

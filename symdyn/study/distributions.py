@@ -196,21 +196,13 @@ DISTRIBUTIONS: Mapping[str, DistributionKind] = {
 
 @dataclass(frozen=True)
 class Distribution:
-    """What one name is varied over.
+    """What one name is varied over."""
 
-    Attributes:
-        name: of a parameter, a coordinate or a velocity at the start, or a symbol in a force.
-        text: as a user writes it, behind the name.
-        kind: a key of `DISTRIBUTIONS`; "" of a list as it stands.
-        arguments: of the kind, by key.
-        listed: values of a list as it stands.
-    """
-
-    name: str
-    text: str
-    kind: str = ""
-    arguments: tuple[tuple[str, float], ...] = ()
-    listed: tuple[float, ...] = ()
+    name: str  # of a parameter, a coordinate or a velocity at the start, or a symbol in a force
+    text: str  # as a user writes it, behind the name
+    kind: str = ""  # a key of `DISTRIBUTIONS`; "" of a list as it stands
+    arguments: tuple[tuple[str, float], ...] = ()  # of the kind, by key
+    listed: tuple[float, ...] = ()  # values of a list as it stands
 
     @property
     def values(self) -> Array | None:

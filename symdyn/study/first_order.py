@@ -37,17 +37,11 @@ SYMMETRIC = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Spread:
-    """What is uncertain.
+    """What is uncertain."""
 
-    Attributes:
-        names: parameters, positions and velocities at the start, shape (k,).
-        means: of those that have one of their own, by name; others are as in the scene.
-        covariance: shape (k, k).
-    """
-
-    names: tuple[str, ...]
-    means: Mapping[str, float]
-    covariance: Array
+    names: tuple[str, ...]  # parameters, positions and velocities at the start, shape (k,)
+    means: Mapping[str, float]  # of those that have one of their own, by name; others are as in the scene
+    covariance: Array  # shape (k, k)
 
     def means_by_kind(self, scene: Scene) -> tuple[dict[str, float], dict[str, float], dict[str, float]]:
         """Return the means of parameters, of coordinates and of velocities at the start."""
@@ -224,21 +218,13 @@ NEAR = 0.1
 
 @dataclass(frozen=True)
 class Beside:
-    """The standard deviation of one measure, two ways.
+    """The standard deviation of one measure, two ways."""
 
-    Attributes:
-        measure: its name.
-        first_order: by derivatives.
-        runs: of the runs that have a value.
-        shares: which part of the former's square each name is to blame for.
-        near: whether they agree as far as so many runs can show.
-    """
-
-    measure: str
-    first_order: float
-    runs: float
-    shares: Mapping[str, float]
-    near: bool
+    measure: str  # its name
+    first_order: float  # by derivatives
+    runs: float  # of the runs that have a value
+    shares: Mapping[str, float]  # which part of the former's square each name is to blame for
+    near: bool  # whether they agree as far as so many runs can show
 
 
 def beside(

@@ -85,19 +85,12 @@ ENDED = "ended"
 
 @dataclass(frozen=True)
 class Measured:
-    """One number of every run.
+    """One number of every run."""
 
-    Attributes:
-        name: of its column.
-        formula: as the user writes it.
-        unit: "" where it is not known.
-        function: that gives it of a run; its formula is where that stands.
-    """
-
-    name: str
-    formula: str
-    unit: str = ""
-    function: Callable[[Any], float] | None = None
+    name: str  # of its column
+    formula: str  # as the user writes it
+    unit: str = ""  # "" where it is not known
+    function: Callable[[Any], float] | None = None  # that gives it of a run; its formula is where that stands
 
 
 @dataclass(frozen=True)

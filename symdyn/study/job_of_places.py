@@ -183,17 +183,11 @@ NO_NUMBER = "the function has no finite value"
 
 @dataclass(frozen=True)
 class Called:
-    """A function that is called at places, and what its numbers are called.
+    """A function that is called at places, and what its numbers are called."""
 
-    Attributes:
-        loaded: the function and `prepare`, compiled, if anything is to be prepared.
-        name: of the function.
-        results: a name for each entry of what it returns.
-    """
-
-    loaded: Loaded
-    name: str
-    results: tuple[str, ...]
+    loaded: Loaded  # the function and `prepare`, compiled, if anything is to be prepared
+    name: str  # of the function
+    results: tuple[str, ...]  # a name for each entry of what it returns
 
     @cached_property
     def operands(self) -> tuple[Operand, ...]:

@@ -43,19 +43,12 @@ COLOURS = {"line": "#1f5f99", "fill": "#9cc3e6", "low": "#5b9bd5", "high": "#e08
 
 @dataclass(frozen=True)
 class Plot:
-    """A kind of plot.
+    """A kind of plot."""
 
-    Attributes:
-        description: what it shows, one line.
-        draw: on an axis, from the runs and the name of a measure.
-        fault: why runs have no such plot; "" where they have.
-        height: of one panel, inches, from how many names are varied.
-    """
-
-    description: str
-    draw: Callable[[Any, Runs, str], None]
-    fault: Callable[[Runs], str] = lambda runs: ""
-    height: Callable[[int], float] = lambda names: 2.6
+    description: str  # what it shows, one line
+    draw: Callable[[Any, Runs, str], None]  # on an axis, from the runs and the name of a measure
+    fault: Callable[[Runs], str] = lambda runs: ""  # why runs have no such plot; "" where they have
+    height: Callable[[int], float] = lambda names: 2.6  # of one panel, inches, from how many names are varied
 
 
 def _known(runs: Runs, measure: str) -> tuple[Array, Array]:

@@ -47,19 +47,12 @@ HASH = 32
 
 @dataclass(frozen=True)
 class Hashes:
-    """Hashes of the chunks of an array, each with the sweep, the array and the block that it belongs to.
+    """Hashes of the chunks of an array, each with the sweep, the array and the block that it belongs to."""
 
-    Attributes:
-        sweep: what decides the numbers of the store, as text.
-        name: of the array.
-        chunks: where hashes are, a row a block.
-        column: of `chunks`, where those of this array begin.
-    """
-
-    sweep: str
-    name: str
-    chunks: Chunks
-    column: int
+    sweep: str  # what decides the numbers of the store, as text
+    name: str  # of the array
+    chunks: Chunks  # where hashes are, a row a block
+    column: int  # of `chunks`, where those of this array begin
 
     def of(self, k: int, rows: NDArray[Any]) -> NDArray[np.uint8]:
         """Return the hash of the rows of block k, shape (HASH,)."""
@@ -75,17 +68,11 @@ class Hashes:
 
 @dataclass(frozen=True)
 class Chunks:
-    """An array of a store.
+    """An array of a store."""
 
-    Attributes:
-        folder: of the array.
-        array: of Zarr, opened with `ALL_FILES`.
-        hashes: of its chunks; None of the array of hashes.
-    """
-
-    folder: Path
-    array: Any
-    hashes: Hashes | None = None
+    folder: Path  # of the array
+    array: Any  # of Zarr, opened with `ALL_FILES`
+    hashes: Hashes | None = None  # of its chunks; None of the array of hashes
     _whole: set[int] = field(default_factory=set, compare=False)
 
     def file(self, k: int) -> Path:
@@ -188,13 +175,9 @@ LARGEST = 2**28
 
 
 class Store(Protocol):
-    """What blocks are put into.
+    """What blocks are put into."""
 
-    Attributes:
-        block: runs of a block.
-    """
-
-    block: int
+    block: int  # runs of a block
 
     def left(self) -> Mapping[int, str]:
         """Return the numbers of blocks that are to be made, each with what is spoilt of it, "" where it never was."""

@@ -77,45 +77,30 @@ class Words:
 
 @dataclass(frozen=True)
 class Formula:
-    """left = form, or left = form = right.
+    """left = form, or left = form = right."""
 
-    Attributes:
-        left: key of `Document.names`; "" where the formula starts with `form`.
-        number: the source's equation number, "5.24"; "" for none.
-    """
-
-    left: str
+    left: str  # key of `Document.names`; "" where the formula starts with `form`
     form: Form
-    number: str = ""
+    number: str = ""  # the source's equation number, "5.24"; "" for none
     right: Form | None = None
 
 
 @dataclass(frozen=True)
 class Brace:
-    """One term: form · rate, with the name `under` below an under-brace around form.
+    """One term: form · rate, with the name `under` below an under-brace around form."""
 
-    Attributes:
-        form: the coefficient, as it is printed; its sign belongs to it.
-        under: key of `Document.names`; "" for no brace, where `form` is the name of a long coefficient.
-    """
-
-    form: Form
-    under: str
+    form: Form  # the coefficient, as it is printed; its sign belongs to it
+    under: str  # key of `Document.names`; "" for no brace, where `form` is the name of a long coefficient
     rate: Form
 
 
 @dataclass(frozen=True)
 class Braced:
-    """left = Σ of under-braced terms, as (5.40).
+    """left = Σ of under-braced terms, as (5.40)."""
 
-    Attributes:
-        left: the drive and the other forces; ZERO for a passive joint.
-        value: key of `Document.names`: what the sum is worth, whatever the left-hand side says it shall be.
-    """
-
-    left: Form
+    left: Form  # the drive and the other forces; ZERO for a passive joint
     terms: tuple[Brace, ...]
-    value: str
+    value: str  # key of `Document.names`: what the sum is worth, whatever the left-hand side says it shall be
     number: str = ""
 
     @property
@@ -126,35 +111,23 @@ class Braced:
 
 @dataclass(frozen=True)
 class Matrix:
-    """left = a matrix; of one column a vector or a bivector (force over moment).
+    """left = a matrix; of one column a vector or a bivector (force over moment)."""
 
-    Attributes:
-        left: how it is called; key of `Document.names`.
-        entries: forms, row by row.
-        names: key of `Document.names` of each entry, in order.
-        width: number of columns.
-    """
-
-    left: str
-    entries: tuple[Form, ...]
-    names: tuple[str, ...]
+    left: str  # how it is called; key of `Document.names`
+    entries: tuple[Form, ...]  # forms, row by row
+    names: tuple[str, ...]  # key of `Document.names` of each entry, in order
     number: str = ""
-    width: int = 1
+    width: int = 1  # number of columns
 
 
 @dataclass(frozen=True)
 class Picture:
-    """A drawing.
+    """A drawing."""
 
-    Attributes:
-        svg: a whole <svg> element; ids in it are unique in the document.
-        key: file name without ending, where a format keeps pictures in files.
-    """
-
-    svg: str
+    svg: str  # a whole <svg> element; ids in it are unique in the document
     caption: Words
     alt: str
-    key: str
+    key: str  # file name without ending, where a format keeps pictures in files
 
 
 @dataclass(frozen=True)

@@ -268,15 +268,10 @@ class Prose:
 
 @dataclass
 class Lesson(Prose):
-    """One open chain or tree on one graph while its document is being written.
+    """One open chain or tree on one graph while its document is being written."""
 
-    Attributes:
-        numbers: equation numbers of the source by key of the formula.
-        graph: where its quantities live; one that is given is shared.
-    """
-
-    numbers: Mapping[str, str] = field(default_factory=dict)
-    graph: Graph = field(default_factory=Graph, repr=False)
+    numbers: Mapping[str, str] = field(default_factory=dict)  # equation numbers of the source by key of the formula
+    graph: Graph = field(default_factory=Graph, repr=False)  # where its quantities live; one that is given is shared
 
     def __post_init__(self) -> None:
         """Put the symbols on the graph, parameters first, which is the order that forms print."""

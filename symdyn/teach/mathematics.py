@@ -30,13 +30,9 @@ LARGEST = 60  # denominator of a fraction that no decimal writes: 1/24
 
 @dataclass(frozen=True)
 class _Fractions(Latex):
-    """Writes 1/24 as it is, which six digits do not, and decimals as the language does.
+    """Writes 1/24 as it is, which six digits do not, and decimals as the language does."""
 
-    Attributes:
-        decimal: what stands before them.
-    """
-
-    decimal: str = "."
+    decimal: str = "."  # what stands before them
 
     def number(self, value: Fraction) -> str:
         """Return a number that is not negative."""

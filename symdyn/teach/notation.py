@@ -204,21 +204,13 @@ NUMBERS = {
 
 @dataclass(frozen=True)
 class Erratum:
-    """One place where the text is wrong.
+    """One place where the text is wrong."""
 
-    Attributes:
-        step: key of the step that the box stands behind.
-        number: of the equation.
-        left: what the equation gives, key of `Document.names`; "" where only words are wrong.
-        reads: the right-hand side as printed, with this product's sign; see `LETTERS`.
-        words: key of the sentence that says what is wrong.
-    """
-
-    step: str
-    number: str
-    left: str
-    reads: str
-    words: str
+    step: str  # key of the step that the box stands behind
+    number: str  # of the equation
+    left: str  # what the equation gives, key of `Document.names`; "" where only words are wrong
+    reads: str  # the right-hand side as printed, with this product's sign; see `LETTERS`
+    words: str  # key of the sentence that says what is wrong
 
 
 READS = (

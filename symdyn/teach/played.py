@@ -23,17 +23,11 @@ MOST, DIGITS = 250, 6
 
 @dataclass(frozen=True)
 class Played:
-    """A run that is played.
+    """A run that is played."""
 
-    Attributes:
-        scene: with its contacts.
-        rows: see above; none where nothing runs.
-        frictions: coefficients at rest and of sliding, of each contact with a plane.
-    """
-
-    scene: Scene
-    rows: tuple[tuple[float, ...], ...] = ()
-    frictions: tuple[tuple[float, ...], ...] = ()
+    scene: Scene  # with its contacts
+    rows: tuple[tuple[float, ...], ...] = ()  # see above; none where nothing runs
+    frictions: tuple[tuple[float, ...], ...] = ()  # coefficients at rest and of sliding, of each contact with a plane
 
 
 def played(

@@ -116,33 +116,19 @@ ROWWISE = ("balance", "held", "path", "cone", "open", "momentum", "law", "touch"
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """Points, nodes and stages of a mesh, and how they hang together.
+    """Points, nodes and stages of a mesh, and how they hang together."""
 
-    Attributes:
-        widths: h_n / T of every interval, shape (N,).
-        share: t / T of every point, within its phase, shape (P,).
-        node: points that are nodes, shape (N + phases,).
-        stage: points that are stages, shape (S,).
-        of: of[n, j] is the stage, among the stages, that stage j of interval n is; shape (N, s).
-        target: target[n, r] is the point that defect r of interval n ends at, the end last; shape (N, R).
-        weights: weights[r, j] of stage j in defect r, shape (R, s).
-        quadrature: weight of every stage in an integral, over T; shape (S,).
-        phase: the phase of every point, shape (P,).
-        starts: points where intervals begin, shape (N,).
-        ends: of the nodes those that end intervals, shape (N,).
-    """
-
-    widths: Array
-    share: Array
-    node: Places
-    stage: Places
-    of: Places
-    target: Places
-    weights: Array
-    quadrature: Array
-    phase: Places
-    starts: Places
-    ends: Places
+    widths: Array  # h_n / T of every interval, shape (N,)
+    share: Array  # t / T of every point, within its phase, shape (P,)
+    node: Places  # points that are nodes, shape (N + phases,)
+    stage: Places  # points that are stages, shape (S,)
+    of: Places  # of[n, j] is the stage, among the stages, that stage j of interval n is; shape (N, s)
+    target: Places  # target[n, r] is the point that defect r of interval n ends at, the end last; shape (N, R)
+    weights: Array  # weights[r, j] of stage j in defect r, shape (R, s)
+    quadrature: Array  # weight of every stage in an integral, over T; shape (S,)
+    phase: Places  # the phase of every point, shape (P,)
+    starts: Places  # points where intervals begin, shape (N,)
+    ends: Places  # of the nodes those that end intervals, shape (N,)
 
     @cached_property
     def joints(self) -> Places:

@@ -145,7 +145,7 @@ def written(w: Workspace, free: Sequence[str], formulas: Mapping[str, Sequence[Q
     }
     forces = w.forces(list(w.state.qdd))
     across = [[row[k] for row in G] for k in range(n)]
-    held = [graph.total(x * y for x, y in zip(row, kinds["multiplier"], strict=True)) for row in across]
+    held = [graph.dot(row, kinds["multiplier"]) for row in across]
     for row, force in zip(contacts.rows, contacts.forces, strict=True):
         held = [x + part * force for x, part in zip(held, row, strict=True)]
     acting = [-(w.state.tau[k] if k in own else graph.zero) - held[k] for k in range(n)]
@@ -306,22 +306,14 @@ class Source:
     """Where the functions of a problem come from: the same for every mesh, method and bounds.
 
     Pickled is what they are made from; another process makes them again.
-
-    Attributes:
-        scene: the mechanism.
-        free: names of the parameters that are unknowns.
-        formulas: those of path, running and final.
-        workspace: with the graph that they are written on.
-        written: their entries.
-        locals: the functions, compiled.
     """
 
-    scene: Scene
-    free: tuple[str, ...]
-    formulas: Formulas
-    workspace: Workspace
-    written: Written
-    locals: Mapping[str, Local]
+    scene: Scene  # the mechanism
+    free: tuple[str, ...]  # names of the parameters that are unknowns
+    formulas: Formulas  # those of path, running and final
+    workspace: Workspace  # with the graph that they are written on
+    written: Written  # their entries
+    locals: Mapping[str, Local]  # the functions, compiled
 
     def __reduce__(self) -> tuple[Callable[..., Source], tuple[Scene, tuple[str, ...], Formulas]]:
         """Return the function that makes it, and of what."""

@@ -24,15 +24,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Pieces(ForceTable):
-    """A polynomial in each interval, through the values at the stages; t are the ends of the intervals.
+    """A polynomial in each interval, through the values at the stages; t are the ends of the intervals."""
 
-    Attributes:
-        c: stages within an interval, 0 … 1.
-        values: at the stages, shape (N, s).
-    """
-
-    c: Row = ()
-    values: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    c: Row = ()  # stages within an interval, 0 … 1
+    values: Array = field(default_factory=lambda: np.zeros((0, 0)))  # at the stages, shape (N, s)
 
     @cached_property
     def _curve(self) -> Callable[[Array], Array]:

@@ -357,7 +357,7 @@ def _compiled(source: Source) -> dict[str, Bends]:
         inputs = inputs_of(written, entries)
         symbols = [symbol for _, _, symbol in inputs]
         weights = argument_of(WEIGHTS, symbols_of(w, WEIGHTS, len(entries)))
-        total = w.graph.total(x * y for x, y in zip(weights.symbols, entries, strict=True))
+        total = w.graph.dot(weights.symbols, entries)
         slopes = gradient(total, symbols)
         bent = {
             (i, j): value

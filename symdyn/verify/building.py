@@ -40,17 +40,11 @@ from symdyn.verify.written.readers import READERS, languages
 
 @dataclass(frozen=True)
 class Modules:
-    """What was built of a program.
+    """What was built of a program."""
 
-    Attributes:
-        built: modules by target.
-        missing: targets that this machine cannot run, and what it lacks.
-        refused: the words of what refused the code, behind which nothing more was built; "" for nothing.
-    """
-
-    built: dict[str, Any]
-    missing: tuple[Unclaimed, ...]
-    refused: str = ""
+    built: dict[str, Any]  # modules by target
+    missing: tuple[Unclaimed, ...]  # targets that this machine cannot run, and what it lacks
+    refused: str = ""  # the words of what refused the code, behind which nothing more was built; "" for nothing
 
 
 class Building:
@@ -208,25 +202,15 @@ Array = npt.NDArray[Any]
 
 @dataclass(frozen=True)
 class Blocks:
-    """How the functions over many states of one target were run.
+    """How the functions over many states of one target were run."""
 
-    Attributes:
-        target: which.
-        option: of the target.
-        ways: how states lay, columns or rows.
-        functions: how many.
-        longest: states; every number of them from 0 on was tried.
-        wrong: function, way and length at which a state came out otherwise; "" for none.
-        without: functions that have a value at none of these states, so that nothing was compared.
-    """
-
-    target: str
-    option: str
-    ways: tuple[str, ...]
-    functions: int
-    longest: int
-    wrong: str
-    without: tuple[str, ...] = ()
+    target: str  # which
+    option: str  # of the target
+    ways: tuple[str, ...]  # how states lay, columns or rows
+    functions: int  # how many
+    longest: int  # states; every number of them from 0 on was tried
+    wrong: str  # function, way and length at which a state came out otherwise; "" for none
+    without: tuple[str, ...] = ()  # functions that have a value at none of these states, so that nothing was compared
 
     @property
     def verdict(self) -> str:
@@ -319,17 +303,11 @@ NOWHERE = "no point of a field was found at which all functions are defined"
 
 @dataclass(frozen=True)
 class Texts:
-    """What is known of the files of targets.
+    """What is known of the files of targets."""
 
-    Attributes:
-        written: a row a file.
-        missing: targets whose files cannot be read on this machine, and what it lacks.
-        unshown: what nothing could be compared of, and why.
-    """
-
-    written: tuple[Written, ...]
-    missing: tuple[Unclaimed, ...] = ()
-    unshown: tuple[Unclaimed, ...] = ()
+    written: tuple[Written, ...]  # a row a file
+    missing: tuple[Unclaimed, ...] = ()  # targets whose files cannot be read on this machine, and what it lacks
+    unshown: tuple[Unclaimed, ...] = ()  # what nothing could be compared of, and why
 
 
 def texts_of(building: Building, targets: Sequence[str], requested: bool, seed: int) -> Texts:

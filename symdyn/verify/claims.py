@@ -55,15 +55,10 @@ Looked = tuple[list[Finding], list[Unclaimed]]
 
 @dataclass(frozen=True)
 class About:
-    """The outputs that a law is about.
+    """The outputs that a law is about."""
 
-    Attributes:
-        trees: those of trees, "output_rate:" for any of that kind; None where it is no law of trees.
-        loops: those where loops or rows close the scene; None where it is no law of such.
-    """
-
-    trees: Outputs | None
-    loops: Outputs | None
+    trees: Outputs | None  # those of trees, "output_rate:" for any of that kind; None where it is no law of trees
+    loops: Outputs | None  # those where loops or rows close the scene; None where it is no law of such
 
     def fits(self, scene: Scene, outputs: Collection[str]) -> bool:
         """Tell whether it is a law of scenes of this kind, and about nothing but these outputs."""

@@ -87,7 +87,7 @@ def _balance(w: Workspace) -> Claim:
     motion = dict(zip(w.state.qdd, entries(w, "forward_dynamics"), strict=True))
     forces = substitute(entries(w, "tree_forces"), motion)
     G, x, n = entries(w, "constraint_jacobian"), entries(w, "multipliers"), w.state.n
-    exerted = (w.graph.total(a * b for a, b in zip(G[k::n], x, strict=True)) for k in range(n))
+    exerted = (w.graph.dot(G[k::n], x) for k in range(n))
     right = tuple(tau + force for tau, force in zip(_drives(w), exerted, strict=True))
     return Claim("multipliers", "M qdd + h", "tau + G^T lambda", tuple(forces), right)
 

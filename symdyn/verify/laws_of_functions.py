@@ -124,7 +124,7 @@ def _moved(w: Workspace, functions: Sequence[Expr]) -> list[Expr]:
     seeds = w.state.velocity | dict(zip(w.state.qd, entries(w, "forward_dynamics"), strict=True))
     seeds |= {w.graph.symbol("t"): w.graph.one, **dict(zip(w.states, w.state_rates, strict=True))}
     slopes = (gradient(one, list(seeds)) for one in functions)
-    return [w.graph.total(a * b for a, b in zip(row, seeds.values(), strict=True)) for row in slopes]
+    return [w.graph.dot(row, seeds.values()) for row in slopes]
 
 
 def _rates(w: Workspace) -> Claim:

@@ -51,19 +51,12 @@ SINGLE = 8
 
 @dataclass(frozen=True)
 class _State:
-    """A closed position, velocities that the loops allow, driving forces, and what they make of it.
+    """A closed position, velocities that the loops allow, driving forces, and what they make of it."""
 
-    Attributes:
-        where: the position, in words.
-        values: of all symbols, u̇ among them.
-        moved: u̇, shape (nv,).
-        pulled: Gᵀ λ, shape (nv,).
-    """
-
-    where: str
-    values: dict[Expr, float]
-    moved: Array
-    pulled: Array
+    where: str  # the position, in words
+    values: dict[Expr, float]  # of all symbols, u̇ among them
+    moved: Array  # u̇, shape (nv,)
+    pulled: Array  # Gᵀ λ, shape (nv,)
 
 
 def forward_findings(w: Workspace) -> Looked:

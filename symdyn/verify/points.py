@@ -44,19 +44,12 @@ UNDIVIDED: dict[int, int] = {}
 
 
 class Degree(NamedTuple):
-    """Bounds of one node.
+    """Bounds of one node."""
 
-    Attributes:
-        numerator: degree of N.
-        bits: log2 of the sum of the absolute coefficients of N.
-        scale: exponent of D below.
-        below: exponents of the divisors below (negative: above).
-    """
-
-    numerator: int
-    bits: float = 0.0
-    scale: int = 0
-    below: dict[int, int] = UNDIVIDED
+    numerator: int  # degree of N
+    bits: float = 0.0  # log2 of the sum of the absolute coefficients of N
+    scale: int = 0  # exponent of D below
+    below: dict[int, int] = UNDIVIDED  # exponents of the divisors below (negative: above)
 
 
 class Degrees:
@@ -150,15 +143,10 @@ class Degrees:
 
 @dataclass(frozen=True)
 class Bound:
-    """How sure agreement makes us.
+    """How sure agreement makes us."""
 
-    Attributes:
-        degree: of a difference of two sides, multiplied out, and of all that a function or an angle hashes.
-        height: log2 of the norm of its coefficients.
-    """
-
-    degree: int
-    height: float
+    degree: int  # of a difference of two sides, multiplied out, and of all that a function or an angle hashes
+    height: float  # log2 of the norm of its coefficients
 
     def error_log10(self, needs: Needs, primes: int, points: int) -> float:
         """Return log10 of the probability that two different functions agree everywhere.

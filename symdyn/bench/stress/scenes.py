@@ -215,17 +215,11 @@ SINGULAR_BITS = 600
 
 @dataclass(frozen=True)
 class Calls:
-    """A scene's functions, ready to be measured.
+    """A scene's functions, ready to be measured."""
 
-    Attributes:
-        program: of them.
-        others: functions without code.
-        modules: NumPy module and compiled C by name; the second is missing where there is no compiler.
-    """
-
-    program: Program
-    others: Program
-    modules: Mapping[str, Any]
+    program: Program  # of them
+    others: Program  # functions without code
+    modules: Mapping[str, Any]  # NumPy module and compiled C by name; the second is missing where there is no compiler
 
     def function(self, name: str) -> Function:
         """Return the function of an output, with code or without; where loops close, its own name may be another."""
@@ -309,17 +303,11 @@ def calls(
 
 @dataclass(frozen=True)
 class Solved:
-    """How well M qdd = tau - h was solved, infinity norms.
+    """How well M qdd = tau - h was solved, infinity norms."""
 
-    Attributes:
-        forward: |qdd - true| / (n eps |M^-1| (|M||qdd| + |h| + |tau|)).
-        backward: |M qdd + h - tau| / (eps (|M||qdd| + |h| + |tau|)).
-        where: implementation and state.
-    """
-
-    forward: float
-    backward: float
-    where: str
+    forward: float  # |qdd - true| / (n eps |M^-1| (|M||qdd| + |h| + |tau|))
+    backward: float  # |M qdd + h - tau| / (eps (|M||qdd| + |h| + |tau|))
+    where: str  # implementation and state
 
 
 EPSILON = 2.0**-52

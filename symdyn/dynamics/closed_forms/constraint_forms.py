@@ -32,21 +32,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Neighbours:
-    """A joint that only turns and the next one below it.
+    """A joint that only turns and the next one below it."""
 
-    Attributes:
-        q: the joint's coordinate.
-        below: the coordinate of the next revolute joint towards the ground; None if there is none.
-        alignment: cosine of the angle between the two axes, which is ±1 for parallel ones.
-        stand: name of the body that carries the axis, with joints between that do not turn it.
-        axis: the axis as that body sees it.
-    """
-
-    q: Expr
-    below: Expr | None
-    alignment: Expr
-    stand: str
-    axis: Vec
+    q: Expr  # the joint's coordinate
+    below: Expr | None  # the coordinate of the next revolute joint towards the ground; None if there is none
+    alignment: Expr  # cosine of the angle between the two axes, which is ±1 for parallel ones
+    stand: str  # name of the body that carries the axis, with joints between that do not turn it
+    axis: Vec  # the axis as that body sees it
 
 
 def _axis(joint: Joint, graph: Graph) -> Vec | None:

@@ -55,31 +55,18 @@ EFFORT = 4_000_000
 
 @dataclass(frozen=True)
 class Assembly:
-    """A closed position of a mechanism.
+    """A closed position of a mechanism."""
 
-    Attributes:
-        q: coordinates, shape (nq,); rad, m or 1.
-        parameters: values that free parameters were given to look at the mechanism at all.
-        residual: largest residual that is left, m or 1.
-        length: the characteristic length, m, by which velocities of slides are divided and forces multiplied.
-        smallest: the singular value of the dimensionless G, all rows, that vanishes first.
-        rank: rank of G in general, at generic configurations.
-        here: rank of G at q itself; less at a change point.
-        regular: q itself, or at a change point a generic configuration, where the rank is `rank`.
-        configurations: generic ones, closed, shape (nq,) each.
-        notes: what a user should know, such as that the position is near a change point.
-    """
-
-    q: tuple[float, ...]
-    parameters: tuple[tuple[str, float], ...]
-    residual: float
-    length: float
-    smallest: float
-    rank: int
-    here: int
-    regular: tuple[float, ...]
-    configurations: tuple[tuple[float, ...], ...]
-    notes: tuple[str, ...] = ()
+    q: tuple[float, ...]  # coordinates, shape (nq,); rad, m or 1
+    parameters: tuple[tuple[str, float], ...]  # values that free parameters were given to look at the mechanism at all
+    residual: float  # largest residual that is left, m or 1
+    length: float  # the characteristic length, m, by which velocities of slides are divided and forces multiplied
+    smallest: float  # the singular value of the dimensionless G, all rows, that vanishes first
+    rank: int  # rank of G in general, at generic configurations
+    here: int  # rank of G at q itself; less at a change point
+    regular: tuple[float, ...]  # q itself, or at a change point a generic configuration, where the rank is `rank`
+    configurations: tuple[tuple[float, ...], ...]  # generic ones, closed, shape (nq,) each
+    notes: tuple[str, ...] = ()  # what a user should know, such as that the position is near a change point
 
 
 def closed_position(

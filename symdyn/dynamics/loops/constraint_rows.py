@@ -360,7 +360,7 @@ def _linear_row(name: str, left: Quantity, scene: Scene, state: State, graph: Gr
             f"{scene.name}: constraints.{name}: the formula is not linear in the velocities; "
             "write a sum of terms coefficient * velocity, without a constant term"
         )
-    bias = graph.total(rate * qd for rate, qd in zip(tangents(entries, state.velocity), state.qd, strict=True))
+    bias = graph.dot(tangents(entries, state.velocity), state.qd)
     return Label(name), graph.zero, entries, bias
 
 
@@ -384,7 +384,7 @@ def differentiated(scene: Scene, graph: Graph, state: State) -> Constraints:
             continue
         residual = cut.residual(X)
         for k, (F, N) in enumerate(cut.wrenches(X)):
-            power = graph.total(a * b for a, b in zip((*F, *N), (*velocity, *turning), strict=True))
+            power = graph.dot((*F, *N), (*velocity, *turning))
             entries.append((_label(cut, k, (F, N)), residual[k], *_slopes(power, state)))
     for name, left in _formulas(scene):
         label = Label(name)

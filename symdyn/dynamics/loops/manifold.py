@@ -83,7 +83,7 @@ class Manifold:
         return [rate + rest for rate, rest in zip(self._through(self.G, self.state.qdd), self.bias, strict=True)]
 
     def _through(self, rows: Matrix, x: Sequence[Expr]) -> list[Expr]:
-        return [self.graph.total(entry * one for entry, one in zip(row, x, strict=True)) for row in rows]
+        return [self.graph.dot(row, x) for row in rows]
 
     # Seeds of the columns of a Jacobian
 
@@ -165,7 +165,7 @@ class Manifold:
             found[name] = self._left(self.G, self.partition, slopes, y)
             fixed = [self.graph.symbol(f"y {name}[{k}]") for k in range(len(y))]
             known |= dict(zip(fixed, y, strict=True))
-            phi = phi - self.graph.total(a * x for a, x in zip(fixed, vanishing, strict=True))
+            phi = phi - self.graph.dot(fixed, vanishing)
         partial = dict(zip(state.q, substitute(gradient(phi, state.q, partials), known), strict=True))
         slopes = [self.graph.total(h * partial[q] for q, h in seeds.items()) for seeds in self.along]
         y = self.position_partition.solve_transposed(self.position_rows, slopes)

@@ -40,35 +40,20 @@ NOTHING = 1e-7
 
 @dataclass(frozen=True)
 class Mobility:
-    """Degrees of freedom of a mechanism, and what is to be said about them.
+    """Degrees of freedom of a mechanism, and what is to be said about them."""
 
-    Attributes:
-        spatial: counted by eq. (5.20).
-        by_loops: counted loop by loop, planar ones in their plane.
-        by_rank: nv less the rank of G: what it is.
-        here: the same at the assembled position itself; more at a change point.
-        planar: names of the planar loops.
-        independent: names of the velocities chosen as independent.
-        drives: names of the driving forces.
-        idle: idle motions: spins and slides of one body that move nothing else.
-        redundant: constraints that are left out, in words.
-        not_unique: constraints whose multipliers rigid bodies do not determine, in words.
-        smallest: smallest singular value of the dimensionless independent constraints, where that is not zero.
-        notes: diagnosis, one sentence each.
-    """
-
-    spatial: int
-    by_loops: int
-    by_rank: int
-    here: int
-    planar: tuple[str, ...]
-    independent: tuple[str, ...]
-    drives: tuple[str, ...]
-    idle: tuple[str, ...]
-    redundant: tuple[str, ...]
-    not_unique: tuple[str, ...]
-    smallest: float
-    notes: tuple[str, ...]
+    spatial: int  # counted by eq. (5.20)
+    by_loops: int  # counted loop by loop, planar ones in their plane
+    by_rank: int  # nv less the rank of G: what it is
+    here: int  # the same at the assembled position itself; more at a change point
+    planar: tuple[str, ...]  # names of the planar loops
+    independent: tuple[str, ...]  # names of the velocities chosen as independent
+    drives: tuple[str, ...]  # names of the driving forces
+    idle: tuple[str, ...]  # idle motions: spins and slides of one body that move nothing else
+    redundant: tuple[str, ...]  # constraints that are left out, in words
+    not_unique: tuple[str, ...]  # constraints whose multipliers rigid bodies do not determine, in words
+    smallest: float  # smallest singular value of the dimensionless independent constraints, where that is not zero
+    notes: tuple[str, ...]  # diagnosis, one sentence each
 
 
 def mobility(scene: Scene, closing: LoopChoices = LoopChoices()) -> Mobility:  # noqa: B008  frozen

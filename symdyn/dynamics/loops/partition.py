@@ -94,14 +94,14 @@ class _Minors:
 def solve_normal(B: Matrix, b: Sequence[Expr]) -> list[Expr]:
     """Return x with Bᵀ B x = Bᵀ b by Lᵀ D L: B⁻¹ b, or the least squares of more equations than unknowns."""
     graph, columns = B[0][0].graph, zip(*B, strict=True)
-    right = [[graph.total(x * y for x, y in zip(column, b, strict=True))] for column in columns]
+    right = [[graph.dot(column, b)] for column in columns]
     return [row[0] for row in squared(B).solve(right)]
 
 
 def squared(B: Matrix) -> Factored:
     """Return Bᵀ B factored."""
     graph, columns = B[0][0].graph, list(zip(*B, strict=True))
-    square = [[graph.total(x * y for x, y in zip(one, other, strict=True)) for other in columns] for one in columns]
+    square = [[graph.dot(one, other) for other in columns] for one in columns]
     return factored(graph, range(-1, len(columns)), square)
 
 

@@ -211,40 +211,24 @@ Side = tuple[Expr, ...]
 
 @dataclass(frozen=True)
 class Partitioned:
-    """What all right-hand sides have in common.
+    """What all right-hand sides have in common."""
 
-    Attributes:
-        M: of the spanning tree, shape (nv, nv).
-        G: independent constraint rows, shape (m, nv).
-        partition: of the velocities, all its blocks square.
-        motion: T, without velocities whose motion is prescribed.
-        mass: Tᵀ M T factored.
-    """
-
-    M: Matrix
-    G: Matrix
-    partition: Partition
-    motion: Reduction
-    mass: Factored
+    M: Matrix  # of the spanning tree, shape (nv, nv)
+    G: Matrix  # independent constraint rows, shape (m, nv)
+    partition: Partition  # of the velocities, all its blocks square
+    motion: Reduction  # T, without velocities whose motion is prescribed
+    mass: Factored  # Tᵀ M T factored
 
 
 @dataclass
 class SolveSteps:
-    """A solve as steps on rows of a table of right-hand sides: the result, λ or x, first, then intermediate rows.
+    """A solve as steps on rows of a table of right-hand sides: the result, λ or x, first, then intermediate rows."""
 
-    Attributes:
-        given: what is common to all right-hand sides.
-        multipliers: whether λ is the result.
-        sides: right-hand sides by row of the table; a row without one, and without a step yet, is zero.
-        steps: so far.
-        stepped: their rows.
-    """
-
-    given: Partitioned
-    multipliers: bool
-    sides: dict[int, Side]
-    steps: list[RowStep] = field(default_factory=list)
-    stepped: set[int] = field(default_factory=set)
+    given: Partitioned  # what is common to all right-hand sides
+    multipliers: bool  # whether λ is the result
+    sides: dict[int, Side]  # right-hand sides by row of the table; a row without one, and without a step yet, is zero
+    steps: list[RowStep] = field(default_factory=list)  # so far
+    stepped: set[int] = field(default_factory=set)  # their rows
 
     @cached_property
     def indices(self) -> dict[int, int]:

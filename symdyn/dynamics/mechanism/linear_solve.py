@@ -30,17 +30,11 @@ from symdyn.scene import Scene
 
 @dataclass(frozen=True)
 class RowStep:
-    """One row after another one.
+    """One row after another one."""
 
-    Attributes:
-        row: t, which row becomes another one.
-        scale: s, by what it is multiplied before.
-        terms: (f_k, k), what is taken away, in order.
-    """
-
-    row: int
-    scale: Expr
-    terms: tuple[tuple[Expr, int], ...]
+    row: int  # t, which row becomes another one
+    scale: Expr  # s, by what it is multiplied before
+    terms: tuple[tuple[Expr, int], ...]  # (f_k, k), what is taken away, in order
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,19 +212,12 @@ def solve(parent: Sequence[int], M: list[list[Expr]], b: Sequence[Expr]) -> list
 
 @dataclass(frozen=True)
 class Factored:
-    """M = Lᵀ D L, for many right sides: one reciprocal a pivot in place of a division an entry.
+    """M = Lᵀ D L, for many right sides: one reciprocal a pivot in place of a division an entry."""
 
-    Attributes:
-        graph: where the entries live.
-        parent: as for `solve`.
-        L: entries below the diagonal, row by row; what stands above is no part, and D on it.
-        reciprocal: 1/D.
-    """
-
-    graph: Graph
-    parent: Sequence[int]
-    L: list[list[Expr]]
-    reciprocal: list[Expr]
+    graph: Graph  # where the entries live
+    parent: Sequence[int]  # as for `solve`
+    L: list[list[Expr]]  # entries below the diagonal, row by row; what stands above is no part, and D on it
+    reciprocal: list[Expr]  # 1/D
 
     @property
     def pivots(self) -> list[Expr]:
@@ -295,7 +282,7 @@ class Factored:
             for j in _path(self.parent, self.parent[i + 1]):
                 Y[i] = self._less(Y[i], i + 1, j, Y[j - 1])
         Z = [[entry * d for entry, d in zip(row, self.reciprocal, strict=True)] for row in Y]
-        lower = [[self.graph.total(z * y for z, y in zip(Z[i], Y[j], strict=True)) for j in n[: i + 1]] for i in n]
+        lower = [[self.graph.dot(Z[i], Y[j]) for j in n[: i + 1]] for i in n]
         return [[lower[max(i, j)][min(i, j)] for j in n] for i in n]
 
 

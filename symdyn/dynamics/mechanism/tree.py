@@ -281,19 +281,12 @@ def body_inertia(body: Body, graph: Graph) -> Inertia:
 
 @dataclass(frozen=True)
 class SphericalRotor:
-    """The rotor of one ball; see the module's legend.
+    """The rotor of one ball; see the module's legend."""
 
-    Attributes:
-        inertia: a, kg m^2.
-        velocities: numbers from 0 of the three velocities.
-        S: one a velocity, in axes behind the first turn, or (a quaternion's) in the moved ones.
-        bent: pairs m < k with S_m × S_k.
-    """
-
-    inertia: Expr
-    velocities: tuple[int, ...]
-    S: tuple[Vec, ...]
-    bent: tuple[tuple[int, int, Vec], ...]
+    inertia: Expr  # a, kg m^2
+    velocities: tuple[int, ...]  # numbers from 0 of the three velocities
+    S: tuple[Vec, ...]  # one a velocity, in axes behind the first turn, or (a quaternion's) in the moved ones
+    bent: tuple[tuple[int, int, Vec], ...]  # pairs m < k with S_m × S_k
 
     def forces(self, qd: Sequence[Expr], qdd: Sequence[Expr]) -> list[Expr]:
         """Return what turns the rotor along each of the ball's velocities, N m, for those of the scene."""

@@ -37,21 +37,13 @@ from symdyn.spatial import Mat, Transform, dot, zero_vector
 
 @dataclass(frozen=True)
 class Linear:
-    """A scene whose linear parameters are symbols.
+    """A scene whose linear parameters are symbols."""
 
-    Attributes:
-        workspace: of that scene.
-        columns: names of the parameters that are columns.
-        known: what the other symbols stand for.
-        declared: values of the columns' parameters as the scene declares them.
-        requesting: the workspace whose scene it is, with values.
-    """
-
-    workspace: Workspace
-    columns: tuple[str, ...]
-    known: dict[Expr, Expr]
-    declared: tuple[Expr, ...]
-    requesting: Workspace
+    workspace: Workspace  # of that scene
+    columns: tuple[str, ...]  # names of the parameters that are columns
+    known: dict[Expr, Expr]  # what the other symbols stand for
+    declared: tuple[Expr, ...]  # values of the columns' parameters as the scene declares them
+    requesting: Workspace  # the workspace whose scene it is, with values
 
     @classmethod
     def of(cls, w: Workspace) -> Linear:
@@ -142,19 +134,12 @@ ALL = ("m", "mx", "my", "mz", "Jxx", "Jyy", "Jzz", "Jxy", "Jxz", "Jyz")
 
 @dataclass(frozen=True)
 class Base:
-    """Base parameters of the moving bodies, each a symbol.
+    """Base parameters of the moving bodies, each a symbol."""
 
-    Attributes:
-        names: such as "mxR2" or "JxxR1", R1 the frame of the first moving body.
-        symbols: of the parameters, in the same order.
-        values: what they are made of, kg, kg m, kg m^2.
-        tree: the link frames, bodies that have these parameters alone, without rotors.
-    """
-
-    names: tuple[str, ...]
-    symbols: tuple[Expr, ...]
-    values: tuple[Expr, ...]
-    tree: ReducedTree
+    names: tuple[str, ...]  # such as "mxR2" or "JxxR1", R1 the frame of the first moving body
+    symbols: tuple[Expr, ...]  # of the parameters, in the same order
+    values: tuple[Expr, ...]  # what they are made of, kg, kg m, kg m^2
+    tree: ReducedTree  # the link frames, bodies that have these parameters alone, without rotors
 
 
 def base(w: Workspace) -> Base:
@@ -292,7 +277,7 @@ def base_by_lagrange(w: Workspace) -> list[list[Expr]]:
         rates = [tangents(column, w.state.velocity) for column in columns]
         S = [[*body.J[i], body.h[i]] for i in range(3)] + [[*body.h, body.m]]
         for i, j in product(range(4), repeat=2):
-            K = K + S[i][j] * w.graph.total(x * y for x, y in zip(rates[i], rates[j], strict=True)) / 2
+            K = K + S[i][j] * w.graph.dot(rates[i], rates[j]) / 2
         P = P - w.graph.total(S[3][j] * dot(found.tree.gravity, columns[j]) for j in range(4))
     bare = tuple(replace(joint, damping=Quantity.ZERO, dry=None) for joint in w.scene.joints)
     energy = replace(w.energy, K=K, G=P, E=w.graph.zero, scene=replace(w.scene, elements=(), joints=bare))

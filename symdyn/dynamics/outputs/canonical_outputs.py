@@ -36,10 +36,6 @@ def _momenta(w: Workspace) -> tuple[Expr, ...]:
     return direction(w.graph, MOMENTA, w.state.n)
 
 
-def _dot(w: Workspace, a: Sequence[Expr], b: Sequence[Expr]) -> Expr:
-    return w.graph.total(x * y for x, y in zip(a, b, strict=True))
-
-
 def _speeds(w: Workspace) -> list[Expr]:
     """Return u = M⁻¹ p, by what forward dynamics takes."""
     if w.once(cheaper_forward) == "aba":
@@ -62,14 +58,14 @@ def _at(w: Workspace, speeds: Sequence[Expr], entries: Sequence[Expr]) -> list[E
 
 def _energy(w: Workspace) -> list[Expr]:
     """Return H as half of p·u, and heights along the tree."""
-    return [_dot(w, _momenta(w), w.once(_speeds)) / 2 + potential_energy(w.reduced) + w.elastic.energy]
+    return [w.graph.dot(_momenta(w), w.once(_speeds)) / 2 + potential_energy(w.reduced) + w.elastic.energy]
 
 
 def _legendre(w: Workspace) -> list[Expr]:
     """Return H = p·u - L of energies from positions."""
     u = w.once(_lagrange_speeds)
     (L,) = _at(w, u, [w.energy.K - w.energy.P])
-    return [_dot(w, _momenta(w), u) - L]
+    return [w.graph.dot(_momenta(w), u) - L]
 
 
 def _rates(w: Workspace) -> list[Expr]:
@@ -133,7 +129,7 @@ def _routhian_by_definition(w: Workspace) -> list[Expr]:
     rest = [p[i] - w.graph.total(M[i][j] * u[j] for j in range(w.state.n) if j not in cyclic) for i in cyclic]
     known = solve(range(-1, len(cyclic)), [[M[i][j] for j in cyclic] for i in cyclic], rest)
     (L,) = substitute([w.energy.K - w.energy.P], {u[i]: x for i, x in zip(cyclic, known, strict=True)})
-    return [L - _dot(w, [p[i] for i in cyclic], known)]
+    return [L - w.graph.dot([p[i] for i in cyclic], known)]
 
 
 def _named(w: Workspace) -> str:
@@ -146,7 +142,7 @@ def _named(w: Workspace) -> str:
 
 def _accelerating(w: Workspace) -> list[Expr]:
     """Return S = u̇·(½ M u̇ + c) by one recursion."""
-    return [_dot(w, w.state.qdd, w.velocity_forces(list(w.state.qd), [x / 2 for x in w.state.qdd]))]
+    return [w.graph.dot(w.state.qdd, w.velocity_forces(list(w.state.qd), [x / 2 for x in w.state.qdd]))]
 
 
 _row = partial(Output, default_in="request", axes=())

@@ -148,7 +148,7 @@ def _integrate(w: Workspace, way: str) -> list[Expr]:
 def _transposed(rates: Rates, graph: Graph, at: Sequence[int], along: Sequence[int], x: Sequence[Expr]) -> Vec:
     """Return Hᵀ x for three of the velocities."""
     columns = (rates(at, along, unit) for unit in Mat.identity(graph))
-    a, b, c = (graph.total(h * y for h, y in zip(column, x, strict=True)) for column in columns)
+    a, b, c = (graph.dot(column, x) for column in columns)
     return (a, b, c)
 
 

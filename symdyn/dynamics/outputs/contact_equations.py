@@ -44,23 +44,14 @@ and the steps, those behind the first taking it back."""
 
 @dataclass(frozen=True)
 class ContactEquations:
-    """Contacts of a scene, their forces and the accelerations in every mode.
+    """Contacts of a scene, their forces and the accelerations in every mode."""
 
-    Attributes:
-        touches: the contacts, in order.
-        rows: W and γ, m of them: of each its n, and each t where there is friction.
-        free: a, shape (nv,).
-        columns: M⁻¹ Wᵀ by row of W, shape (m, nv).
-        velocities: u, shape (nv,).
-        shared: whether several may hold the same, so that forces are those of least size.
-    """
-
-    touches: tuple[Touch, ...]
-    rows: tuple[Row, ...]
-    free: tuple[Expr, ...]
-    columns: tuple[tuple[Expr, ...], ...]
-    velocities: tuple[Expr, ...]
-    shared: bool = False
+    touches: tuple[Touch, ...]  # the contacts, in order
+    rows: tuple[Row, ...]  # W and γ, m of them: of each its n, and each t where there is friction
+    free: tuple[Expr, ...]  # a, shape (nv,)
+    columns: tuple[tuple[Expr, ...], ...]  # M⁻¹ Wᵀ by row of W, shape (m, nv)
+    velocities: tuple[Expr, ...]  # u, shape (nv,)
+    shared: bool = False  # whether several may hold the same, so that forces are those of least size
 
     @cached_property
     def delassus(self) -> list[list[Expr]]:
@@ -188,4 +179,4 @@ def columns_of(w: Workspace, accelerations: Sequence[Expr], row: Row) -> list[Ex
 
 def dot(a: Sequence[Expr], b: Sequence[Expr]) -> Expr:
     """Return Σ a_k b_k."""
-    return b[0].graph.total(x * y for x, y in zip(a, b, strict=True))
+    return b[0].graph.dot(a, b)

@@ -166,7 +166,7 @@ def _touch(w: Workspace, law: Unilateral, rows: Sequence[tuple[Expr, Row]]) -> T
     if isinstance(law, (GapContact, Stop)):
         normal = _row(w, tangents([gap], w.state.velocity)[0])
     closed, held, slip, yields = (graph.symbol(f"{law.name}.{word}") for word in MODE)
-    speeds = [graph.total(t * u for t, u in zip(row.entries, w.state.qd, strict=True)) for row in slips]
+    speeds = [graph.dot(row.entries, w.state.qd) for row in slips]
     speed = graph.sqrt(graph.total(s * s for s in speeds) + Fraction(1, 10**24))  # never zero
     directions = tuple(slip * s / speed for s in speeds) if len(speeds) > 1 else (slip,) * len(speeds)
     active = None if law.active is None else law.active.express(graph)

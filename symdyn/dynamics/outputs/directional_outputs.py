@@ -56,11 +56,7 @@ def weights(w: Workspace, count: int, row: Output) -> tuple[Expr, ...]:
 def weighted(w: Workspace, row: Output, *place: str) -> Expr:
     """Return φ."""
     entries = entries_of(w, row, *place)
-    return _weighted(w, weights(w, len(entries), row), entries)
-
-
-def _weighted(w: Workspace, weights: Sequence[Expr], entries: Sequence[Expr]) -> Expr:
-    return w.graph.total(a * f for a, f in zip(weights, entries, strict=True))
+    return w.graph.dot(weights(w, len(entries), row), entries)
 
 
 # J d and wᵀ J
@@ -76,7 +72,7 @@ def pulled_back(
     w: Workspace, entries: Sequence[Expr], weights: Sequence[Expr], space: TangentSpace, formulation: str, along: Ways
 ) -> list[Expr]:
     """Return wᵀ J of entries by one sweep backwards, likewise."""
-    phi = _weighted(w, weights, entries)
+    phi = w.graph.dot(weights, entries)
     sweep = partial(space.pullback, w, formulation, along, phi)
     return sweep() if formulation == "lagrange" else cheaper(w, [phi], sweep)
 
@@ -90,7 +86,7 @@ def jvp(w: Workspace, row: Output, along: Ways, *place: str) -> list[Expr]:
 def jvp_of_rows(w: Workspace, row: Output, along: Ways, *place: str) -> list[Expr]:
     """Return J d from J."""
     J, d = reverse(entries_of(w, row, *place), FREE.seeds(w, "", along)), amounts(w, along)
-    return [w.graph.total(a * b for a, b in zip(J[k : k + len(d)], d, strict=True)) for k in range(0, len(J), len(d))]
+    return [w.graph.dot(J[k : k + len(d)], d) for k in range(0, len(J), len(d))]
 
 
 def vjp(w: Workspace, row: Output, along: Ways, *place: str) -> list[Expr]:
@@ -103,7 +99,7 @@ def vjp_of_columns(w: Workspace, row: Output, along: Ways, *place: str) -> list[
     """Return wᵀ J from J."""
     entries = entries_of(w, row, *place)
     columns = (tangents(entries, one) for one in FREE.seeds(w, "", along))
-    return [_weighted(w, weights(w, len(entries), row), column) for column in columns]
+    return [w.graph.dot(weights(w, len(entries), row), column) for column in columns]
 
 
 # Second order

@@ -71,23 +71,14 @@ def _held(w: Workspace, by_recursion: bool) -> tuple[list[Row], list[Expr]]:
 
 @dataclass(frozen=True)
 class Held:
-    """The factors of the legend, of velocities whose motion is not prescribed.
+    """The factors of the legend, of velocities whose motion is not prescribed."""
 
-    Attributes:
-        free: those velocities.
-        mass: factors of M.
-        V: shape (free, m).
-        Z: D⁻¹ V.
-        delta: Δ, shape (m, m).
-        right: y, and c γ and what prescribed accelerations add to it.
-    """
-
-    free: list[int]
-    mass: Factored
-    V: Rows
-    Z: Rows
-    delta: Rows
-    right: tuple[list[Expr], list[Expr]]
+    free: list[int]  # those velocities
+    mass: Factored  # factors of M
+    V: Rows  # shape (free, m)
+    Z: Rows  # D⁻¹ V
+    delta: Rows  # Δ, shape (m, m)
+    right: tuple[list[Expr], list[Expr]]  # y, and c γ and what prescribed accelerations add to it
 
     @property
     def wanted(self) -> list[Expr]:

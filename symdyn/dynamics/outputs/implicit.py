@@ -42,19 +42,12 @@ from symdyn.graph import Expr, LocalPartials, substitute, tangents
 
 @dataclass(frozen=True)
 class Implicit:
-    """Equations R(x, y) = 0 and their solution y.
+    """Equations R(x, y) = 0 and their solution y."""
 
-    Attributes:
-        symbols: those of y in R.
-        residual: returns R.
-        values: returns y in terms of x.
-        solve: returns K⁻¹ r for r of R's shape.
-    """
-
-    symbols: tuple[Expr, ...]
-    residual: Callable[[], Sequence[Expr]]
-    values: Callable[[], Sequence[Expr]]
-    solve: Callable[[Sequence[Expr]], list[Expr]]
+    symbols: tuple[Expr, ...]  # those of y in R
+    residual: Callable[[], Sequence[Expr]]  # returns R
+    values: Callable[[], Sequence[Expr]]  # returns y in terms of x
+    solve: Callable[[Sequence[Expr]], list[Expr]]  # returns K⁻¹ r for r of R's shape
 
     def at_solution(self, moved: Sequence[Expr]) -> list[Expr]:
         """Return -δR at y, from δR at symbols for it."""

@@ -335,7 +335,7 @@ def _shaped(w: Workspace, name: str, formulation: str) -> _Shaped:
     drives = [w.state.tau[k] for k in drive_columns(w)]
     own, *worked = substitute([rate, *gradient(rate, drives)], dict.fromkeys(w.state.tau, graph.zero))
     G = [gradient(x, u) for x in worked]
-    square = [[graph.total(a * b for a, b in zip(x, y, strict=True)) for y in G] for x in G]
+    square = [[graph.dot(x, y) for y in G] for x in G]
     try:
         unit = [[graph.one if i == j else graph.zero for j in range(len(G))] for i in range(len(G))]
         solved = [solve(range(-1, len(G)), square, side) for side in unit]
@@ -363,7 +363,7 @@ def _shaping(w: Workspace, name: str, formulation: str) -> list[Expr]:
     ends, middle = (substitute(slopes, {x: x - y * part for x, y in zip(u, along, strict=True)})
                     for part in (graph.one, graph.one / 2))  # fmt: skip
     mean = [(a + 4 * b + c) / 6 for a, b, c in zip(ends, middle, slopes, strict=True)]
-    return _spread(w, [-graph.total(x * y for x, y in zip(one, mean, strict=True)) for one in found.inverse])
+    return _spread(w, [-graph.dot(one, mean) for one in found.inverse])
 
 
 def _unmatched(w: Workspace, name: str, left: Expr) -> str:

@@ -60,17 +60,13 @@ def _least(w: Workspace) -> list[Expr]:
     if not (dependent and found):
         return [*found, *(zero for _ in dependent)]
     G, n = w.loops.G(rows), range(len(dependent))
-    sides = [[_product(w, row, rows.G[k]) for k in dependent] for row in G]
+    sides = [[w.graph.dot(row, rows.G[k]) for k in dependent] for row in G]
     B = [list(row) for row in zip(*squared(list(zip(*G, strict=True))).solve(sides), strict=True)]
-    square = [[_product(w, B[i], B[j]) + (one if i == j else zero) for j in n] for i in n]
-    mu = solve(range(-1, len(n)), square, [_product(w, row, found) for row in B])
+    square = [[w.graph.dot(B[i], B[j]) + (one if i == j else zero) for j in n] for i in n]
+    mu = solve(range(-1, len(n)), square, [w.graph.dot(row, found) for row in B])
     kept = [x - total(B[i][k] * mu[i] for i in n) for k, x in enumerate(found)]
     values = dict(zip((*independent, *dependent), (*kept, *mu), strict=True))
     return [values[k] for k in range(len(rows.G))]
-
-
-def _product(w: Workspace, one: Sequence[Expr], other: Sequence[Expr]) -> Expr:
-    return w.graph.total(a * b for a, b in zip(one, other, strict=True))
 
 
 def _lagrange_least(w: Workspace) -> list[Expr]:
@@ -79,9 +75,9 @@ def _lagrange_least(w: Workspace) -> list[Expr]:
     if not G:
         return [w.graph.zero for _ in rows.G]
     f = w.loops.constraint_forces(w.once(constrained_outputs.lagrange_multipliers), rows)
-    C = [[_product(w, every, one) for one in G] for every in rows.G]
-    y = [one for (one,) in squared(C).solve([[_product(w, row, f)] for row in G])]
-    return [_product(w, row, y) for row in C]
+    C = [[w.graph.dot(every, one) for one in G] for every in rows.G]
+    y = [one for (one,) in squared(C).solve([[w.graph.dot(row, f)] for row in G])]
+    return [w.graph.dot(row, y) for row in C]
 
 
 def _pressure(w: Workspace, by_recursion: bool) -> list[Expr]:
@@ -97,7 +93,7 @@ def _pressure(w: Workspace, by_recursion: bool) -> list[Expr]:
             centroidal.differentiated_momentum_matrix(scene, graph),
         )
         bias = centroidal.differentiated_momentum_bias(scene, graph)
-    x, y, z, *turning = (_product(w, matrix[len(u) * k : len(u) * (k + 1)], u) + bias[k] for k in range(6))
+    x, y, z, *turning = (w.graph.dot(matrix[len(u) * k : len(u) * (k + 1)], u) + bias[k] for k in range(6))
     f = add((x, y, z), scale(-w.mass, g))
     about = add(cross(C, f), (turning[0], turning[1], turning[2]))
     return list(scale(1 / dot(f, g), cross(g, about)))

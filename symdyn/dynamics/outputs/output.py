@@ -30,15 +30,10 @@ PLENTY = 2_000_000
 
 @dataclass(frozen=True)
 class Size:
-    """About how many operations an output takes.
+    """About how many operations an output takes."""
 
-    Attributes:
-        constants: c_1, c_2, ... of the legend, weighed operations as `Counts.cost` has them.
-        solved: e of the legend.
-    """
-
-    constants: tuple[float, ...]
-    solved: float = 0.0
+    constants: tuple[float, ...]  # c_1, c_2, ... of the legend, weighed operations as `Counts.cost` has them
+    solved: float = 0.0  # e of the legend
 
     def times(self, factor: float) -> Size:
         """Return the size of so many of them."""

@@ -252,9 +252,7 @@ OUTPUTS: dict[str, Output] = {
         "J",
         "same",
         {
-            "rnea": Formulation(
-                lambda w: [w.graph.total(p * u for p, u in zip(w.momentum, w.state.qd, strict=True)) / 2]
-            ),
+            "rnea": Formulation(lambda w: [w.graph.dot(w.momentum, w.state.qd) / 2]),
             "lagrange": Formulation(lambda w: [w.energy.K]),
         },
     ),

@@ -175,23 +175,14 @@ RIGHT_SIDES = ("q", "qd")
 
 @dataclass(frozen=True)
 class Forward:
-    """Derivatives of forward dynamics, and what they are solved from, of velocities whose motion is not prescribed.
+    """Derivatives of forward dynamics, and what they are solved from, of velocities whose motion is not prescribed."""
 
-    Attributes:
-        jacobians: the derivatives.
-        accelerations: what is differentiated.
-        factors: of M.
-        rows: right sides -X τ, a column for each of `RIGHT_SIDES`.
-        inverse: M⁻¹.
-        by_inverse: whether rows are multiplied by it.
-    """
-
-    jacobians: Jacobians
-    accelerations: list[Expr]
-    factors: Factored
-    rows: Matrix
-    inverse: Matrix
-    by_inverse: bool
+    jacobians: Jacobians  # the derivatives
+    accelerations: list[Expr]  # what is differentiated
+    factors: Factored  # of M
+    rows: Matrix  # right sides -X τ, a column for each of `RIGHT_SIDES`
+    inverse: Matrix  # M⁻¹
+    by_inverse: bool  # whether rows are multiplied by it
 
 
 def forward_with_factors(w: Workspace) -> Forward:

@@ -200,7 +200,7 @@ def coriolis_times(w: Workspace) -> list[Expr]:
 def _by_matrix(w: Workspace) -> list[Expr]:
     """Return the matrix of Christoffel symbols times v."""
     C = w.composite_christoffel.coriolis_matrix(w.state.qd)
-    return [w.graph.total(x * y for x, y in zip(row, _reference(w), strict=True)) for row in C]
+    return [w.graph.dot(row, _reference(w)) for row in C]
 
 
 def _rest(w: Workspace) -> list[Expr]:
@@ -219,7 +219,7 @@ def _forces(w: Workspace) -> list[Expr]:
 
 def _forces_by_matrices(w: Workspace) -> list[Expr]:
     qdd = direction(w.graph, REFERENCE_RATE, w.state.n)
-    inertial = [w.graph.total(x * y for x, y in zip(row, qdd, strict=True)) for row in w.composite_mass]
+    inertial = [w.graph.dot(row, qdd) for row in w.composite_mass]
     return _sum(inertial, _by_matrix(w), w.gravity_forces, _rest(w))
 
 

@@ -35,21 +35,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Moving:
-    """What the letters of a formula stand for, each worked out when a formula names it.
+    """What the letters of a formula stand for, each worked out when a formula names it."""
 
-    Attributes:
-        w: the workspace whose letters they are.
-        accelerations: shape (nv,).
-        drives: driving forces, shape (nv,).
-        reactions: force and moment of every joint, row by row, in axes.
-        multipliers: of the independent rows.
-    """
-
-    w: Workspace
-    accelerations: Callable[[], Sequence[Expr]]
-    drives: Callable[[], Sequence[Expr]]
-    reactions: Callable[[str], Sequence[Expr]]
-    multipliers: Callable[[], Sequence[Expr]]
+    w: Workspace  # the workspace whose letters they are
+    accelerations: Callable[[], Sequence[Expr]]  # shape (nv,)
+    drives: Callable[[], Sequence[Expr]]  # driving forces, shape (nv,)
+    reactions: Callable[[str], Sequence[Expr]]  # force and moment of every joint, row by row, in axes
+    multipliers: Callable[[], Sequence[Expr]]  # of the independent rows
 
     @classmethod
     def driven(cls, w: Workspace, formulation: str = "recursive") -> Moving:
@@ -125,7 +117,7 @@ class Moving:
             return self.multipliers()[told.index(f"{LETTERS.multiplier}{rope.name}")]
         if recursive:
             length, rates = along(rope, w.scene, w.tree)
-            rate = graph.total(x * u for x, u in zip(rates, w.state.qd, strict=True))
+            rate = graph.dot(rates, w.state.qd)
         else:
             length = strut_way(w.scene, body_placements(w.scene, graph), rope, graph)
             (rate,) = tangents([length], w.state.velocity)

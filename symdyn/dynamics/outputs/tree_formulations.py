@@ -214,7 +214,7 @@ def drives_lagrange(w: Workspace) -> list[Expr]:
 def lagrange_velocity_forces(w: Workspace) -> list[Expr]:
     """Return c = C(q, q̇) q̇ from Christoffel's symbols."""
     C = w.lagrange_christoffel.coriolis_matrix(w.state.qd)
-    return [w.graph.total(c * qd for c, qd in zip(row, w.state.qd, strict=True)) for row in C]
+    return [w.graph.dot(row, w.state.qd) for row in C]
 
 
 class _Term(NamedTuple):

@@ -52,19 +52,12 @@ BALANCED = 1e-6
 
 @dataclass(frozen=True)
 class Component:
-    """One unknown of (5.18).
+    """One unknown of (5.18)."""
 
-    Attributes:
-        joint: its joint, or the scene's row.
-        text: what it is, such as "moment about x" (axes of the joint frame on the parent) or "drive M".
-        unique: whether the motion determines it.
-        value: its size at the motion asked for, the least one where it is not unique; N or N m.
-    """
-
-    joint: str
-    text: str
-    unique: bool
-    value: float
+    joint: str  # its joint, or the scene's row
+    text: str  # what it is, such as "moment about x" (axes of the joint frame on the parent) or "drive M"
+    unique: bool  # whether the motion determines it
+    value: float  # its size at the motion asked for, the least one where it is not unique; N or N m
 
 
 @dataclass(frozen=True)

@@ -235,7 +235,7 @@ class Workspace:
 
     def energies_by_momentum(self) -> tuple[Expr, Expr]:
         """Return K and P by recursion, J."""
-        K = self.graph.total(p * u for p, u in zip(self.momentum, self.state.qd, strict=True)) / 2
+        K = self.graph.dot(self.momentum, self.state.qd) / 2
         return K, potential_energy(self.reduced) + self.elastic.energy
 
     def velocity_forces(self, qd: list[Expr], qdd: list[Expr] | None = None) -> list[Expr]:

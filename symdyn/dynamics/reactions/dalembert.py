@@ -60,25 +60,15 @@ Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 @dataclass(frozen=True)
 class Least:
-    """The least x with A x + b = 0, as far as that can be met.
+    """The least x with A x + b = 0, as far as that can be met."""
 
-    Attributes:
-        x: sizes of the unknowns, N or N m.
-        free: which of them are not unique.
-        rank: of A.
-        missed: the largest part of the equilibrium that nothing balances, N.
-        load: the largest entry of b, N.
-        R: reactions, shape (joints + loops, 6).
-        unique: which of their entries are, the same shape.
-    """
-
-    x: Array
-    free: Flags
-    rank: int
-    missed: float
-    load: float
-    R: Array
-    unique: Flags
+    x: Array  # sizes of the unknowns, N or N m
+    free: Flags  # which of them are not unique
+    rank: int  # of A
+    missed: float  # the largest part of the equilibrium that nothing balances, N
+    load: float  # the largest entry of b, N
+    R: Array  # reactions, shape (joints + loops, 6)
+    unique: Flags  # which of their entries are, the same shape
 
 
 class InNumbers:
@@ -244,6 +234,11 @@ class Equilibrium:
             return cls.of(hanging, planar=True)
         except DerivationError:
             return cls.of(hanging)
+
+    def written(self, bivector: tuple[Sequence[Expr], Sequence[Expr]]) -> list[Expr]:
+        """Return the components that are written."""
+        entries = (*bivector[0], *bivector[1])
+        return [entries[k] for k in self.kept]
 
     @property
     def equations(self) -> int:

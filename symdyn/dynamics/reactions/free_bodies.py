@@ -63,19 +63,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Bivectors:
-    """The known bivectors of one body, frame j.
+    """The known bivectors of one body, frame j."""
 
-    Attributes:
-        action: (5.1).
-        inertia: (5.17).
-        motion: ω_1j, ω̇_1j, acceleration of O_j; axes of frame j.
-        body: mass, first moment, and I_jj of (5.15) about O_j.
-    """
-
-    action: Wrench
-    inertia: Wrench
-    motion: TreeMotion
-    body: Inertia
+    action: Wrench  # (5.1)
+    inertia: Wrench  # (5.17)
+    motion: TreeMotion  # ω_1j, ω̇_1j, acceleration of O_j; axes of frame j
+    body: Inertia  # mass, first moment, and I_jj of (5.15) about O_j
 
     def inertia_for(self, a: Vec) -> Wrench:
         """Return (5.17) for another acceleration of O_j."""

@@ -87,17 +87,11 @@ def with_balls(tree: ReducedTree, H: dict[tuple[int, int], Expr]) -> list[list[E
 
 @dataclass(frozen=True)
 class UnrotatedRun:
-    """A joint of a run across a joint of the ground, and the run's unrotated axes; see the module's legend.
+    """A joint of a run across a joint of the ground, and the run's unrotated axes; see the module's legend."""
 
-    Attributes:
-        first: the transform across the run's first joint, without its rotation and its offset.
-        turn: from the frame of the joint to the unrotated axes at the end of `first`.
-        offset: from there to the origin of the joint's frame, in unrotated axes, m.
-    """
-
-    first: JointTransform
-    turn: PlanarTurn
-    offset: Vec
+    first: JointTransform  # the transform across the run's first joint, without its rotation and its offset
+    turn: PlanarTurn  # from the frame of the joint to the unrotated axes at the end of `first`
+    offset: Vec  # from there to the origin of the joint's frame, in unrotated axes, m
 
     def base_force(self, n: Vec, f: Vec) -> Expr:
         """Return the force along the joint on the ground of a wrench about the joint's origin in unrotated axes."""

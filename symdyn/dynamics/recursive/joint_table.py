@@ -181,21 +181,13 @@ MOST_KINDS = 8
 
 @dataclass(frozen=True, order=True)
 class RowKind:
-    """What all rows of a kind have in common.
+    """What all rows of a kind have in common."""
 
-    Attributes:
-        slides: whether it is prismatic.
-        fixed: of the fixed turns above.
-        shift: how many numbers the shift has, from the first on.
-        has_offset: whether there is an offset along z, which prismatic joints have.
-        rotor: whether there is a rotor.
-    """
-
-    slides: bool
-    fixed: str
-    shift: int
-    has_offset: bool
-    rotor: bool
+    slides: bool  # whether it is prismatic
+    fixed: str  # of the fixed turns above
+    shift: int  # how many numbers the shift has, from the first on
+    has_offset: bool  # whether there is an offset along z, which prismatic joints have
+    rotor: bool  # whether there is a rotor
 
 
 def kinds_of(table: JointTable, few: bool = False) -> list[RowKind]:

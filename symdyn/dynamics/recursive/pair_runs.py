@@ -36,17 +36,11 @@ WAYS, REACH, PAIR = 24, 54, 54
 
 @dataclass(frozen=True, eq=False)
 class PairRuns:
-    """What packed entries are composed of, which code may do in a loop over pairs of velocities.
+    """What packed entries are composed of, which code may do in a loop over pairs of velocities."""
 
-    Attributes:
-        scene: whose parameters the numbers hold.
-        velocities: of its tree.
-        numbers: WAYS and REACH numbers of every velocity, which may be any that are so `grouped`.
-    """
-
-    scene: Scene
-    velocities: Velocities
-    numbers: tuple[Expr, ...]
+    scene: Scene  # whose parameters the numbers hold
+    velocities: Velocities  # of its tree
+    numbers: tuple[Expr, ...]  # WAYS and REACH numbers of every velocity, which may be any that are so `grouped`
 
     EACH: ClassVar = WAYS + REACH
 

@@ -213,21 +213,13 @@ class TableLoop:
 
 @dataclass(frozen=True)
 class LoopAlgorithm:
-    """What a loop does, when it is taken, and what for.
+    """What a loop does, when it is taken, and what for."""
 
-    Attributes:
-        sweeps: what it does at a joint of a kind.
-        fewest: joints from which code is a loop unless it is asked for otherwise.
-        why: what is gained from there on, in words.
-        divides: whether it divides by pivots of the mass matrix, and does not exist where that is singular.
-        few: whether kinds of joints that differ in right angles alone are one.
-    """
-
-    sweeps: Sweeps
-    fewest: int
-    why: str
-    divides: bool = False
-    few: bool = False
+    sweeps: Sweeps  # what it does at a joint of a kind
+    fewest: int  # joints from which code is a loop unless it is asked for otherwise
+    why: str  # what is gained from there on, in words
+    divides: bool = False  # whether it divides by pivots of the mass matrix, and does not exist where that is singular
+    few: bool = False  # whether kinds of joints that differ in right angles alone are one
 
 
 SOONER = "faster, as its code stays in the nearest cache, and compiled at once"

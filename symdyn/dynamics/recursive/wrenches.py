@@ -101,7 +101,7 @@ def joint_forces(scene: Scene, tree: Tree, reduced: ReducedTree) -> list[Expr]:
             continue
         if strut.is_rope:
             length, slopes = along(strut, scene, tree)
-            speed = graph.total(slope * u for slope, u in zip(slopes, state.qd, strict=True))
+            speed = graph.dot(slopes, state.qd)
             pulled = FORCES[strut.kind].pull.force(strut, length, speed)
             forces = [a - pulled * b for a, b in zip(forces, slopes, strict=True)]
             continue

@@ -39,17 +39,11 @@ ANY, SUM, PRODUCT, SIGN, ATOM = range(5)
 
 @dataclass(frozen=True)
 class Spelling:
-    """One row of a target's table.
+    """One row of a target's table."""
 
-    Attributes:
-        pattern: text with {} for each operand; for a leaf, for its name or its digits.
-        binds: how tightly the result binds.
-        wants: least binding of each operand.
-    """
-
-    pattern: str
-    binds: int = ATOM
-    wants: tuple[int, ...] = ()
+    pattern: str  # text with {} for each operand; for a leaf, for its name or its digits
+    binds: int = ATOM  # how tightly the result binds
+    wants: tuple[int, ...] = ()  # least binding of each operand
 
 
 def call(name: str, operands: int = 1) -> Spelling:
@@ -74,17 +68,11 @@ OPERATORS: Mapping[Op, Spelling] = {
 
 @dataclass(frozen=True)
 class Printer:
-    """Writes nodes in one language.
+    """Writes nodes in one language."""
 
-    Attributes:
-        spellings: a row for every `Op`.
-        literal: how a constant is written.
-        tables: what functions that are given by points are called.
-    """
-
-    spellings: Mapping[Op, Spelling]
-    literal: Callable[[Fraction], str]
-    tables: Mapping[Piecewise, str] = field(default_factory=dict)
+    spellings: Mapping[Op, Spelling]  # a row for every `Op`
+    literal: Callable[[Fraction], str]  # how a constant is written
+    tables: Mapping[Piecewise, str] = field(default_factory=dict)  # what functions that are given by points are called
 
     def code(self, node: Expr, names: Mapping[Expr, str], constants: Mapping[Expr, Fraction]) -> str:
         """Return `node` as text: its name if it has one, else written out down to names and constants."""
@@ -173,25 +161,15 @@ SYMPY = _Powers(
 
 @dataclass(frozen=True)
 class ShortSines:
-    """How sines and cosines of one accuracy are computed.
+    """How sines and cosines of one accuracy are computed."""
 
-    Attributes:
-        accuracy: what `--accuracy` calls it: about what functions are right to, relative to their largest entry.
-        real: type of all numbers.
-        bound: no sine or cosine is farther than this from that of the same angle.
-        limit_exponent: angles below 2 to this in size are reduced here, others by the C library.
-        half_pi: the double next to π/2.
-        sine: coefficients of S, lowest power first.
-        cosine: those of C.
-    """
-
-    accuracy: str
-    real: str
-    bound: float
-    limit_exponent: int
-    half_pi: float
-    sine: tuple[float, ...]
-    cosine: tuple[float, ...]
+    accuracy: str  # what `--accuracy` calls it: about what functions are right to, relative to their largest entry
+    real: str  # type of all numbers
+    bound: float  # no sine or cosine is farther than this from that of the same angle
+    limit_exponent: int  # angles below 2 to this in size are reduced here, others by the C library
+    half_pi: float  # the double next to π/2
+    sine: tuple[float, ...]  # coefficients of S, lowest power first
+    cosine: tuple[float, ...]  # those of C
 
     @classmethod
     def accuracies(cls) -> tuple[str, ...]:

@@ -32,19 +32,12 @@ ENOUGH = 6
 
 @dataclass(frozen=True)
 class ExampleInputs:
-    """One argument of the example.
+    """One argument of the example."""
 
-    Attributes:
-        name: in code.
-        scalar: whether it is one number.
-        values: decimal numbers; () for what `prepare` makes there.
-        length: how many there are.
-    """
-
-    name: str
-    scalar: bool
-    values: tuple[str, ...]
-    length: int
+    name: str  # in code
+    scalar: bool  # whether it is one number
+    values: tuple[str, ...]  # decimal numbers; () for what `prepare` makes there
+    length: int  # how many there are
 
 
 @dataclass(frozen=True)

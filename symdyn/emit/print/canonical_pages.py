@@ -121,7 +121,7 @@ def hamilton(scene: Scene) -> Iterator[EquationGroup]:
     )
     try:
         rates = [form.express(graph) for form in found.rates or ()]
-        work = graph.total(p * rate for p, rate in zip(found.nodes, rates, strict=True)) / 2
+        work = graph.dot(found.nodes, rates) / 2
         kinetic = quotient(closed, work)
         slopes = [quotient(closed, x).negative for x in along.slopes(kinetic.express(graph))]
         text = rf"${says.u_i} = \partial H/\partial p_i$, $\dot p_i = -{says.slope.format('H')}{says.turned} + Q_i$"

@@ -326,8 +326,8 @@ class _Page:
         """Yield a section a body: its bivectors, which add up to zero."""
         for j, (body, known) in enumerate(zip(self.scene.bodies, self.system.bodies, strict=True)):
             here = self.index(j)
-            displays = self.bivector("A", here, [self.forms(x) for x in self.kept(known.action)])
-            displays += self.bivector("D", here, [self.forms(x) for x in self.kept(known.inertia)])
+            displays = self.bivector("A", here, [self.forms(x) for x in self.system.written(known.action)])
+            displays += self.bivector("D", here, [self.forms(x) for x in self.system.written(known.inertia)])
             for h, other in enumerate(self.system.hanging.hinges):
                 forces = self.unknowns_on(j, h)
                 if forces is not None:
@@ -347,16 +347,12 @@ class _Page:
         number = str(Letters.body_number(j))
         return f"{number},{_upright(joint)}" if joint else number + ("," if len(number) > 1 else "") + number
 
-    def kept(self, bivector: tuple[Sequence[Expr], Sequence[Expr]]) -> list[Expr]:
-        entries = (*bivector[0], *bivector[1])
-        return [entries[k] for k in self.system.kept]
-
     def unknowns_on(self, j: int, h: int) -> list[Form] | None:
         """Return what the unknowns in joint h exert on body j; None for nothing."""
         present = [
             u for u, one in enumerate(self.system.unknowns) if (j, u) in self.system.blocks and one.acts[0][0] == h
         ]
-        columns = [self.kept(self.system.blocks[j, u]) for u in present]
+        columns = [self.system.written(self.system.blocks[j, u]) for u in present]
         rows = zip(*columns, strict=True)
         sizes = [Symbol(self.names[u]) for u in present]
         return [
@@ -402,7 +398,9 @@ class _Page:
         displays = list(align(lines))
         for (j, h), name in names.items():
             zero = self.system.hanging.graph.zero
-            entries = [self.kept(self.system.blocks.get((j, u), ((zero,) * 3, (zero,) * 3))) for u in columns[h]]
+            entries = [
+                self.system.written(self.system.blocks.get((j, u), ((zero,) * 3, (zero,) * 3))) for u in columns[h]
+            ]
             matrix = BMatrix([[self.write.unbroken(self.forms(x)) for x in row] for row in zip(*entries, strict=True)])
             if matrix.width + 60 < LINE:
                 displays += align([[f"& {name} = {matrix}"]])

@@ -37,19 +37,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Format:
-    """What equations are written in.
+    """What equations are written in."""
 
-    Attributes:
-        page: writes equations by group.
-        definitions: writes name = formula.
-        document: writes a whole document of them; None where it has none.
-        digits: most digits of a number; None leaves them exact, or to `page`.
-    """
-
-    page: Callable[[Printable, str], str]
-    definitions: Callable[[Scene, Sequence[tuple[str, Form]]], str]
-    document: Callable[[Printable, str], str] | None = None
-    digits: int | None = None
+    page: Callable[[Printable, str], str]  # writes equations by group
+    definitions: Callable[[Scene, Sequence[tuple[str, Form]]], str]  # writes name = formula
+    document: Callable[[Printable, str], str] | None = None  # writes a whole document of them; None where it has none
+    digits: int | None = None  # most digits of a number; None leaves them exact, or to `page`
 
 
 FORMATS = {

@@ -39,21 +39,14 @@ class EquationRow:
 
 @dataclass(frozen=True)
 class EquationGroup:
-    """Equations under a title.
+    """Equations under a title."""
 
-    Attributes:
-        key: what they are, for what explains them; of a body with its name behind a colon.
-        text: what is said of them, in plain words.
-        latex: the same with formulas in LaTeX; "" where it is the same.
-        letters: names of its own that have rates, as coordinates do.
-    """
-
-    key: str
+    key: str  # what they are, for what explains them; of a body with its name behind a colon
     title: str
-    text: str
+    text: str  # what is said of them, in plain words
     rows: tuple[EquationRow, ...]
-    latex: str = ""
-    letters: Sequence[str] = ()
+    latex: str = ""  # the same with formulas in LaTeX; "" where it is the same
+    letters: Sequence[str] = ()  # names of its own that have rates, as coordinates do
 
 
 def quotient(closed: ClosedForm, node: Expr) -> Form:

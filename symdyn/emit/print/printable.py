@@ -136,21 +136,13 @@ are then written entry by entry."""
 
 @dataclass(frozen=True)
 class Coefficient:
-    """One coefficient.
+    """One coefficient."""
 
-    Attributes:
-        kind: its output, such as "k_z".
-        indices: from 1: of the row, then those of what it multiplies.
-        form: its value.
-        rate: what it multiplies: q̈_j, q̇_j q̇_k, q̇_j² or 1.
-        of: "qdd" where that is an acceleration, "qd" where it is velocities; "" where it is nothing.
-    """
-
-    kind: str
-    indices: tuple[int, ...]
-    form: Form
-    rate: Form
-    of: str = ""
+    kind: str  # its output, such as "k_z"
+    indices: tuple[int, ...]  # from 1: of the row, then those of what it multiplies
+    form: Form  # its value
+    rate: Form  # what it multiplies: q̈_j, q̇_j q̇_k, q̇_j² or 1
+    of: str = ""  # "qdd" where that is an acceleration, "qd" where it is velocities; "" where it is nothing
 
     @property
     def vanishes(self) -> bool:
@@ -174,38 +166,23 @@ class Coefficient:
 
 @dataclass(frozen=True)
 class PrintedRow:
-    """One row of G.
+    """One row of G."""
 
-    Attributes:
-        multiplier: its name.
-        text: what the multiplier is, in words; "of" what it belongs to included.
-        unit: N or N m; of a row of the scene what its formula tells, "" where that is nothing.
-        G: entries by velocity; where there is no closed form names, and zero where an entry vanishes.
-        residual: what vanishes where the loop is closed; None where nothing does.
-        bias: Ġ u; None without a closed form.
-    """
-
-    multiplier: str
-    text: str
-    unit: str
-    G: tuple[Form, ...]
-    residual: Form | None
-    bias: Form | None
+    multiplier: str  # its name
+    text: str  # what the multiplier is, in words; "of" what it belongs to included
+    unit: str  # N or N m; of a row of the scene what its formula tells, "" where that is nothing
+    G: tuple[Form, ...]  # entries by velocity; where there is no closed form names, and zero where an entry vanishes
+    residual: Form | None  # what vanishes where the loop is closed; None where nothing does
+    bias: Form | None  # Ġ u; None without a closed form
 
 
 @dataclass(frozen=True)
 class PrintedConstraints:
-    """All rows of a scene; none for a tree.
+    """All rows of a scene; none for a tree."""
 
-    Attributes:
-        rows: one a multiplier.
-        velocities: names of the velocities.
-        missing: why there is no closed form, one line; "" if there is one.
-    """
-
-    rows: tuple[PrintedRow, ...]
-    velocities: tuple[str, ...]
-    missing: str = ""
+    rows: tuple[PrintedRow, ...]  # one a multiplier
+    velocities: tuple[str, ...]  # names of the velocities
+    missing: str = ""  # why there is no closed form, one line; "" if there is one
 
     @property
     def units(self) -> dict[str, str]:

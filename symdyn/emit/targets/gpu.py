@@ -60,19 +60,12 @@ BACK = "_back"
 
 @dataclass(frozen=True)
 class LineText:
-    """One line of a kernel.
+    """One line of a kernel."""
 
-    Attributes:
-        target: the name that is given a value, or the place that is written to.
-        code: the value; of a sine and cosine, the angle.
-        cosine: what the cosine is called where the line takes both, and `target` is the sine; else "".
-        stored: whether it writes to a place in memory.
-    """
-
-    target: str
-    code: str
-    cosine: str = ""
-    stored: bool = False
+    target: str  # the name that is given a value, or the place that is written to
+    code: str  # the value; of a sine and cosine, the angle
+    cosine: str = ""  # what the cosine is called where the line takes both, and `target` is the sine; else ""
+    stored: bool = False  # whether it writes to a place in memory
 
 
 @dataclass(frozen=True)
@@ -283,23 +276,14 @@ STATES = 1000
 
 @dataclass(frozen=True)
 class Launched:
-    """One kernel of the example.
+    """One kernel of the example."""
 
-    Attributes:
-        call: its name, what it is given, what must come out.
-        single: whether it runs for one state, since what the others have in common is all that it takes.
-        kept: whether other kernels read what comes out.
-        block: threads of a block.
-        parts: rows of blocks.
-        required: whether a group must have so many.
-    """
-
-    call: Called
-    single: bool
-    kept: bool
-    block: int
-    parts: int
-    required: bool
+    call: Called  # its name, what it is given, what must come out
+    single: bool  # whether it runs for one state, since what the others have in common is all that it takes
+    kept: bool  # whether other kernels read what comes out
+    block: int  # threads of a block
+    parts: int  # rows of blocks
+    required: bool  # whether a group must have so many
 
 
 def files_beside(sources: Sources) -> dict[str, str]:

@@ -34,34 +34,21 @@ from symdyn.graph import Op
 
 @dataclass(frozen=True)
 class Line:
-    """One line.
+    """One line."""
 
-    Attributes:
-        makes: the values that it makes, none where it writes a result.
-        reads: the different values that it reads; what no line makes is an argument.
-        spare: registers that it needs on the way, as a sine does.
-    """
-
-    makes: tuple[Hashable, ...]
-    reads: tuple[Hashable, ...]
-    spare: int = 0
+    makes: tuple[Hashable, ...]  # the values that it makes, none where it writes a result
+    reads: tuple[Hashable, ...]  # the different values that it reads; what no line makes is an argument
+    spare: int = 0  # registers that it needs on the way, as a sine does
 
 
 @dataclass(frozen=True)
 class Move:
-    """What happens next.
+    """What happens next."""
 
-    Attributes:
-        line: which line runs; -1 where a value moves.
-        value: what moves.
-        place: where it waits; -1 for an argument that is read for the first time.
-        kept: whether it goes there; else it comes from there.
-    """
-
-    line: int = -1
-    value: Hashable = None
-    place: int = -1
-    kept: bool = False
+    line: int = -1  # which line runs; -1 where a value moves
+    value: Hashable = None  # what moves
+    place: int = -1  # where it waits; -1 for an argument that is read for the first time
+    kept: bool = False  # whether it goes there; else it comes from there
 
 
 @dataclass(frozen=True)

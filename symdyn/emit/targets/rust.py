@@ -55,19 +55,12 @@ class Turn:
 
 @dataclass(frozen=True)
 class RustBlock:
-    """One function over the states of a block.
+    """One function over the states of a block."""
 
-    Attributes:
-        lanes: how many there are; 0 where states are taken one at a time.
-        rows: of work space.
-        stages: loops, and sines and cosines between them, in running order.
-        common: the argument that all states share; "" for none.
-    """
-
-    lanes: int
-    rows: int
-    stages: tuple[PassText | Turn, ...]
-    common: str
+    lanes: int  # how many there are; 0 where states are taken one at a time
+    rows: int  # of work space
+    stages: tuple[PassText | Turn, ...]  # loops, and sines and cosines between them, in running order
+    common: str  # the argument that all states share; "" for none
 
 
 def blocks(program: Program, page: Page, printer: Printer, bytes_each: int) -> tuple[RustBlock, ...]:

@@ -128,21 +128,13 @@ OPERANDS, RANK = 32, 8
 
 @dataclass(frozen=True)
 class Entry:
-    """A function in C, and how it is called.
+    """A function in C, and how it is called."""
 
-    Attributes:
-        name: of the function.
-        symbol: what takes places of operands, and first a number of states where there are many.
-        shapes: of its operands, and of its result.
-        params: which operand all states have in common; -1 for none.
-        doc: what `help` says.
-    """
-
-    name: str
-    symbol: str
-    shapes: tuple[tuple[int, ...], ...]
-    params: int
-    doc: str
+    name: str  # of the function
+    symbol: str  # what takes places of operands, and first a number of states where there are many
+    shapes: tuple[tuple[int, ...], ...]  # of its operands, and of its result
+    params: int  # which operand all states have in common; -1 for none
+    doc: str  # what `help` says
 
     @property
     def signature(self) -> str:
@@ -170,18 +162,12 @@ class Runtime:
 
 @dataclass(frozen=True)
 class Code:
-    """A program as C.
+    """A program as C."""
 
-    Attributes:
-        files: by name, the one to compile first.
-        entries: what is called there; what has an empty operand has none.
-        RUNTIME: the extension module over all of them.
-    """
+    RUNTIME: ClassVar[Runtime] = Runtime("symdyn_ufuncs")  # the extension module over all of them
 
-    RUNTIME: ClassVar[Runtime] = Runtime("symdyn_ufuncs")
-
-    files: Mapping[str, str]
-    entries: tuple[Entry, ...]
+    files: Mapping[str, str]  # by name, the one to compile first
+    entries: tuple[Entry, ...]  # what is called there; what has an empty operand has none
     program: Program
 
     @classmethod

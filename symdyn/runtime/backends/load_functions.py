@@ -21,17 +21,11 @@ from symdyn.scene import SceneLike, bind, scene_of
 
 @dataclass(frozen=True)
 class Backend:
-    """Whose arrays functions take.
+    """Whose arrays functions take."""
 
-    Attributes:
-        title: what people call it.
-        package: what is imported, and the extra that installs it; "" for NumPy, which is always there.
-        load: as `symdyn.runtime.loaded.loaded`.
-    """
-
-    title: str
-    package: str
-    load: Callable[..., Loaded]
+    title: str  # what people call it
+    package: str  # what is imported, and the extra that installs it; "" for NumPy, which is always there
+    load: Callable[..., Loaded]  # as `symdyn.runtime.loaded.loaded`
 
 
 def _over(backend: str, *settings: Any) -> Loaded:

@@ -206,17 +206,11 @@ class Word:
 
 @dataclass(frozen=True, eq=False)
 class DerivativeRule:
-    """One way to the derivatives of a function.
+    """One way to the derivatives of a function."""
 
-    Attributes:
-        of: the function.
-        varied: name and length of the arguments that move, in the order of the columns of J.
-        derive: returns the program of a derivative by its kind.
-    """
-
-    of: Word
-    varied: tuple[tuple[str, int], ...]
-    derive: Callable[[str], Program]
+    of: Word  # the function
+    varied: tuple[tuple[str, int], ...]  # name and length of the arguments that move, in the order of the columns of J
+    derive: Callable[[str], Program]  # returns the program of a derivative by its kind
     known: dict[str, Word] = field(default_factory=dict)
 
     def word(self, kind: str) -> Word:
@@ -273,7 +267,7 @@ def _derived(of: Word, kind: str) -> Program:
     named = weights_of(of)
     weights = [graph.symbol(f"{named}[{k}]") for k in range(len(entries))] if named else [graph.one]
     weighed = [Argument(named, tuple(weights), "weights of the entries", ())] if named else []
-    slopes = partial(gradient, graph.total(a * f for a, f in zip(weights, entries, strict=True)), moving)
+    slopes = partial(gradient, graph.dot(weights, entries), moving)
     size = len(moving)
     if kind == ALONG:
         found, more, shape = tangents(entries, seeds), directions, function.shape

@@ -51,19 +51,12 @@ LOOKS = (SOLID, DASHED, DOTTED)
 
 @dataclass(frozen=True)
 class ComparedRuns:
-    """Motions from one start.
+    """Motions from one start."""
 
-    Attributes:
-        t: shape (N,), s.
-        q: shape (variants, n, N).
-        balance: change of K + P less the work of all forces, J, at the end; shape (variants,).
-        energy: K + P at the start, J.
-    """
-
-    t: Array
-    q: Array
-    balance: Array
-    energy: float
+    t: Array  # shape (N,), s
+    q: Array  # shape (variants, n, N)
+    balance: Array  # change of K + P less the work of all forces, J, at the end; shape (variants,)
+    energy: float  # K + P at the start, J
 
 
 class _TooLongError(Exception):

@@ -39,17 +39,11 @@ STABLE, UNSTABLE = "particle body0", "com"
 
 @dataclass(frozen=True)
 class Curve:
-    """A curve.
+    """A curve."""
 
-    Attributes:
-        points: shape (k, 2), in units of the axes; it is interrupted where it leaves the panel or has no value.
-        look: one of the looks above.
-        name: in the legend; None for none.
-    """
-
-    points: Array
-    look: str = SOLID
-    name: Text | None = None
+    points: Array  # shape (k, 2), in units of the axes; it is interrupted where it leaves the panel or has no value
+    look: str = SOLID  # one of the looks above
+    name: Text | None = None  # in the legend; None for none
     size: float = 2.0
 
 

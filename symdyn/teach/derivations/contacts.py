@@ -71,7 +71,7 @@ class Struck:
     def speeds(self) -> list[Expr]:
         """W u: ġ, where there is a gap, and s."""
         u = self.lesson.state.qd
-        return [self.lesson.graph.total(x * y for x, y in zip(row, u, strict=True)) for row in self.rows]
+        return [self.lesson.graph.dot(row, u) for row in self.rows]
 
     def letter(self, key: str, letter: str, index: str = "", node: Expr | None = None, dots: int = 0) -> Symbol:
         """Name a quantity of this contact."""

@@ -43,25 +43,15 @@ QUARTERS = (0, 2, 1, -1)
 
 @dataclass(frozen=True)
 class Rests:
-    """All places of rest that were found.
+    """All places of rest that were found."""
 
-    Attributes:
-        lesson: what is told of.
-        forces: k_G + k_E - Q at q̇ = 0, which vanish there.
-        q: the coordinates on which they depend.
-        places: the exact ones first.
-        searched: the sentences that say how places were looked for, and what was no such place.
-        families: the sentences that say that others rest next to some places.
-        why: the key of the sentence that stands in place of a list; "" where there is one.
-    """
-
-    lesson: Lesson
-    forces: Sequence[Expr]
-    q: tuple[Expr, ...] = ()
-    places: tuple[linear.Equilibrium, ...] = ()
-    searched: tuple[Words, ...] = ()
-    families: tuple[Words, ...] = ()
-    why: str = ""
+    lesson: Lesson  # what is told of
+    forces: Sequence[Expr]  # k_G + k_E - Q at q̇ = 0, which vanish there
+    q: tuple[Expr, ...] = ()  # the coordinates on which they depend
+    places: tuple[linear.Equilibrium, ...] = ()  # the exact ones first
+    searched: tuple[Words, ...] = ()  # the sentences that say how places were looked for, and what was no such place
+    families: tuple[Words, ...] = ()  # the sentences that say that others rest next to some places
+    why: str = ""  # the key of the sentence that stands in place of a list; "" where there is one
 
     def shown(self, place: linear.Equilibrium) -> list[str | Form]:
         """Return a place in print, one entry a coordinate of q."""

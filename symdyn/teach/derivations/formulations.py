@@ -172,13 +172,10 @@ def _added(told: Explained) -> tuple[list[Expr], list[Expr]]:
         solve(range(-1, len(n)), inertia, right) for right in ([Q.get((i,), graph.zero) for i in n], *rows)
     )
 
-    def dot(x: Sequence[Expr], y: Sequence[Expr]) -> Expr:
-        return graph.total(a * c for a, c in zip(x, y, strict=True))
-
-    missing = [b.get((k,), graph.zero) - dot(row, free) for k, row in enumerate(rows)]
-    sizes = solve(range(-1, len(rows)), [[dot(row, one) for one in turned] for row in rows], missing)
-    forces = [dot(sizes, [row[i] for row in rows]) for i in n]
-    return [x + dot(sizes, [one[i] for one in turned]) for i, x in enumerate(free)], forces
+    missing = [b.get((k,), graph.zero) - graph.dot(row, free) for k, row in enumerate(rows)]
+    sizes = solve(range(-1, len(rows)), [[graph.dot(row, one) for one in turned] for row in rows], missing)
+    forces = [graph.dot(sizes, [row[i] for row in rows]) for i in n]
+    return [x + graph.dot(sizes, [one[i] for one in turned]) for i, x in enumerate(free)], forces
 
 
 def _of_constraints(told: Explained) -> dict[str, Claim]:
@@ -337,19 +334,12 @@ def _powers(told: Explained, chosen: Chosen) -> Iterator[Step]:
 
 @dataclass(frozen=True)
 class Way:
-    """What a lesson by one formulation is made of.
+    """What a lesson by one formulation is made of."""
 
-    Attributes:
-        steps: those to its equations.
-        claims: what proves them.
-        gains: steps behind them.
-        sections: how many of positions, velocities, energies and the Lagrangian come before.
-    """
-
-    steps: Callable[[Explained], Iterator[Step]]
-    claims: Callable[[Explained], dict[str, Claim]]
-    gains: Callable[[Explained, Chosen], Iterator[Step]]
-    sections: int = 4
+    steps: Callable[[Explained], Iterator[Step]]  # those to its equations
+    claims: Callable[[Explained], dict[str, Claim]]  # what proves them
+    gains: Callable[[Explained, Chosen], Iterator[Step]]  # steps behind them
+    sections: int = 4  # how many of positions, velocities, energies and the Lagrangian come before
 
 
 WAYS: Mapping[str, Way] = {

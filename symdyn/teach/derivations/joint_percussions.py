@@ -37,16 +37,11 @@ NONE = 1e-9
 
 @dataclass(frozen=True)
 class Felt:
-    """One percussion of a joint that does not vanish, along an axis of the ground.
-
-    Attributes:
-        at: of the moment, 3 to 5, or of the force, 0 to 2.
-        entry: in changes of velocities, which stand as accelerations, and percussions of the contact.
-    """
+    """One percussion of a joint that does not vanish, along an axis of the ground."""
 
     joint: Joint
-    at: int
-    entry: Expr
+    at: int  # of the moment, 3 to 5, or of the force, 0 to 2
+    entry: Expr  # in changes of velocities, which stand as accelerations, and percussions of the contact
 
 
 def joint_steps(one: Struck) -> Iterator[Step]:

@@ -36,7 +36,7 @@ def name_ties(lesson: Constrained) -> None:
         letter, k = ("c" if tie.residual is None else "f"), tie.number
         if tie.residual is not None:
             lesson.name(tie.key, letter, k, node=tie.residual)
-        along = graph.total(a * u for a, u in zip(tie.slopes, state.qd, strict=True))
+        along = graph.dot(tie.slopes, state.qd)
         pushed = graph.total([*(a * u for a, u in zip(tie.slopes, state.qdd, strict=True)), tie.bias])
         dots = 0 if tie.residual is None else 1
         lesson.name(tie.rate, letter, k, node=along, dots=dots)

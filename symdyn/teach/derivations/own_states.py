@@ -55,17 +55,12 @@ def with_states(document: Document, declared: Scene) -> Document:
 
 @dataclass(frozen=True)
 class Stateful:
-    """An open mechanism and its own states.
-
-    Attributes:
-        x: the states, as symbols.
-        rates: ẋ.
-    """
+    """An open mechanism and its own states."""
 
     lesson: Lesson
     declared: Scene
-    x: tuple[Expr, ...]
-    rates: tuple[Expr, ...]
+    x: tuple[Expr, ...]  # the states, as symbols
+    rates: tuple[Expr, ...]  # ẋ
     chosen: Chosen
 
     @property

@@ -199,15 +199,10 @@ MOST_PRODUCTS = 20_000
 
 @dataclass(frozen=True)
 class Group:
-    """Terms of a square that have everything in common but sines: outer · (Σ sines).
+    """Terms of a square that have everything in common but sines: outer · (Σ sines)."""
 
-    Attributes:
-        outer: number, parameters and rates.
-        sines: what remains, one term each; (ONE,) where there are no sines.
-    """
-
-    outer: Form
-    sines: tuple[Form, ...]
+    outer: Form  # number, parameters and rates
+    sines: tuple[Form, ...]  # what remains, one term each; (ONE,) where there are no sines
 
     @property
     def form(self) -> Form:

@@ -63,8 +63,8 @@ def integral(lesson: Constrained, tie: Condition) -> Form | None:
         for x, node in zip(q, tie.nodes, strict=False):
             total = total + _over(lesson, lesson.tie_form(node).express(graph) - gradient(total, [x])[0], x)
         off = [a - b for a, b in zip(tie.slopes, gradient(total, q), strict=True)]
-        rates = graph.total(b * u for b, u in zip(gradient(total, q), lesson.state.qd, strict=True))
-        pushed = graph.total(b * u for b, u in zip(gradient(rates, q), lesson.state.qd, strict=True))
+        rates = graph.dot(gradient(total, q), lesson.state.qd)
+        pushed = graph.dot(gradient(rates, q), lesson.state.qd)
         exact = all(map(lesson.vanishes, (*off, tie.bias - pushed)))
         return shortened(lesson, total).plus_first if exact else None
     except NO_FORM:

@@ -43,20 +43,13 @@ STILL = 1e-6
 
 @dataclass(frozen=True)
 class OneLeft:
-    """A tied mechanism in which one coordinate decides.
-
-    Attributes:
-        r: which.
-        c: the cyclic velocities.
-        put: by symbols and waves of dependent coordinates, what they are by r.
-        W: P - K with the rates of c alone.
-    """
+    """A tied mechanism in which one coordinate decides."""
 
     lesson: Constrained
-    r: int
-    c: tuple[int, ...]
-    put: dict[Expr, Expr]
-    W: Expr
+    r: int  # which
+    c: tuple[int, ...]  # the cyclic velocities
+    put: dict[Expr, Expr]  # by symbols and waves of dependent coordinates, what they are by r
+    W: Expr  # P - K with the rates of c alone
 
     @property
     def slope(self) -> Form:

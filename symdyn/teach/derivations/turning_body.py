@@ -15,7 +15,6 @@ from math import acos
 from symdyn.algebra import Form, Ratios, Symbol
 from symdyn.dynamics.mechanism import TIME
 from symdyn.emit.print import latex_symbols
-from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, gradient, reachable, substitute, tangents
 from symdyn.scene import Quantity, Scene
@@ -24,7 +23,7 @@ from symdyn.scene.values import Body, Joint, Pose
 from symdyn.spatial import Mat
 from symdyn.teach.derivations.precession import NO_FORM, lowest, precession_steps, shortened
 from symdyn.teach.derivations.quaternion_steps import Turning
-from symdyn.teach.derivations.reduced import reduced
+from symdyn.teach.derivations.reduced import reduced, zero
 from symdyn.teach.document import Block, Formula, Letter, Name, Section, Step, Words
 from symdyn.teach.lesson import AXES, Lesson, named, together
 from symdyn.teach.shown_state import Chosen, choose_state
@@ -49,22 +48,11 @@ def _free(lesson: Turning, joint: Joint) -> range | None:
     return own if all(lesson.scene.drives[i] is None and lesson.acting[i].is_zero for i in own) else None
 
 
-def _zero(lesson: Turning, node: Expr) -> bool:
-    try:
-        return node.is_zero or lesson.vanishes(node)
-    except (DerivationError, KeyError):
-        return False
-
-
 @dataclass(frozen=True)
 class Kept:
-    """What stays of the angular momentum of a joint: along axes of the ground, and of the body, by 0, 1, 2.
+    """What stays of the angular momentum of a joint: along axes of the ground, and of the body, by 0, 1, 2."""
 
-    Attributes:
-        own: numbers of the angular velocities.
-    """
-
-    own: range
+    own: range  # numbers of the angular velocities
     ground: tuple[int, ...]
     body: tuple[int, ...]
 
@@ -80,9 +68,9 @@ def kept(lesson: Turning, joint: Joint) -> Kept | None:
     for a, row in enumerate(Mat.of_quaternion(e) if joint.parent == Scene.GROUND else ()):
         turned = tangents(row, lesson.state.velocity)
         rate = [x * lesson.p[i] + y * change[i] for x, y, i in zip(turned, row, own, strict=True)]
-        if _zero(lesson, lesson.graph.total(rate)):
+        if zero(lesson, lesson.graph.total(rate)):
             ground.append(a)
-    return Kept(own, tuple(ground), tuple(k for k, i in enumerate(own) if _zero(lesson, change[i])))
+    return Kept(own, tuple(ground), tuple(k for k, i in enumerate(own) if zero(lesson, change[i])))
 
 
 def along_ground(joint: Joint, found: Kept, a: int) -> Form:

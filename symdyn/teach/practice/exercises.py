@@ -140,15 +140,10 @@ RESULTS = ("square", "potential", "momentum", "rate", "slope", "equation", "coef
 
 @dataclass(frozen=True)
 class Grade:
-    """How much a student is left to do.
+    """How much a student is left to do."""
 
-    Attributes:
-        kinds: the kinds of steps whose results are asked for; none for all.
-        alone: whether the way to a result is hidden with it.
-    """
-
-    kinds: tuple[str, ...]
-    alone: bool = False
+    kinds: tuple[str, ...]  # the kinds of steps whose results are asked for; none for all
+    alone: bool = False  # whether the way to a result is hidden with it
 
 
 GRADES: Mapping[int, Grade] = {

@@ -46,27 +46,16 @@ class Wrong:
 
 @dataclass(frozen=True)
 class Part:
-    """One question of one variant.
+    """One question of one variant."""
 
-    Attributes:
-        key: of the question, the same in every variant.
-        asked: the question.
-        before: what is said before it.
-        answer: a right one to what is typed, in symbols of the scene.
-        front: what stands in front of the answer to an equation.
-        equation: the number of the equation, from 0; None for a value.
-        wrong: wrong answers that a platform knows.
-        is_free: whether a constant may be added to the answer, which moves.
-    """
-
-    key: str
-    asked: Union[Blank, Choice]
-    before: tuple[Block, ...] = ()
-    answer: Form = Number.ZERO
-    front: Form = Number.ZERO
-    equation: int | None = None
-    wrong: tuple[Wrong, ...] = ()
-    is_free: bool = False
+    key: str  # of the question, the same in every variant
+    asked: Union[Blank, Choice]  # the question
+    before: tuple[Block, ...] = ()  # what is said before it
+    answer: Form = Number.ZERO  # a right one to what is typed, in symbols of the scene
+    front: Form = Number.ZERO  # what stands in front of the answer to an equation
+    equation: int | None = None  # the number of the equation, from 0; None for a value
+    wrong: tuple[Wrong, ...] = ()  # wrong answers that a platform knows
+    is_free: bool = False  # whether a constant may be added to the answer, which moves
 
     @property
     def marks(self) -> int:

@@ -41,17 +41,11 @@ class Change:
 
 @dataclass(frozen=True)
 class Variant:
-    """A scene that differs from another one.
+    """A scene that differs from another one."""
 
-    Attributes:
-        scene: the new one, named after the other and the seed.
-        of: the name of the other.
-        changes: what differs, in words.
-    """
-
-    scene: Scene
-    of: str
-    changes: tuple[Change, ...]
+    scene: Scene  # the new one, named after the other and the seed
+    of: str  # the name of the other
+    changes: tuple[Change, ...]  # what differs, in words
 
 
 Drawn = tuple[Scene, Change] | None

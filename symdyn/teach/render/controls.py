@@ -193,7 +193,7 @@ def _fitting(w: Workspace, tied: Held) -> list[Function]:
     ]
     G, residual = w.loops.G(rows), w.loops.residual(rows)
     if G:
-        off = [w.graph.total(x * u for x, u in zip(row, w.state.qd, strict=True)) for row in G]
+        off = [w.graph.dot(row, w.state.qd) for row in G]
         nearest = [u + x for u, x in zip(w.state.qd, _least(G, off), strict=True)]
         functions.append(function(w, "nearest", "nearest velocities that the loops allow", nearest, ("q", "qd")))
     if tied.closing.blocks:
@@ -226,7 +226,7 @@ def _taken_back(G: Sequence[Sequence[Expr]], tied: Held, b: Sequence[Expr]) -> d
 def _least(G: Sequence[Sequence[Expr]], b: Sequence[Expr]) -> list[Expr]:
     """Return -G⁺ b, shape (nv,), for rows that are independent."""
     graph = b[0].graph
-    square = [[graph.total(x * y for x, y in zip(one, other, strict=True)) for other in G] for one in G]
+    square = [[graph.dot(one, other) for other in G] for one in G]
     found = solve(range(-1, len(G)), square, b)
     return [-graph.total(row[k] * x for row, x in zip(G, found, strict=True)) for k in range(len(G[0]))]
 

@@ -41,17 +41,11 @@ from symdyn.unlocked import cached_property
 
 @dataclass(frozen=True)
 class LessonFormulation:
-    """One way from a scene to its equations.
+    """One way from a scene to its equations."""
 
-    Attributes:
-        until: the parts that its walkthrough may end with, in their order.
-        walkthrough: (scene, language, until) to the document.
-        usual: whether it is the one for a scene where nobody asks for another.
-    """
-
-    until: tuple[str, ...]
-    walkthrough: Callable[[Scene, str, str], Document]
-    usual: Callable[[Scene], bool]
+    until: tuple[str, ...]  # the parts that its walkthrough may end with, in their order
+    walkthrough: Callable[[Scene, str, str], Document]  # (scene, language, until) to the document
+    usual: Callable[[Scene], bool]  # whether it is the one for a scene where nobody asks for another
 
 
 def _compared(scene: Scene, language: str, until: str) -> Document:

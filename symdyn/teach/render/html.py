@@ -53,8 +53,6 @@ SHOWN: tuple[str, ...] = (
 )
 """Words that stand alone; `body:NAME` and `joint:NAME` point at one."""
 
-POINTING = ("body:", "joint:")
-
 OF_A_MASS: Mapping[str, str] = {
     **dict.fromkeys(("x", "y", "z"), "places"),
     **dict.fromkeys(("dx", "dy", "dz", "v2", "K"), "velocities"),
@@ -103,17 +101,11 @@ _IN_ITS_OWN_FRAME = re.compile(r"(\d)\1(?![\d])")  # F_22 is about body 2, in fr
 
 @dataclass(frozen=True)
 class Owners:
-    """Whose vectors names speak of.
+    """Whose vectors names speak of."""
 
-    Attributes:
-        masses: bodies by the number of a mass.
-        bodies: by number, the first at 0.
-        carriers: joints by the body that they carry.
-    """
-
-    masses: Mapping[str, str]
-    bodies: tuple[str, ...] = ()
-    carriers: Mapping[str, str] = field(default_factory=dict)
+    masses: Mapping[str, str]  # bodies by the number of a mass
+    bodies: tuple[str, ...] = ()  # by number, the first at 0
+    carriers: Mapping[str, str] = field(default_factory=dict)  # joints by the body that they carry
 
 
 def pointed(key: str, owners: Owners) -> str:

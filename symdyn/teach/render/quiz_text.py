@@ -110,19 +110,12 @@ class Html:
 
 @dataclass(frozen=True)
 class Dialect:
-    """How a platform's algebra writes formulas.
+    """How a platform's algebra writes formulas."""
 
-    Attributes:
-        words: its names of functions, by ours.
-        reserved: letters that mean something else there.
-        cased: whether m and M are two letters.
-        exact: whether decimals become fractions.
-    """
-
-    words: Mapping[str, str]
-    reserved: str
-    cased: bool = True
-    exact: bool = False
+    words: Mapping[str, str]  # its names of functions, by ours
+    reserved: str  # letters that mean something else there
+    cased: bool = True  # whether m and M are two letters
+    exact: bool = False  # whether decimals become fractions
 
     def letters(self, variant: Variant) -> dict[str, str]:
         """Return what each symbol is called, by its name: itself, but for one that is taken."""

@@ -71,16 +71,11 @@ def _name(node: Node) -> str:
 
 @dataclass
 class MatlabReader(Reader):
-    """What only MATLAB says: rows of arrays, and a result that is made, written row by row, and brought into shape.
-
-    Attributes:
-        made: whether there is room for the result.
-        shaped: whether it has its shape.
-    """
+    """What only MATLAB says: rows of arrays, and a result that is made, written row by row, and brought into shape."""
 
     syntax = SYNTAX
-    made: bool = False
-    shaped: bool = False
+    made: bool = False  # whether there is room for the result
+    shaped: bool = False  # whether it has its shape
 
     def read(self, node: Node) -> TextReading:
         """Return what it computes, and which parts of the file that is: those between its fixed text."""

@@ -192,21 +192,13 @@ def _in_rows(routine: Routine, real: str, graph: Verbatim) -> list[list[Expr]]:
 
 @dataclass(frozen=True)
 class Files:
-    """The files of one target.
+    """The files of one target."""
 
-    Attributes:
-        target: of `READERS`.
-        option: of the target, "" for none.
-        stem: how their names begin.
-        functions: what the program's functions are called there, in order.
-        contents: by file name.
-    """
-
-    target: str
-    option: str
-    stem: str
-    functions: tuple[str, ...]
-    contents: Mapping[str, Contents]
+    target: str  # of `READERS`
+    option: str  # of the target, "" for none
+    stem: str  # how their names begin
+    functions: tuple[str, ...]  # what the program's functions are called there, in order
+    contents: Mapping[str, Contents]  # by file name
 
 
 def prove_texts(

@@ -48,21 +48,13 @@ CODING = re.compile(rb"^[ \t\f]*#.*?coding[:=]", re.MULTILINE)
 
 @dataclass(frozen=True)
 class Dialect:
-    """How the functions of a module are called.
+    """How the functions of a module are called."""
 
-    Attributes:
-        handed: a first parameter that holds functions, which lines of their own take out of it; "" for none.
-        package: what is imported and holds functions, called through it; "" for none.
-        functions: what they are called there.
-        builtins: functions of Python itself.
-        own: functions of the module.
-    """
-
-    handed: str
-    package: str
-    functions: Mapping[str, Op]
-    builtins: Mapping[str, Op]
-    own: Mapping[str, Op] = field(default_factory=dict)
+    handed: str  # a first parameter that holds functions, which lines of their own take out of it; "" for none
+    package: str  # what is imported and holds functions, called through it; "" for none
+    functions: Mapping[str, Op]  # what they are called there
+    builtins: Mapping[str, Op]  # functions of Python itself
+    own: Mapping[str, Op] = field(default_factory=dict)  # functions of the module
 
 
 SMOOTH = {**FUNCTIONS, "atan2": Op.ATAN2}
@@ -115,16 +107,11 @@ def _bound(root: Node) -> dict[str, list[Node]]:
 
 @dataclass
 class PythonReader(Reader):
-    """What only Python says: functions that are handed in or held by a package, a tuple at the end.
-
-    Attributes:
-        dialect: how functions are called.
-        calls: functions that were taken out of what is handed in.
-    """
+    """What only Python says: functions that are handed in or held by a package, a tuple at the end."""
 
     syntax = SYNTAX
-    dialect: Dialect = OF_NUMPY
-    calls: dict[str, Op] = field(default_factory=dict)
+    dialect: Dialect = OF_NUMPY  # how functions are called
+    calls: dict[str, Op] = field(default_factory=dict)  # functions that were taken out of what is handed in
 
     def read(self, name: str) -> Read:
         node, handed = self.file.functions[name], self.dialect.handed

@@ -89,23 +89,14 @@ class ExpectedFunction:
 
 @dataclass(frozen=True)
 class Text:
-    """A file on its way through a reader.
+    """A file on its way through a reader."""
 
-    Attributes:
-        root: of its syntax tree.
-        source: its bytes.
-        stem: how names of files begin, and of functions where a language has no modules.
-        real: "double" or "float".
-        expected: the functions of the program, in order.
-        graph: where expressions are made.
-    """
-
-    root: Node
-    source: bytes
-    stem: str
-    real: str
-    expected: tuple[ExpectedFunction, ...]
-    graph: Graph
+    root: Node  # of its syntax tree
+    source: bytes  # its bytes
+    stem: str  # how names of files begin, and of functions where a language has no modules
+    real: str  # "double" or "float"
+    expected: tuple[ExpectedFunction, ...]  # the functions of the program, in order
+    graph: Graph  # where expressions are made
 
     def number(self, decimal: str, line: int) -> Expr:
         """Return the number of the type that a decimal literal is read as.
@@ -145,19 +136,12 @@ def _nearest(decimal: str, real: str) -> Fraction:
 
 @dataclass(frozen=True)
 class Read:
-    """What one function of a file computes, or the numbers that it goes over in a loop.
+    """What one function of a file computes, or the numbers that it goes over in a loop."""
 
-    Attributes:
-        function: name of the wanted function.
-        name: what this one is called in the file: there may be several, for one state and for many.
-        entries: of its result, row by row.
-        lines: where each entry is written.
-    """
-
-    function: str
-    name: str
-    entries: tuple[Expr, ...]
-    lines: tuple[int, ...]
+    function: str  # name of the wanted function
+    name: str  # what this one is called in the file: there may be several, for one state and for many
+    entries: tuple[Expr, ...]  # of its result, row by row
+    lines: tuple[int, ...]  # where each entry is written
 
     def by_rows(self, shape: tuple[int, ...]) -> Read:
         """Return a result of some shape row by row, whose entries stand column by column."""

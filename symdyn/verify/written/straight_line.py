@@ -129,19 +129,12 @@ class File:
 
 @dataclass
 class Reader:
-    """One function that is being read.
+    """One function that is being read."""
 
-    Attributes:
-        syntax: of the language.
-        file: where it stands.
-        expected: which of the program's functions it is, or a part of.
-        names: arguments and what was set.
-    """
-
-    syntax: ClassVar[Syntax]
-    file: File
-    expected: ExpectedFunction
-    names: dict[str, Value] = field(default_factory=dict)
+    syntax: ClassVar[Syntax]  # of the language
+    file: File  # where it stands
+    expected: ExpectedFunction  # which of the program's functions it is, or a part of
+    names: dict[str, Value] = field(default_factory=dict)  # arguments and what was set
 
     def __post_init__(self) -> None:
         """Lay out which node is which expression."""

@@ -145,19 +145,12 @@ LONGEST = 600
 
 @dataclass(frozen=True)
 class Stage:
-    """A loop, or a row of angles.
+    """A loop, or a row of angles."""
 
-    Attributes:
-        number: from 1.
-        before: what is the same for all states.
-        lines: the body of the loop; a target with a subscript is an assignment, else a new name.
-        call: what is called in place of a loop; "" for a loop.
-    """
-
-    number: int
-    before: tuple[Line, ...] = ()
-    lines: tuple[Line, ...] = ()
-    call: str = ""
+    number: int  # from 1
+    before: tuple[Line, ...] = ()  # what is the same for all states
+    lines: tuple[Line, ...] = ()  # the body of the loop; a target with a subscript is an assignment, else a new name
+    call: str = ""  # what is called in place of a loop; "" for a loop
 
 
 @dataclass(frozen=True)

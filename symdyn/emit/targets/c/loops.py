@@ -53,17 +53,11 @@ class Rows:
 
 @dataclass(frozen=True)
 class Room:
-    """Work space, in numbers.
+    """Work space, in numbers."""
 
-    Attributes:
-        one: of one state.
-        lanes: states side by side; 0 where they would not fit on the stack.
-        lockstep: of these, all at once.
-    """
-
-    one: int
-    lanes: int
-    lockstep: int
+    one: int  # of one state
+    lanes: int  # states side by side; 0 where they would not fit on the stack
+    lockstep: int  # of these, all at once
 
 
 def rows_of(
@@ -153,54 +147,31 @@ class StepText:
 
 @dataclass(frozen=True)
 class SweepText:
-    """One sweep.
+    """One sweep."""
 
-    Attributes:
-        name: of the sweep.
-        inward: whether it goes from the tips to the ground.
-        steps: at a joint of every kind, each once, however many kinds have it.
-        kinds: of each step those that do.
-        rows: how many rows are handed on.
-        ground: where it starts with the acceleration of the ground, rows and entries of that.
-        ones: where it starts with a one.
-        reads: arguments that it reads.
-        finds: where it writes an entry of every joint: "out", or what later sweeps read as an argument; "" for none.
-        pairs: whether pairs of joints are gone through after its steps.
-    """
-
-    name: str
-    inward: bool
-    steps: tuple[StepText, ...]
-    kinds: tuple[tuple[int, ...], ...]
-    rows: int
-    ground: tuple[tuple[int, int], ...]
-    ones: tuple[int, ...]
-    reads: tuple[str, ...]
-    finds: str
-    pairs: bool
+    name: str  # of the sweep
+    inward: bool  # whether it goes from the tips to the ground
+    steps: tuple[StepText, ...]  # at a joint of every kind, each once, however many kinds have it
+    kinds: tuple[tuple[int, ...], ...]  # of each step those that do
+    rows: int  # how many rows are handed on
+    ground: tuple[tuple[int, int], ...]  # where it starts with the acceleration of the ground, rows and entries of that
+    ones: tuple[int, ...]  # where it starts with a one
+    reads: tuple[str, ...]  # arguments that it reads
+    finds: str  # where it writes an entry of every joint: "out", or what later sweeps read as an argument; "" for none
+    pairs: bool  # whether pairs of joints are gone through after its steps
 
 
 @dataclass(frozen=True)
 class PairsText:
-    """Pairs of joints and all that they carry, in an order in which what one carries stands together.
+    """Pairs of joints and all that they carry, in an order in which what one carries stands together."""
 
-    Attributes:
-        steps: of a parent that turns, then of one that slides, of those that there are.
-        pitch: numbers from a row of what goes along to the next; there are as many as joints, to whole vectors.
-        goes: rows of what goes along with a joint.
-        found: entries of a pair: rows and blocks as in `BOTH_WAYS`.
-        in_order: whether that order is the one of the table.
-        branched: whether a joint is neither carried by another one nor carries it.
-        solved: how many columns of right sides with M are solved together at the end, 0 for none at all.
-    """
-
-    steps: tuple[StepText, ...]
-    pitch: int
-    goes: int
-    found: tuple[tuple[bool, int], ...]
-    in_order: bool
-    branched: bool
-    solved: int
+    steps: tuple[StepText, ...]  # of a parent that turns, then of one that slides, of those that there are
+    pitch: int  # numbers from a row of what goes along to the next; there are as many as joints, to whole vectors
+    goes: int  # rows of what goes along with a joint
+    found: tuple[tuple[bool, int], ...]  # entries of a pair: rows and blocks as in `BOTH_WAYS`
+    in_order: bool  # whether that order is the one of the table
+    branched: bool  # whether a joint is neither carried by another one nor carries it
+    solved: int  # how many columns of right sides with M are solved together at the end, 0 for none at all
 
     @property
     def rows(self) -> int:

@@ -14,17 +14,11 @@ SIDE = 8
 
 @dataclass(frozen=True)
 class PairRunsText:
-    """A loop over pairs of velocities.
+    """A loop over pairs of velocities."""
 
-    Attributes:
-        loop: what it goes over.
-        lanes: the longest way, filled up.
-        steps: of a pair and along a way, as expressions and as C, `pair` and `run`.
-    """
-
-    loop: PairLoop
-    lanes: int
-    steps: PairSteps
+    loop: PairLoop  # what it goes over
+    lanes: int  # the longest way, filled up
+    steps: PairSteps  # of a pair and along a way, as expressions and as C, `pair` and `run`
     pair: StepText
     run: StepText
     each: int = PairRuns.EACH

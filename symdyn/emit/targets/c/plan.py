@@ -245,17 +245,11 @@ class SineCosine:
 
 @dataclass(frozen=True)
 class Plan:
-    """A routine in stages.
+    """A routine in stages."""
 
-    Attributes:
-        stages: in running order; the last is a pass.
-        rows: how many rows of work space there are.
-        names: of inputs and steps, the few added ones included.
-    """
-
-    stages: tuple[Pass | SineCosine, ...]
-    rows: int
-    names: Mapping[Expr, str]
+    stages: tuple[Pass | SineCosine, ...]  # in running order; the last is a pass
+    rows: int  # how many rows of work space there are
+    names: Mapping[Expr, str]  # of inputs and steps, the few added ones included
 
     @property
     def loads(self) -> int:

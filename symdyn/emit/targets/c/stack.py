@@ -34,18 +34,12 @@ class Stack:
     """Bytes of arrays that a function and whom it calls have on the stack, those of its deepest way of calls.
 
     What a compiler spills, and saves of registers, comes on top; it depends on the compiler alone.
-
-    Attributes:
-        one: of a call for one state.
-        many: of a call for many states; 0 without batch code.
-        work: numbers of an argument that stands in for most of them; 0 where there is none.
-        behind: where in that argument results stand, behind what parts hand on.
     """
 
-    one: int
-    many: int
-    work: int = 0
-    behind: int = 0
+    one: int  # of a call for one state
+    many: int  # of a call for many states; 0 without batch code
+    work: int = 0  # numbers of an argument that stands in for most of them; 0 where there is none
+    behind: int = 0  # where in that argument results stand, behind what parts hand on
 
 
 def allowance(option: str) -> int | None:

@@ -45,44 +45,26 @@ NAME, GROUP = re.compile(r"[A-Za-z_]\w*"), 8
 
 @dataclass(frozen=True)
 class PassText:
-    """One loop.
+    """One loop."""
 
-    Attributes:
-        number: from 1.
-        vector: whether it must become vector code.
-        unused: what it is handed and does not read.
-        before: what is uniform, ahead of the loop.
-        lines: the body of the loop.
-        names: targets of lines that are new variables; other lines go to work space and to the result.
-    """
-
-    number: int
-    vector: bool
-    unused: tuple[str, ...]
-    before: tuple[Line, ...]
-    lines: tuple[Line, ...]
-    names: frozenset[str]
+    number: int  # from 1
+    vector: bool  # whether it must become vector code
+    unused: tuple[str, ...]  # what it is handed and does not read
+    before: tuple[Line, ...]  # what is uniform, ahead of the loop
+    lines: tuple[Line, ...]  # the body of the loop
+    names: frozenset[str]  # targets of lines that are new variables; other lines go to work space and to the result
 
 
 @dataclass(frozen=True)
 class ScalarStage:
-    """A piece of the scalar function: lines, or angles whose sines and cosines are taken together, or a call.
+    """A piece of the scalar function: lines, or angles whose sines and cosines are taken together, or a call."""
 
-    Attributes:
-        number: tells the arrays of angles apart.
-        lines: assignments.
-        angles: where the angles are, padded with zeros to whole groups; () for lines.
-        count: how many there are without the padding.
-        results: what becomes of sines and cosines; without `angles`, all there is to it.
-        call: of a part that stands in a function of its own; "" for none.
-    """
-
-    number: int
-    lines: tuple[Line, ...] = ()
-    angles: tuple[str, ...] = ()
-    results: tuple[Line, ...] = ()
-    call: str = ""
-    count: int = 0
+    number: int  # tells the arrays of angles apart
+    lines: tuple[Line, ...] = ()  # assignments
+    angles: tuple[str, ...] = ()  # where the angles are, padded with zeros to whole groups; () for lines
+    results: tuple[Line, ...] = ()  # what becomes of sines and cosines; without `angles`, all there is to it
+    call: str = ""  # of a part that stands in a function of its own; "" for none
+    count: int = 0  # how many there are without the padding
 
 
 @dataclass(frozen=True)
@@ -300,23 +282,14 @@ NEAREST = 32 * 1024
 
 @dataclass(frozen=True)
 class Gathered:
-    """What becomes of the result of a block.
+    """What becomes of the result of a block."""
 
-    Attributes:
-        rows: of a block: entries that are written, and one of zeros where there are some.
-        zeros: whether the last row holds zeros.
-        written: entries that loops write, with their rows.
-        places: of each entry, the row that it is; () where every entry has its own.
-        direct: whether loops write all entries, so that they may write where the result has to go.
-        wide: whether the result has so many entries that columns a power of two apart are not written directly.
-    """
-
-    rows: int
-    zeros: bool
-    written: Mapping[int, int]
-    places: tuple[int, ...]
-    direct: bool
-    wide: bool
+    rows: int  # of a block: entries that are written, and one of zeros where there are some
+    zeros: bool  # whether the last row holds zeros
+    written: Mapping[int, int]  # entries that loops write, with their rows
+    places: tuple[int, ...]  # of each entry, the row that it is; () where every entry has its own
+    direct: bool  # whether loops write all entries, so that they may write where the result has to go
+    wide: bool  # whether the result has so many entries that columns a power of two apart are not written directly
 
     def reach(self, states: int, width: int) -> int:
         """Return how far rows of so many states of `width` bytes are apart; where room is scarce, no further."""

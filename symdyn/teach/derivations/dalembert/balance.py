@@ -216,11 +216,6 @@ class Balance(Prose):
             return self.name(key, "F" if words.startswith("force") else "M", one.joint, words[-1], node=node)
         return self.name(key, "R", one.joint, str(one.number + 1), node=node)
 
-    def kept(self, wrench: tuple[Sequence[Expr], Sequence[Expr]]) -> list[Expr]:
-        """Return the components that are written."""
-        entries = (*wrench[0], *wrench[1])
-        return [entries[k] for k in self.system.kept]
-
 
 def _pinned(cuts: Sequence[JointFrames]) -> list[JointFrames]:
     """Return the cuts of a mechanism whose loops are closed: what keeps points together acts at the parent's own.

@@ -224,7 +224,9 @@ def _moments(lesson: Balance, j: int, chosen: Chosen) -> tuple[str, str]:
     """Return the last moment of the inertia bivector that is written, by the text and as it is, in numbers."""
     one = lesson.cuts[j]
     assert one is not None, "a body with a mass"
-    wrong, right = chosen.of(lesson.kept(one.misread)[-1], lesson.kept(lesson.system.bodies[j].inertia)[-1])
+    wrong, right = chosen.of(
+        lesson.system.written(one.misread)[-1], lesson.system.written(lesson.system.bodies[j].inertia)[-1]
+    )
     return lesson.equals(wrong), lesson.equals(right)
 
 
@@ -256,7 +258,7 @@ def _bivectors(lesson: Balance, j: int) -> list[Step]:
     body, system, here = lesson.scene.bodies[j].name, lesson.system, numbered(Letters.body_number(j), j)
     known = system.bodies[j]
     columns = [
-        _bivector(lesson, j, kind, here, [(lesson.short(x), x) for x in lesson.kept(entries)], number)
+        _bivector(lesson, j, kind, here, [(lesson.short(x), x) for x in lesson.system.written(entries)], number)
         for kind, entries, number in (("A", known.action, "5.1"), ("D", known.inertia, "5.17"))
     ]
     for h, hinge in enumerate(system.hanging.hinges):
@@ -293,7 +295,7 @@ def _bivectors(lesson: Balance, j: int) -> list[Step]:
 
 def _exerted(lesson: Balance, j: int, present: Sequence[int]) -> list[tuple[Form, Expr]]:
     """Return what the unknowns of one joint exert on body j, as forms and as nodes."""
-    columns = [lesson.kept(lesson.system.blocks[j, u]) for u in present]
+    columns = [lesson.system.written(lesson.system.blocks[j, u]) for u in present]
     sizes = [lesson.unknowns[u] for u in present]
     entries = []
     for row in zip(*columns, strict=True):

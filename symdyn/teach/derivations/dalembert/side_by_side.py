@@ -122,19 +122,12 @@ WIDEST = 240
 
 @dataclass(frozen=True)
 class Term:
-    """One term of one equation.
+    """One term of one equation."""
 
-    Attributes:
-        velocity: number of the equation.
-        rates: what the coefficient multiplies; ONE for weights.
-        coefficient: by Lagrange.
-        shares: by D'Alembert, one a body.
-    """
-
-    velocity: int
-    rates: Form
-    coefficient: Form
-    shares: tuple[Form, ...]
+    velocity: int  # number of the equation
+    rates: Form  # what the coefficient multiplies; ONE for weights
+    coefficient: Form  # by Lagrange
+    shares: tuple[Form, ...]  # by D'Alembert, one a body
 
 
 def terms_of_both(scene: Scene) -> list[Term]:
@@ -188,7 +181,7 @@ def _powers(w: Workspace) -> list[tuple[list[Expr], list[Expr]]]:
         v, omega = T.R.T @ (x, y, z), known.motion.w
         rates = [[gradient(c, (u,))[0] for c in (*v, *omega)] for u in state.qd]
         force, moment = known.inertia
-        inertia.append([-graph.total(f * c for f, c in zip((*force, *moment), row, strict=True)) for row in rates])
+        inertia.append([-graph.dot((*force, *moment), row) for row in rates])
         if known.body.m.is_zero:
             weights.append([graph.zero] * state.n)
             continue

@@ -161,7 +161,7 @@ def _left_over(solving: Solving) -> tuple[Formula, ...]:
         return ()
     rows = loops.recursive
     G, bias = loops.G(rows), loops.bias(rows)
-    rates = [lesson.graph.total(g * u for g, u in zip(G[k], state.qd, strict=True)) for k in kept]
+    rates = [lesson.graph.dot(G[k], state.qd) for k in kept]
     pushes = [lesson.graph.total([bias[k], *(g * a for g, a in zip(G[k], state.qdd, strict=True))]) for k in kept]
     levels = ((rates, state.qd), (pushes, state.qdd))
     try:
@@ -244,17 +244,11 @@ def _linear(solving: Solving, equations: Sequence[Expr], unknowns: Sequence[Expr
 
 @dataclass(frozen=True)
 class Root:
-    """How one coordinate is found: x = middle ± way.
+    """How one coordinate is found: x = middle ± way."""
 
-    Attributes:
-        values: middle and way on the graph.
-        forms: the same as they are printed.
-        blocks: what is said and written before.
-    """
-
-    values: tuple[Expr, Expr]
-    forms: tuple[Form, Form]
-    blocks: tuple[Block, ...]
+    values: tuple[Expr, Expr]  # middle and way on the graph
+    forms: tuple[Form, Form]  # the same as they are printed
+    blocks: tuple[Block, ...]  # what is said and written before
 
 
 def _placed(solving: Solving, gap: Sequence[Expr], u: int, v: int) -> tuple[tuple[Block, ...], Words] | None:
