@@ -48,9 +48,9 @@ def _of_equations(course: Course, key: str) -> Iterator[Wrong]:
     yield from ((rule, right - 2 * x) for rule, x in stored if not x.is_zero)
     for rule, of in course.beside.items():
         yield from ((rule, right + times * of[i]) for times in (1, 2))
-    for load in (course.loads[i], 2 * course.loads[i]):
-        yield "velocities", inertial + static + load
-        yield from (("product", right - product + load), ("slope", right + kinetic + load))
+    for rule, x in (("velocities", product - kinetic), ("product", product), ("slope", -kinetic)):
+        if _mark(course, right - x, free=False) != _mark(course, right, free=False):  # nothing is lost with the load
+            yield from ((rule, right - x + times * course.loads[i]) for times in (1, 2))
     alone, still = _alone(course, i)
     yield from (("coupling", course.put(right, values)) for values in (alone, still))
     momenta = (course.slope(course.right.K[part.tag], state.qd[i]) for part in course.parts)
