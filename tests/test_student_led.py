@@ -1,4 +1,4 @@
-"""A single mistake where a motion is prescribed is told with the same causes by page and shell, the true one among them."""
+"""A single mistake where a motion is prescribed is told alike by page and shell, its cause among the reasons."""
 
 from __future__ import annotations
 
@@ -18,8 +18,9 @@ from symdyn.scene.values import acceleration_name
 from symdyn.teach.student.course import Course
 
 VALUES = {
-    "m": "2 kg", "M": "5 kg", "l": "0.5 m", "h": "0.1 m", "a": "0.3 m", "e": "0.2 m", "J": "0.02 kg m^2", "W": "3 rad/s",
-    "k": "40 N/m", "c": "0.1 N m s", "d": "0.3 N s/m", "g": "9.81 m/s^2", "v": "0.6 m/s", "eps": "1.5 rad/s^2",
+    "m": "2 kg", "M": "5 kg", "l": "0.5 m", "h": "0.1 m", "a": "0.3 m", "e": "0.2 m", "J": "0.02 kg m^2",
+    "W": "3 rad/s", "k": "40 N/m", "c": "0.1 N m s", "d": "0.3 N s/m", "g": "9.81 m/s^2",
+    "v": "0.6 m/s", "eps": "1.5 rad/s^2",
 }  # fmt: skip
 DISC = 'inertia = ["J", "J", "J"]\ninertia_about = "com"'
 
@@ -35,26 +36,33 @@ def _joint(kind: str, parent: str, child: str, axis: str, more: str) -> str:
 def _scene(name: str, gravity: str, bodies: dict[str, str], *joints: str) -> Scene:
     given = "".join(f'{x} = {{ value = "{y}", positive = true }}\n' for x, y in VALUES.items())
     each = "".join(f"[bodies.{body}]\n{text}\n" for body, text in bodies.items())
-    return read_text(f'name = "{name}"\ngravity = {gravity}\n[parameters]\n{given}{each}{"".join(joints)}').as_parameters()
+    return read_text(
+        f'name = "{name}"\ngravity = {gravity}\n[parameters]\n{given}{each}{"".join(joints)}'
+    ).as_parameters()
 
 
 DOWN, LEVEL = '[0, "-g", 0]', '"none"'
 LED = {
     "pivot": (DOWN, {"cart": "mass = 0", "bob": 'mass = "m"\ncom = [0, "-l", 0]'},
-              _joint("prismatic", "ground", "cart", "[1, 0, 0]", 'coordinate = "s"; drive = "F"; motion = "h*sin(W*t)"'),
+              _joint("prismatic", "ground", "cart", "[1, 0, 0]",
+                     'coordinate = "s"; drive = "F"; motion = "h*sin(W*t)"'),
               _joint("revolute", "cart", "bob", "[0, 0, 1]", 'coordinate = "phi"; drive = false; damping = "c"')),
     "turntable": (LEVEL, {"table": DISC, "bead": 'mass = "m"'},
-                  _joint("revolute", "ground", "table", "[0, 0, 1]", 'coordinate = "phi"; drive = "T"; motion = "W*t"'),
+                  _joint("revolute", "ground", "table", "[0, 0, 1]",
+                     'coordinate = "phi"; drive = "T"; motion = "W*t"'),
                   _joint("prismatic", "table", "bead", "[1, 0, 0]", 'coordinate = "s"; drive = false; damping = "d"'),
                   '[springs.coil]\njoint = "bead"\nstiffness = "k"\nfree = "a"\n'),
     "boom": (LEVEL, {"boom": DISC, "paddle": f'mass = "m"\ncom = ["l", 0, 0]\n{DISC}'},
-             _joint("revolute", "ground", "boom", "[0, 0, 1]", 'coordinate = "phi"; drive = "T"; motion = "eps*t**2/2"'),
-             _joint("revolute", "boom", "paddle", "[0, 0, 1]", 'origin = ["e", 0, 0]; coordinate = "psi"; drive = "N"')),
+             _joint("revolute", "ground", "boom", "[0, 0, 1]",
+                     'coordinate = "phi"; drive = "T"; motion = "eps*t**2/2"'),
+             _joint("revolute", "boom", "paddle", "[0, 0, 1]",
+                     'origin = ["e", 0, 0]; coordinate = "psi"; drive = "N"')),
     "hoist": (DOWN, {"arm": DISC, "load": 'mass = "m"'},
               _joint("revolute", "ground", "arm", "[0, 0, 1]", 'coordinate = "phi"; drive = false; damping = "c"'),
               _joint("prismatic", "arm", "load", "[0, -1, 0]", 'coordinate = "r"; drive = "S"; motion = "a - v*t"')),
     "rail": (DOWN, {"rail": 'mass = "M"', "rod": f'mass = "m"\ncom = [0, "-l", 0]\n{DISC}'},
-             _joint("prismatic", "ground", "rail", "[0, 1, 0]", 'coordinate = "y"; drive = "F"; motion = "h*cos(W*t)"'),
+             _joint("prismatic", "ground", "rail", "[0, 1, 0]",
+                     'coordinate = "y"; drive = "F"; motion = "h*cos(W*t)"'),
              _joint("revolute", "rail", "rod", "[0, 0, 1]", 'coordinate = "phi"; drive = "N"; damping = "c"')),
 }  # fmt: skip
 
@@ -78,7 +86,9 @@ def _wrong(scene: Scene, i: int, in_letters: bool) -> Iterator[tuple[str, str]]:
     assert node is not None
     terms = [one.to_sympy() for one in course.terms(node + course.right.Q[i - 1])]
     right = sum(terms)
-    moved = zip((scene.coordinates, scene.velocities, rates), (given.position, given.velocity, given.acceleration), strict=True)
+    moved = zip(
+        (scene.coordinates, scene.velocities, rates), (given.position, given.velocity, given.acceleration), strict=True
+    )
     led = {names[k]: Form.of(x).to_sympy() for names, nodes in moved for k, x in zip(given.place, nodes, strict=True)}
 
     def written(wrong: Any) -> str:
