@@ -130,7 +130,7 @@ def test_page_and_shell_tell_the_same_causes_where_a_motion_is_prescribed(
         named = [any(map(one.names, causes)) for one in (shell, first)]
         true = all(named) and (kind != "prescribed" or all("prescribed" in x for x in reasons))
         for some in reasons:  # of rates that are lost the page may say more
-            some -= {"slope"} if kind in ("drop", "prescribed") and "velocities" in some else set()
+            some.difference_update({"slope"} if kind in ("drop", "prescribed") and "velocities" in some else ())
         false = {x for x in reasons[0] if causes.isdisjoint(benchmark.NAMES[x].split())}
         if not shell.verdict == first.verdict == "wrong" or reasons[0] != reasons[1] or false or not true:
             off.append(f"{key} {kind}: {text}: {shell.verdict} {shell.rules}, {first.verdict} {first.rules}")
