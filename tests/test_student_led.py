@@ -107,7 +107,7 @@ def _wrong(scene: Scene, i: int, in_letters: bool) -> Iterator[tuple[str, str]]:
         for f in [*t.atoms(sympy.sin, sympy.cos)][:1]:
             yield "trig", written(right - t + t.subs(f, (sympy.cos if f.func is sympy.sin else sympy.sin)(*f.args)))
     still = {x: 0 for x in right.free_symbols if x.name in moving}
-    if right.subs(still) not in (0, right):
+    if any(led[x.name] != 0 for x in still) and right.subs(still) not in (0, right):
         yield "prescribed", written(right.subs(still))
 
 
