@@ -33,7 +33,7 @@ from symdyn.scene.toml import read_text
 from symdyn.scene.values import acceleration_name
 from symdyn.teach import check_derivation, in_words
 from symdyn.teach.languages import language_of
-from symdyn.teach.practice.questions import questions_of
+from symdyn.teach.practice.questions import BALANCED, questions_of
 from symdyn.teach.practice.quiz import boxed
 from symdyn.teach.student.answer import EMPTY
 from symdyn.teach.student.course import Course
@@ -182,11 +182,13 @@ def judged_on_page(rows: Sequence[Row]) -> Iterator[Row]:
 
 
 def _asked(course: Course, key: str, scene: Scene) -> Expr | None:
-    """Return what a box asks for, by its key; of an acceleration what the equation is when solved for it."""
+    """Return what a box asks for, by its key: behind drive and loads, or what an equation solved for one is."""
     node = course.value(key.replace("solved", "tau"), course.right)
-    if node is None or not key.startswith("solved"):
+    if node is None or not key.startswith(BALANCED):
         return node
     i = int(key.partition(":")[2]) - 1
+    if key.startswith("tau"):
+        return node + course.right.Q[i]
     a = course.state.qdd[i]
     M = gradient(node, [a])[0]
     drive = scene.drives[i]

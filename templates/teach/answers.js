@@ -120,8 +120,9 @@ const Answers = (() => {
       return {...(told.rule || !mixed(key, whole) ? told : forgot(["dimension", "", ""])), changes, kinds: changes.map(one => one[2]).filter(Boolean)};
     }
     if (QUESTIONS.apart.rates.includes(told.rule) && found.rules.join() === "relative") return {...told, kinds: found.kinds, changes: found.changes};
-    const untold = found.rules.filter(rule => rule !== told.other || found.rules[0] !== told.rule);
-    const text = untold.map((rule, k) => k || rule !== told.rule ? words.mistakes[rule] : told.reason).join(words.mistakes.and);
+    if (told.rule === "slope" && found.rules[0] === "velocities") found.rules.unshift("slope");  // the shell says it, too
+    const led = found.rules.includes("prescribed"), untold = found.rules.filter(rule => led || rule !== told.other || found.rules[0] !== told.rule);
+    const text = untold.map((rule, k) => k || led || rule !== told.rule ? words.mistakes[rule] : told.reason).join(words.mistakes.and);
     return {...told, ...found, text: words["answer.mistake"].replace("{rule}", () => text)};
   }
   // Whether terms of an equation differ in units, see symdyn.teach.student.diagnosis

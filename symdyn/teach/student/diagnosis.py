@@ -208,10 +208,12 @@ class Diagnosis:
             return None
         free = key.startswith(FREE)
         mine, *rows = self.points.marked([form.express(self._graph), *(one.node for one in known)], free)
+        by_value = free or bool(prescribed(self.scene, self._graph).place)  # a prescribed motion may be put in
         for one, row in zip(known, rows, strict=True):
             for first in (0, 2):
                 pairs = list(zip(mine[first : first + 2], row[first : first + 2], strict=True))
-                if pairs and all(_close(a, b) for a, b in pairs) and (free or equal(form, self._form(one.node, first))):
+                held = bool(pairs) and all(_close(a, b) for a, b in pairs)
+                if held and (by_value or equal(form, self._form(one.node, first))):
                     return one
         at = [0, SCALED]
         nodes = [form.express(self._graph), right.express(self._graph)]
@@ -327,9 +329,9 @@ class Diagnosis:
         rules = list(dict.fromkeys((*told.rules, *(["untied"] if loose and told.sure else []))))
         kinds = [evidence.every[k].kind for k in told.terms]
         suits = set(rules) <= {*VAGUE, "coupling"} and any(found and found.rule in SUITS.get(x, ()) for x in kinds)
-        if found and (unlike or suits):
+        if found and (unlike or suits) and (found.rule, rules) != ("cross", ["termsign"]):  # a sign is all
             rules.insert(0, found.rule)
-        if found and found.rule == rules[0]:  # with its mass
+        if found and found.rule == rules[0] and "prescribed" not in rules:  # with its mass
             return replace(found, more=tuple(x for x in rules[1:] if x != found.other))
         return Mistake(rules[0], node, more=tuple(rules[1:]))
 

@@ -195,8 +195,11 @@ def _evidence(
                 columns[k] = replace(columns[k], kind=kind)
         if form is not None or not same:
             columns.append(Column(kind, form, row))
-        elif kind in BESIDE and i is not None and (kind, columns[same[0]].kind) != ("along", "spin"):
-            columns[same[0]] = replace(columns[same[0]], also=(*columns[same[0]].also, kind))
+            continue
+        one = columns[same[0]]
+        led = "prescribed" in (one.kind, *one.also)  # it accounts for the others
+        if kind in BESIDE and i is not None and not led and (kind, one.kind) != ("along", "spin"):
+            columns[same[0]] = replace(one, also=(*one.also, kind))
     handles = tuple(_handles(course, motions, i, ways, tied, how)) if i is not None else ()
     beside = () if i is None or tied or how else tuple(_beside(course, motions, i))
     if tied and i is not None and not how:

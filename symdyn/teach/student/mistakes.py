@@ -41,16 +41,16 @@ def _of_equations(course: Course, key: str) -> Iterator[Wrong]:
     yield from (("product", right - x) for x in (product, *rates))
     yield "chain", right - 2 * product
     yield from (("slope", right + times * x) for x in (kinetic, *slopes) for times in (1, 2))
-    yield from (("slope", right + x) for x in rates)
+    yield from (("slope", right + x) for x in (rates if _adds(course, right, kinetic) else ()))
     yield "velocities", inertial + static
     elastic = course.slope(course.right.P["E"], state.q[i])
     stored = (("spring", elastic), ("gravity", potential - elastic), ("energies", potential))
     yield from ((rule, right - 2 * x) for rule, x in stored if not x.is_zero)
     for rule, of in course.beside.items():
         yield from ((rule, right + times * of[i]) for times in (1, 2))
-    for load in (course.loads[i], 2 * course.loads[i]):
-        yield "velocities", inertial + static + load
-        yield from (("product", right - product + load), ("slope", right + kinetic + load))
+    for rule, x in (("velocities", product - kinetic), ("product", product), ("slope", -kinetic)):
+        if _adds(course, right, x):  # else the load alone is lost
+            yield from ((rule, right - x + times * course.loads[i]) for times in (1, 2))
     alone, still = _alone(course, i)
     yield from (("coupling", course.put(right, values)) for values in (alone, still))
     momenta = (course.slope(course.right.K[part.tag], state.qd[i]) for part in course.parts)
@@ -167,17 +167,22 @@ def _undivided(course: Course, i: int) -> Iterator[Wrong]:
     """Yield equations that were divided, by a coefficient or a parameter, but for one of their terms."""
     state, graph = course.state, course.graph
     total = _known(course.value(f"tau:{i + 1}", course.right))
-    own = [x for a in state.qdd if not (x := course.slope(total, a)).is_zero]
+    own = {a: M for a in state.qdd if _adds(course, total, M := course.slope(total, a))}
     names = [graph.symbol(name) for name in sorted({p.name for p in course.scene.parameters})]
-    powers = [x for name in used(graph.total(own), names) for x in (name, name * name)]
+    powers = [x for name in used(graph.total(own.values()), names) for x in (name, name * name)]
     drive = course.scene.drives[i]
     pieces = [-graph.symbol(drive)] if drive else []
     try:
         pieces += [one.express(graph) for one in course.terms(total)]
     except DerivationError:
         return
-    yield from (("undivided", total + (by - graph.one) * piece) for by in (*own, *powers) for piece in pieces)
-    yield from (("undivided", total + (graph.one - M) * a) for a, M in zip(state.qdd, own, strict=False))
+    yield from (("undivided", total + (by - graph.one) * piece) for by in (*own.values(), *powers) for piece in pieces)
+    yield from (("undivided", total + (graph.one - M) * a) for a, M in own.items())
+
+
+def _adds(course: Course, node: Expr, x: Expr) -> bool:
+    """Whether something is not zero, by its value beside something else."""
+    return not x.is_zero and _mark(course, node + x, free=False) != _mark(course, node, free=False)
 
 
 def _by_rates(course: Course, node: Expr) -> list[Expr]:

@@ -137,7 +137,8 @@ def _carried(course: Course, part: Parts) -> Iterator[Way]:
         yield from ((course.squared(part, *x), course.kinetic(part, *x), None) for x in ((0,), (0, 0)))
     if not all(x.is_zero for x in part.base):
         v2, K, P = course.squared(part, 1, 0, 0), course.kinetic(part, 1, 0, 0, 0), course.weight(part, arm=0)
-        yield from ((None, None, course.weight(part, base=0)), (None, None, P), (v2, K, P), (None, K, None))
+        heights = ((None, None, course.weight(part, base=0)), (None, None, P), (v2, K, P))
+        yield from (*(() if P.is_zero else heights), (None, K, None))  # a hinge at the height zero lifts nothing
 
 
 def _relative(course: Course, part: Parts) -> Iterator[Way]:
