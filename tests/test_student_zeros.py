@@ -1,8 +1,9 @@
-"""Quantities that are zero at every state, and terms of moments of inertia too much: both doors tell the same."""
+"""Quantities that are zero at every state, terms too much, parts of a term left out: both doors tell the same."""
 
 from __future__ import annotations
 
 import shutil
+from pathlib import Path
 
 import pytest
 from test_student_answers import _benchmark
@@ -29,6 +30,7 @@ joints.p = { type = "revolute", parent = "ground", child = "a", axis = [0, 1, 0]
 """
 FRAME, CENTRE = (SWING.replace("ABOUT", x) for x in ("frame", "com"))
 DISC = CENTRE.replace('"-d"', "0")
+CLUTCH = (Path(__file__).parents[1] / "examples/gallery/clutch.toml").read_text()
 RIGHT, EXTRA, PARALLEL = (True, ()), (False, ("extra",)), (False, ("extra", "steiner"))
 TYPED = {
     FLYWHEELS: [
@@ -52,6 +54,12 @@ TYPED = {
         ("K:", "1/2 (I + m d^2) phi'^2", RIGHT),
         ("K:", "1/2 (I + m d^2 + m r^2) phi'^2", EXTRA),
         ("K:", "1/2 (I + 2 m d^2) phi'^2", (False, ("half", "extra"))),
+        ("P:", "-g d cos(phi)", (False, ("power", "dimension"))),
+        ("P:", "0", (False, ("weightless",))),
+    ],
+    CLUTCH: [
+        ("tau:2", "J2 (phi'' + psi'') = -(Tc + Ts exp(-psi'^2)) sign(psi')", (False, ("term",))),
+        ("tau:2", "J2 (phi'' + psi'') = 0", (False, ("friction",))),
     ],
 }
 """By scene: what is asked, an answer, whether it is right, and the rules that both doors tell."""
@@ -60,8 +68,8 @@ TYPED = {
 @pytest.mark.runs("node")
 @pytest.mark.skipif(shutil.which("node") is None, reason="the page's program runs in node")
 @pytest.mark.parametrize(
-    "text", [FLYWHEELS, FRAME, *(pytest.param(x, marks=pytest.mark.slow) for x in (LED, DISC, CENTRE))],
-    ids=["flywheels", "frame", "led", "disc", "centre"],
+    "text", [FLYWHEELS, FRAME, *(pytest.param(x, marks=pytest.mark.slow) for x in (LED, DISC, CENTRE, CLUTCH))],
+    ids=["flywheels", "frame", "led", "disc", "centre", "clutch"],
 )  # fmt: skip
 def test_zeros_and_terms_too_much_are_told_alike_at_both_doors(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
     benchmark, scene, rows = _benchmark(monkeypatch), read_text(text, "scene.toml").as_parameters(), TYPED[text]

@@ -49,7 +49,7 @@
     math.innerHTML = inside;
     return math;
   }
-  const LIKE = {weight: "gravity", hung: "gravity", springs: "spring", friction: "load", force: "load", flow: "load", slope: "rates", cancelling: "rates", product: "rates", row: ""};
+  const LIKE = {weight: "gravity", hung: "gravity", springs: "spring", friction: "load", law: "load", force: "load", flow: "load", slope: "rates", cancelling: "rates", product: "rates", row: ""};
   // Which kinds of terms differ is told after the second try, the terms after the third
   function differing(told, tries, verdict) {
     const said = key => words["answer.kind." + key];

@@ -376,9 +376,12 @@ def _terms(course: Course, of: Sequence[tuple[str, Expr, int | None]]) -> Iterat
     for kind, node, j in of:
         forms = course.terms(node)
         most = max((_degree(form, course) for form in forms), default=0)
-        for form in forms:
+        laws = [{x for x in form.walk() if isinstance(x, Function) and {*x.symbols} & {*rates}} for form in forms]
+        for form, law in zip(forms, laws, strict=True):
             held = set(form.symbols)
             own = "springs" if kind == "spring" and _degree(form, course) == most else kind
+            if kind == "friction" and sum(not law.isdisjoint(one) for one in laws) > 1:
+                own = "law"
             if kind == "inertia" and len(held & set(rates)) > 1:
                 own = "cross"
             elif kind == "inertia" and j is not None and held & (set(other) - {other[j]}):

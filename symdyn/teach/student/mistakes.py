@@ -218,6 +218,7 @@ STATES: Mapping[str, tuple[str, str, str]] = {
     "spring": ("spring", "spring", "termfactor"),
     "springs": ("term", "spring", "termfactor"),  # all of it; "spring" is what a free length makes
     "friction": ("friction", "friction", "termfactor"),
+    "law": ("term", "friction", "termfactor"),  # a part of one, as of dry friction that falls with speed
     "force": ("force", "force", "termfactor"),
     "flow": ("term", "termsign", "termfactor"),
     "rates": ("velocities", "termsign", "termfactor"),

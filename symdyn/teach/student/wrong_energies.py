@@ -174,6 +174,9 @@ def _gravity(course: Course, part: Parts) -> Iterator[Way]:
 
 def _weightless(course: Course, part: Parts) -> Iterator[Way]:
     yield None, None, course.graph.zero
+
+
+def _massless(course: Course, part: Parts) -> Iterator[Way]:
     if not part.m.is_zero:
         yield None, None, course.weight(part) / part.m
 
@@ -187,6 +190,7 @@ TREATMENTS: tuple[tuple[str, Callable[[Course, Parts], Iterator[Way]]], ...] = (
     ("half", _half),
     ("gravity", _gravity),
     ("weightless", _weightless),
+    ("power", _massless),
     ("extra", _extra),
     ("steiner", _steiner),
     ("inertia", _inertia),
