@@ -162,16 +162,11 @@ class Turned:
     States are some entries P of N x, N of the point in that frame; there N stays, so with R = exp(Ω t)
 
         X = P R⁻¹ N,  x = X x̃,  w = W w̃,  Ã = X⁻¹ (A X + P R⁻¹ Ω N),  B̃ = X⁻¹ B W
-
-    Attributes:
-        X: shape (nx, nx).
-        rate: P R⁻¹ Ω N, shape (nx, nx), 1/s.
-        W: of inputs, the drives along axes of the body turning as its velocities do, shape (nw, nw).
     """
 
-    X: Array
-    rate: Array
-    W: Array
+    X: Array  # shape (nx, nx)
+    rate: Array  # P R⁻¹ Ω N, shape (nx, nx), 1/s
+    W: Array  # of inputs, the drives along axes of the body turning as its velocities do, shape (nw, nw)
 
 
 def turned(start: Linearization, labels: Sequence[str], spin: Array, time: float) -> Turned:

@@ -46,13 +46,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, init=False, repr=False)
 class Ahead(StateSpace):
-    """A linear system some outputs of which follow rates of inputs at once: y = C x + D w + D₁ ẇ + D₂ ẅ.
+    """A linear system some outputs of which follow rates of inputs at once: y = C x + D w + D₁ ẇ + D₂ ẅ."""
 
-    Attributes:
-        rates: D₁ and D₂, shape (2, ny, nw).
-    """
-
-    rates: Array
+    rates: Array  # D₁ and D₂, shape (2, ny, nw)
 
     def __init__(self, plain: StateSpace, rates: Array) -> None:
         """Take a system and what stands beside its D."""

@@ -114,17 +114,11 @@ HALVINGS = 30
 
 @dataclass(frozen=True)
 class Critical:
-    """Where an eigenvalue, or a pair, crosses the imaginary axis.
+    """Where an eigenvalue, or a pair, crosses the imaginary axis."""
 
-    Attributes:
-        value: of the parameter.
-        frequency: of the pair there, Hz; 0 of a real eigenvalue.
-        grows: whether the mode grows above the value, and decays below; else the other way round.
-    """
-
-    value: float
-    frequency: float
-    grows: bool
+    value: float  # of the parameter
+    frequency: float  # of the pair there, Hz; 0 of a real eigenvalue
+    grows: bool  # whether the mode grows above the value, and decays below; else the other way round
 
     def __str__(self) -> str:
         how = f"oscillates at {in_digits(self.frequency, 6)} Hz" if self.frequency else "does not oscillate"

@@ -359,17 +359,11 @@ STILL = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class SecondOrder:
-    """The matrices at a place of rest, of displacements along velocities.
+    """The matrices at a place of rest, of displacements along velocities."""
 
-    Attributes:
-        M: inertia, shape (n, n).
-        D: damping, shape (n, n).
-        K: stiffness, shape (n, n).
-    """
-
-    M: Array
-    D: Array
-    K: Array
+    M: Array  # inertia, shape (n, n)
+    D: Array  # damping, shape (n, n)
+    K: Array  # stiffness, shape (n, n)
 
     @property
     def moved(self) -> tuple[int, ...]:

@@ -41,17 +41,11 @@ SAID, NAMED = 0.1, 4
 
 @dataclass(frozen=True)
 class Mark:
-    """How far the mode of an eigenvalue is from being hidden.
+    """How far the mode of an eigenvalue is from being hidden."""
 
-    Attributes:
-        value: eigenvalue, 1/s.
-        margin: σ(λ) over the size of A, on what is reached; 0 of a mode that is hidden.
-        states: names of the states that take part most in what no input moves, or no output shows.
-    """
-
-    value: complex
-    margin: float
-    states: tuple[str, ...]
+    value: complex  # eigenvalue, 1/s
+    margin: float  # σ(λ) over the size of A, on what is reached; 0 of a mode that is hidden
+    states: tuple[str, ...]  # names of the states that take part most in what no input moves, or no output shows
 
     @property
     def hidden(self) -> bool:

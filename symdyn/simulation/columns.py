@@ -40,19 +40,12 @@ FORCES, ENERGIES, OTHERS = "driving forces", "energies", "others"
 
 @dataclass(frozen=True)
 class Column:
-    """What one column of a run is.
+    """What one column of a run is."""
 
-    Attributes:
-        name: its name.
-        kind: in the plural, such as "coordinates".
-        unit: such as "rad/s"; "" where it is not known, as that of a multiplier of a formula.
-        latex: its symbol; "" where its name is the better word.
-    """
-
-    name: str
-    kind: str
-    unit: str
-    latex: str = ""
+    name: str  # its name
+    kind: str  # in the plural, such as "coordinates"
+    unit: str  # such as "rad/s"; "" where it is not known, as that of a multiplier of a formula
+    latex: str = ""  # its symbol; "" where its name is the better word
 
     @property
     def words(self) -> str:
@@ -69,19 +62,12 @@ class Column:
 
 @dataclass(frozen=True)
 class ColumnRow:
-    """Columns beside the state, by the pattern of their names.
+    """Columns beside the state, by the pattern of their names."""
 
-    Attributes:
-        pattern: of the whole name.
-        kind: of all of them.
-        unit: of one, from the match.
-        latex: its symbol, from the match.
-    """
-
-    pattern: str
-    kind: str
-    unit: Callable[[re.Match[str]], str] | str
-    latex: Callable[[re.Match[str]], str] = lambda found: ""
+    pattern: str  # of the whole name
+    kind: str  # of all of them
+    unit: Callable[[re.Match[str]], str] | str  # of one, from the match
+    latex: Callable[[re.Match[str]], str] = lambda found: ""  # its symbol, from the match
 
 
 def _force(match: re.Match[str]) -> str:

@@ -153,27 +153,16 @@ class Runner:
 
 @dataclass(frozen=True)
 class RunMode:
-    """A way to run a task.
+    """A way to run a task."""
 
-    Attributes:
-        name: that users read.
-        text: what it is, one line.
-        library: whose it is.
-        part: runs that are handed out at a time.
-        ready: makes what is needed once, and returns what runs a part.
-        refuses: why it does not apply, "" if it does.
-        methods: of `symdyn.simulation.METHODS` that it stands for; () for all.
-        threads: whether parts run on threads at the same time.
-    """
-
-    name: str
-    text: str
-    library: str
-    part: int
-    ready: Callable[[Task], Runner]
-    refuses: Callable[[Task], str]
-    methods: tuple[str, ...] = ()
-    threads: bool = True
+    name: str  # that users read
+    text: str  # what it is, one line
+    library: str  # whose it is
+    part: int  # runs that are handed out at a time
+    ready: Callable[[Task], Runner]  # makes what is needed once, and returns what runs a part
+    refuses: Callable[[Task], str]  # why it does not apply, "" if it does
+    methods: tuple[str, ...] = ()  # of `symdyn.simulation.METHODS` that it stands for; () for all
+    threads: bool = True  # whether parts run on threads at the same time
 
 
 @dataclass(frozen=True)

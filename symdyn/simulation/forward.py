@@ -63,19 +63,12 @@ LARGEST = 3000
 
 @dataclass(frozen=True)
 class Choice:
-    """An integrator and why it was taken.
+    """An integrator and why it was taken."""
 
-    Attributes:
-        name: its key in `METHODS`.
-        method: the integrator.
-        reason: in words, "" for none.
-        otherwise: the one to take where it cannot go on, if nobody asked for it; None for none.
-    """
-
-    name: str
-    method: Method
-    reason: str
-    otherwise: str | None = None
+    name: str  # its key in `METHODS`
+    method: Method  # the integrator
+    reason: str  # in words, "" for none
+    otherwise: str | None = None  # the one to take where it cannot go on, if nobody asked for it; None for none
 
 
 def choose(
@@ -347,14 +340,10 @@ class Control:
     """What acts on a run from outside of its equations: a controller, and functions that forces are given by.
 
     It says at which times the run has samples, and what is told of the controller in the end.
-
-    Attributes:
-        controller: None where there is none.
-        functions: forces that are functions.
     """
 
-    controller: Placed | None = None
-    functions: tuple[Placed, ...] = ()
+    controller: Placed | None = None  # None where there is none
+    functions: tuple[Placed, ...] = ()  # forces that are functions
 
     @property
     def laws(self) -> tuple[Placed, ...]:

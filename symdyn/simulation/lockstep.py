@@ -56,23 +56,14 @@ ENERGIES = {"kinetic_energy": "kinetic_energy", "potential_energy": "potential_e
 
 @dataclass(frozen=True)
 class Lockstep:
-    """The program of runs in lockstep.
+    """The program of runs in lockstep."""
 
-    Attributes:
-        program: its functions.
-        parameters: names of what `prepare` takes, () where nothing is prepared.
-        values: how many numbers it returns.
-        seen: how many formulas are folded.
-        watched: how many ways a run may end before its time.
-        outward: the first of them that counts only where it turns positive.
-    """
-
-    program: Program
-    parameters: tuple[str, ...]
-    values: int
-    seen: int
-    watched: int
-    outward: int
+    program: Program  # its functions
+    parameters: tuple[str, ...]  # names of what `prepare` takes, () where nothing is prepared
+    values: int  # how many numbers it returns
+    seen: int  # how many formulas are folded
+    watched: int  # how many ways a run may end before its time
+    outward: int  # the first of them that counts only where it turns positive
 
 
 def lockstep(

@@ -67,21 +67,13 @@ BAND, LATEST = 0.02, 0.9
 
 @dataclass(frozen=True)
 class Fold:
-    """What becomes of one formula over a run: a number.
+    """What becomes of one formula over a run: a number."""
 
-    Attributes:
-        text: what it is, one line.
-        of: the number, from what was kept.
-        unit: of it, from that of the formula.
-        whole: whether it takes all samples at once.
-        peak: 1 where the largest value between samples changes it, -1 where the smallest does.
-    """
-
-    text: str
-    of: Callable[[Sums], Array]
-    unit: Callable[[str], str] = lambda unit: unit
-    whole: bool = False
-    peak: int = 0
+    text: str  # what it is, one line
+    of: Callable[[Sums], Array]  # the number, from what was kept
+    unit: Callable[[str], str] = lambda unit: unit  # of it, from that of the formula
+    whole: bool = False  # whether it takes all samples at once
+    peak: int = 0  # 1 where the largest value between samples changes it, -1 where the smallest does
 
 
 def _seconds(unit: str) -> str:

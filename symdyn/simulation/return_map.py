@@ -85,27 +85,16 @@ class Returned(NamedTuple):
 
 @dataclass(frozen=True)
 class ReturnMap:
-    """P and what belongs to it.
+    """P and what belongs to it."""
 
-    Attributes:
-        flow: the mechanism under its forces, and its derivative.
-        begin: the state that it is looked for from, shape (nx,).
-        section: its kinds of events; none where time ends a period.
-        told: what it is called.
-        place: where the names of x stand after a swap.
-        cyclic: coordinates that nothing depends on.
-        until: s; the period where there is no section.
-        rtol: relative tolerance of a step.
-    """
-
-    flow: Flow
-    begin: Array
-    section: Section
-    told: str
-    place: Array
-    cyclic: tuple[int, ...]
-    until: float
-    rtol: float
+    flow: Flow  # the mechanism under its forces, and its derivative
+    begin: Array  # the state that it is looked for from, shape (nx,)
+    section: Section  # its kinds of events; none where time ends a period
+    told: str  # what it is called
+    place: Array  # where the names of x stand after a swap
+    cyclic: tuple[int, ...]  # coordinates that nothing depends on
+    until: float  # s; the period where there is no section
+    rtol: float  # relative tolerance of a step
 
     @classmethod
     def of(

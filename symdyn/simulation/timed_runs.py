@@ -57,17 +57,11 @@ Doubles = Callable[[str, float], Array]
 
 @dataclass(frozen=True)
 class Truth:
-    """The end of a motion.
+    """The end of a motion."""
 
-    Attributes:
-        x: coordinates, then velocities, shape (nq + nv,).
-        uncertain: how far it may be off, in the measure of `distance`.
-        how: by which method, in words.
-    """
-
-    x: Long
-    uncertain: float
-    how: str
+    x: Long  # coordinates, then velocities, shape (nq + nv,)
+    uncertain: float  # how far it may be off, in the measure of `distance`
+    how: str  # by which method, in words
 
     def distance(self, x: npt.NDArray[Any]) -> float:
         """Return the largest difference from a state, over the largest entry of either one, at least 1."""

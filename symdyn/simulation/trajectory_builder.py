@@ -163,17 +163,11 @@ NOTHING, OFF_PLANE = 1e-9, 1e-4
 
 @dataclass(frozen=True)
 class Needed:
-    """What a contact needs over a motion.
+    """What a contact needs over a motion."""
 
-    Attributes:
-        row: of the scene.
-        normal: N, shape (N,); it pulls where it is negative.
-        friction: |F| / N at least, where the contact pushes; 0 elsewhere, shape (N,).
-    """
-
-    row: Contact
-    normal: Array
-    friction: Array
+    row: Contact  # of the scene
+    normal: Array  # N, shape (N,); it pulls where it is negative
+    friction: Array  # |F| / N at least, where the contact pushes; 0 elsewhere, shape (N,)
 
 
 def needed(system: StateEquations, motion: Trajectory) -> tuple[list[Needed], list[str]]:
@@ -324,18 +318,12 @@ class DenseOutput:
 
     It keeps the samples and the equations, and costs nothing before it is asked. Samples of a controller and its forces
     are those of the run. Of runs with 31 digits it computes in doubles.
-
-    Attributes:
-        run: what was found.
-        problem: what was integrated.
-        method: the integrator.
-        reported: makes rows of it, those of all its columns.
     """
 
-    run: Integration
-    problem: InitialValueProblem
-    method: Method
-    reported: Callable[[Integration], Trajectory]
+    run: Integration  # what was found
+    problem: InitialValueProblem  # what was integrated
+    method: Method  # the integrator
+    reported: Callable[[Integration], Trajectory]  # makes rows of it, those of all its columns
 
     def __call__(self, whole: Trajectory, t: Array) -> Trajectory:
         """Return a run at times, shape (N,), in any order.

@@ -54,25 +54,15 @@ UNTOLD = frozenset({"work", "energy_error", "loop_error", "loop_rate_error"})
 
 @dataclass(frozen=True, eq=False)
 class Variations:
-    """The steps of a run, and the directions in which it moves where its start or a parameter does.
+    """The steps of a run, and the directions in which it moves where its start or a parameter does."""
 
-    Attributes:
-        flow: the mechanism under its forces, and its derivative.
-        tape: the steps.
-        times: at which steps end, s, shape (T,).
-        names: positions and velocities at the start, and parameters, shape (k,).
-        starts: change of the state at the start, q and then u, over that of each name, shape (k, nq + nv).
-        changes: by how much each name changes each of the flow's parameters, shape (k, at least 1).
-        notes: what a user should know of tolerances.
-    """
-
-    flow: Flow
-    tape: Tape
-    times: Array
-    names: tuple[str, ...]
-    starts: Array
-    changes: Array
-    notes: tuple[str, ...] = ()
+    flow: Flow  # the mechanism under its forces, and its derivative
+    tape: Tape  # the steps
+    times: Array  # at which steps end, s, shape (T,)
+    names: tuple[str, ...]  # positions and velocities at the start, and parameters, shape (k,)
+    starts: Array  # change of the state at the start, q and then u, over that of each name, shape (k, nq + nv)
+    changes: Array  # by how much each name changes each of the flow's parameters, shape (k, at least 1)
+    notes: tuple[str, ...] = ()  # what a user should know of tolerances
 
     @classmethod
     def of(

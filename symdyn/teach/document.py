@@ -169,20 +169,13 @@ class Fold:
 
 @dataclass(frozen=True)
 class Blank:
-    """An exercise: a result left out.
+    """An exercise: a result left out."""
 
-    Attributes:
-        key: unique in the document.
-        left: what is asked for, key of `Document.names`, where its value is.
-        shown: what stands in front of the answer: the name, or the side of an equation that is not asked for.
-        answer: one right answer.
-    """
-
-    key: str
+    key: str  # unique in the document
     ask: Words
-    left: str
-    shown: Form
-    answer: Form
+    left: str  # what is asked for, key of `Document.names`, where its value is
+    shown: Form  # what stands in front of the answer: the name, or the side of an equation that is not asked for
+    answer: Form  # one right answer
     hint: Words
     solution: tuple[Block, ...]
 

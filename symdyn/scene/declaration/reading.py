@@ -44,15 +44,10 @@ class Readable(Protocol):
 
 @dataclass(frozen=True)
 class Opened:
-    """An open stream, in place of a file.
+    """An open stream, in place of a file."""
 
-    Attributes:
-        path: its name, that of a file or another; what it names stands in its folder.
-        content: all that was left to be read in it.
-    """
-
-    path: Path
-    content: bytes
+    path: Path  # its name, that of a file or another; what it names stands in its folder
+    content: bytes  # all that was left to be read in it
 
     def __str__(self) -> str:
         return str(self.path)
@@ -185,17 +180,11 @@ def lost_words(scene: Scene) -> Iterator[str]:
 
 @dataclass(frozen=True)
 class Valued:
-    """A value with its unit.
+    """A value with its unit."""
 
-    Attributes:
-        value: in SI; None where none is said.
-        unit: the coherent unit, "" where none is said.
-        written: the unit that was chosen, where it is another one.
-    """
-
-    value: Quantity | None = None
-    unit: str = ""
-    written: str = ""
+    value: Quantity | None = None  # in SI; None where none is said
+    unit: str = ""  # the coherent unit, "" where none is said
+    written: str = ""  # the unit that was chosen, where it is another one
 
 
 def read_valued(table: EntryReader) -> Valued:

@@ -31,17 +31,11 @@ KEPT = ("force", "forces", "motion", "mimic", "armature", "rotor", "damping", "l
 
 @dataclass(frozen=True)
 class Span:
-    """The joints of a scene as a tree and what closes loops.
+    """The joints of a scene as a tree and what closes loops."""
 
-    Attributes:
-        joints: those of the tree, each after the joint of its parent as far as they hang on ground.
-        cut: those that close loops, without the keys that only a joint of the tree has.
-        turned: names of those of the tree that are declared from their child towards ground.
-    """
-
-    joints: tuple[Entry, ...]
-    cut: tuple[Entry, ...] = ()
-    turned: frozenset[str] = frozenset()
+    joints: tuple[Entry, ...]  # those of the tree, each after the joint of its parent as far as they hang on ground
+    cut: tuple[Entry, ...] = ()  # those that close loops, without the keys that only a joint of the tree has
+    turned: frozenset[str] = frozenset()  # names of those of the tree that are declared from their child towards ground
 
 
 @dataclass(frozen=True)

@@ -123,15 +123,10 @@ class Push:
 
 @dataclass(frozen=True)
 class Rub:
-    """The law of what stands in the table of a joint and acts against each of its rates v, with its damping.
+    """The law of what stands in the table of a joint and acts against each of its rates v, with its damping."""
 
-    Attributes:
-        force: F(v), N m or N.
-        jumps: whether it has no value at rest, so that no motion can be integrated with it.
-    """
-
-    force: Callable[[Any, Expr], Expr]
-    jumps: Callable[[Any], bool]
+    force: Callable[[Any, Expr], Expr]  # F(v), N m or N
+    jumps: Callable[[Any], bool]  # whether it has no value at rest, so that no motion can be integrated with it
 
 
 @dataclass(frozen=True)

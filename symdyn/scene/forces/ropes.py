@@ -29,15 +29,10 @@ from symdyn.scene.values.unilateral import Unilateral
 
 @dataclass(frozen=True)
 class Rope(Row):
-    """A rope that keeps its length along the places that it runs through: a constraint on positions.
+    """A rope that keeps its length along the places that it runs through: a constraint on positions."""
 
-    Attributes:
-        ends: the places, points or wheels, in its order.
-        length: from the first of them to the last, m.
-    """
-
-    ends: tuple[Place, ...] = ()
-    length: Quantity = Quantity.ZERO
+    ends: tuple[Place, ...] = ()  # the places, points or wheels, in its order
+    length: Quantity = Quantity.ZERO  # from the first of them to the last, m
 
     kind = "rope"
     is_taut = True

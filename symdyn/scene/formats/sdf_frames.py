@@ -38,21 +38,13 @@ UNTURNED: Matrix = [[float(i == j) for j in range(3)] for i in range(3)]
 
 @dataclass(frozen=True)
 class Frame:
-    """A name that poses may refer to.
+    """A name that poses may refer to."""
 
-    Attributes:
-        name: in the file.
-        pose: steps from `base`.
-        base: frame that the pose is given in.
-        attached: frame that it moves with; "" for itself, a link.
-        where: for messages.
-    """
-
-    name: str
-    pose: tuple[Step, ...]
-    base: str
-    attached: str
-    where: str
+    name: str  # in the file
+    pose: tuple[Step, ...]  # steps from `base`
+    base: str  # frame that the pose is given in
+    attached: str  # frame that it moves with; "" for itself, a link
+    where: str  # for messages
 
 
 class Frames:

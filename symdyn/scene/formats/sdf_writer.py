@@ -29,17 +29,11 @@ from symdyn.scene.values.quantity import Quantity, Vector
 
 @dataclass(frozen=True)
 class Kind:
-    """How SDF has a joint.
+    """How SDF has a joint."""
 
-    Attributes:
-        word: its type; "" where a link is free, and no joint.
-        ball: whether it turns about a point: it has no limits, and a loop holds no directions there.
-        hinge: whether a loop holds its axis alone.
-    """
-
-    word: str
-    ball: bool = False
-    hinge: bool = False
+    word: str  # its type; "" where a link is free, and no joint
+    ball: bool = False  # whether it turns about a point: it has no limits, and a loop holds no directions there
+    hinge: bool = False  # whether a loop holds its axis alone
 
 
 KINDS = {

@@ -48,17 +48,11 @@ class MarkPart:
 
 @dataclass(frozen=True)
 class PageSign:
-    """How pages of lessons draw a joint.
+    """How pages of lessons draw a joint."""
 
-    Attributes:
-        shape: what their script draws; "" for nothing.
-        slides: whether it slides on a rail, along which a spring in it lies.
-        line: whether a line joins its ends.
-    """
-
-    shape: str = ""
-    slides: bool = False
-    line: bool = False
+    shape: str = ""  # what their script draws; "" for nothing
+    slides: bool = False  # whether it slides on a rail, along which a spring in it lies
+    line: bool = False  # whether a line joins its ends
 
 
 TURN, SLIDE, WELD, LINE = PageSign("turn"), PageSign("slide", slides=True), PageSign("weld"), PageSign(line=True)
@@ -66,38 +60,23 @@ TURN, SLIDE, WELD, LINE = PageSign("turn"), PageSign("slide", slides=True), Page
 
 @dataclass(frozen=True)
 class JointMark:
-    """The symbol of a joint: what it leaves free.
+    """The symbol of a joint: what it leaves free."""
 
-    Attributes:
-        parts: of the symbol, from below.
-        flat: of the symbol face-on in a planar picture; () for the same ones.
-        sign: on pages of lessons.
-    """
-
-    parts: tuple[MarkPart, ...]
-    flat: tuple[MarkPart, ...] = ()
-    sign: PageSign = TURN
+    parts: tuple[MarkPart, ...]  # of the symbol, from below
+    flat: tuple[MarkPart, ...] = ()  # of the symbol face-on in a planar picture; () for the same ones
+    sign: PageSign = TURN  # on pages of lessons
 
 
 @dataclass(frozen=True)
 class ElementaryJoint:
-    """One turn or slide: a joint of one degree of freedom.
+    """One turn or slide: a joint of one degree of freedom."""
 
-    Attributes:
-        slides: whether it is a slide.
-        axis: unit vector.
-        amount: as in the module's legend; zero where the velocity is not the rate of a position.
-        before: placement in front of it, constant or (a ball's) a function of the coordinates.
-        rate: pairs (velocity of the joint from 0, coefficient).
-        bias: triples (velocity, velocity, coefficient) of the quadratic form.
-    """
-
-    slides: bool
-    axis: Vec
-    amount: Expr
-    before: Transform
-    rate: tuple[tuple[int, Expr], ...]
-    bias: tuple[tuple[int, int, Expr], ...] = ()
+    slides: bool  # whether it is a slide
+    axis: Vec  # unit vector
+    amount: Expr  # as in the module's legend; zero where the velocity is not the rate of a position
+    before: Transform  # placement in front of it, constant or (a ball's) a function of the coordinates
+    rate: tuple[tuple[int, Expr], ...]  # pairs (velocity of the joint from 0, coefficient)
+    bias: tuple[tuple[int, int, Expr], ...] = ()  # triples (velocity, velocity, coefficient) of the quadratic form
 
     @property
     def placement(self) -> Transform:

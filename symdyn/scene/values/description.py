@@ -15,15 +15,10 @@ from symdyn.scene.values.shape import TEXT, Shape, described
 
 
 class Described(Protocol):
-    """What has a description.
+    """What has a description."""
 
-    Attributes:
-        text: in English, or in the one language that there is.
-        texts: in the others: ("sk", description).
-    """
-
-    text: str
-    texts: tuple[tuple[str, str], ...]
+    text: str  # in English, or in the one language that there is
+    texts: tuple[tuple[str, str], ...]  # in the others: ("sk", description)
 
 
 LANGUAGE = re.compile("[a-z]{2}")

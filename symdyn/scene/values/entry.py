@@ -110,17 +110,11 @@ class Faults:
 
 @dataclass(frozen=True)
 class Entry:
-    """A declared table, as raw as the user wrote it.
+    """A declared table, as raw as the user wrote it."""
 
-    Attributes:
-        name: of the parameter, body, joint or point.
-        table: its keys and raw values.
-        where: for messages, such as "bodies.link1".
-    """
-
-    name: str
-    table: Mapping[str, object]
-    where: str
+    name: str  # of the parameter, body, joint or point
+    table: Mapping[str, object]  # its keys and raw values
+    where: str  # for messages, such as "bodies.link1"
 
 
 def show(value: object, depth: int = 0) -> str:

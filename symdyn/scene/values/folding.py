@@ -227,17 +227,11 @@ def _cosh(x: Quantity) -> Quantity:
 
 
 class Composed(NamedTuple):
-    """A function that is written in others.
+    """A function that is written in others."""
 
-    Attributes:
-        arguments: how many it takes.
-        times: how often the first of them stands in it.
-        make: the formula.
-    """
-
-    arguments: int
-    times: int
-    make: Callable[..., Quantity]
+    arguments: int  # how many it takes
+    times: int  # how often the first of them stands in it
+    make: Callable[..., Quantity]  # the formula
 
 
 COMPOSED: Mapping[str, Composed] = {

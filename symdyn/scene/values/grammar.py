@@ -97,15 +97,10 @@ class LatexError(ValueError):
 
 @dataclass(frozen=True)
 class SymbolPart:
-    r"""One part of a symbol.
+    r"""One part of a symbol."""
 
-    Attributes:
-        text: written in one way only, so that m_1, m_{1} and {m} _1 are one: m_{1}.
-        raised: whether it has an upper script, so that no exponent may follow.
-    """
-
-    text: str
-    raised: bool
+    text: str  # written in one way only, so that m_1, m_{1} and {m} _1 are one: m_{1}
+    raised: bool  # whether it has an upper script, so that no exponent may follow
 
 
 def read_latex(latex: str) -> tuple[SymbolPart, ...]:

@@ -124,14 +124,10 @@ class Part:
     """A part of a declared table: some keys, and the fields of its noun that they fill; see `Key` and `KeyGroup`.
 
     The scope is what a table of its sort is read and written with beside itself, such as the points of the scene.
-
-    Attributes:
-        words: the raw value of each key as JSON Schema, and what it is.
-        rules: what is so of several keys, likewise.
     """
 
-    words: Mapping[str, Shape]
-    rules: Sequence[Shape] = ()
+    words: Mapping[str, Shape]  # the raw value of each key as JSON Schema, and what it is
+    rules: Sequence[Shape] = ()  # what is so of several keys, likewise
 
     @property
     def keys(self) -> tuple[str, ...]:

@@ -38,17 +38,11 @@ _TEXT = r"(?a)(?:±|\+-|\+/-)?\s*(?P<number>\d+\.?\d*(?:[eE][+-]?\d{1,3})?|\.\d+
 
 @dataclass(frozen=True)
 class Tolerance:
-    """How far a value may be off.
+    """How far a value may be off."""
 
-    Attributes:
-        number: as written: half the width of what is allowed, or the standard deviation; above zero.
-        unit: of the number: "%" of the value, a unit, or "" for that of the parameter.
-        sigma: whether it is the standard deviation of a normal distribution.
-    """
-
-    number: str
-    unit: str = ""
-    sigma: bool = False
+    number: str  # as written: half the width of what is allowed, or the standard deviation; above zero
+    unit: str = ""  # of the number: "%" of the value, a unit, or "" for that of the parameter
+    sigma: bool = False  # whether it is the standard deviation of a normal distribution
 
     @property
     def text(self) -> str:
@@ -193,17 +187,11 @@ WAYS = ("both", "up", "down")
 
 @dataclass(frozen=True)
 class Reset:
-    """A jump of a state.
+    """A jump of a state."""
 
-    Attributes:
-        when: formula whose passage of zero it is.
-        to: formula of the state behind it, in what there is before it.
-        way: "up" where `when` turns positive, "down" where it turns negative, "both".
-    """
-
-    when: Quantity
-    to: Quantity = Quantity.ZERO
-    way: str = WAYS[0]
+    when: Quantity  # formula whose passage of zero it is
+    to: Quantity = Quantity.ZERO  # formula of the state behind it, in what there is before it
+    way: str = WAYS[0]  # "up" where `when` turns positive, "down" where it turns negative, "both"
 
 
 @dataclass(frozen=True)

@@ -99,17 +99,11 @@ def powers(w: Workspace, drives: Sequence[Expr], place: Mapping[Expr, Expr]) -> 
 
 @dataclass(frozen=True)
 class Compiled:
-    """Functions of a scene whose parameters are free.
+    """Functions of a scene whose parameters are free."""
 
-    Attributes:
-        program: the functions of states and parameters.
-        prepared: the same of states and prepared values; what is compiled.
-        calls: its functions by name, batches too.
-    """
-
-    program: Program
-    prepared: Program
-    calls: Calls = field(repr=False)
+    program: Program  # the functions of states and parameters
+    prepared: Program  # the same of states and prepared values; what is compiled
+    calls: Calls = field(repr=False)  # its functions by name, batches too
 
     def values(self, parameters: Mapping[str, float]) -> Array:
         """Return the prepared values, shape (K,), of the parameters by name.
@@ -196,15 +190,10 @@ def compiled_once(key: Hashable, make: Callable[[], Compiled]) -> Compiled:
 
 @dataclass(frozen=True)
 class Opened:
-    """A scene and the values of its parameters, apart.
+    """A scene and the values of its parameters, apart."""
 
-    Attributes:
-        scene: the mechanism with parameters free, but for those whose values decide its form.
-        values: of all its parameters, by name.
-    """
-
-    scene: Scene
-    values: Mapping[str, float]
+    scene: Scene  # the mechanism with parameters free, but for those whose values decide its form
+    values: Mapping[str, float]  # of all its parameters, by name
 
     @property
     def closing(self) -> LoopChoices:

@@ -70,21 +70,13 @@ NOTHING: Array = np.zeros(0)
 
 
 class Computed(NamedTuple):
-    """What a controller computed at a time.
+    """What a controller computed at a time."""
 
-    Attributes:
-        command: what it asked for, before limits, shape (m,).
-        states: z, shape (n,).
-        moved: ż, or z at the next sample, shape (n,).
-        measured: the signals that it was told, shape (p,).
-        reference: of a linear law, shape (p,).
-    """
-
-    command: Array
-    states: Array = NOTHING
-    moved: Array = NOTHING
-    measured: Array = NOTHING
-    reference: Array = NOTHING
+    command: Array  # what it asked for, before limits, shape (m,)
+    states: Array = NOTHING  # z, shape (n,)
+    moved: Array = NOTHING  # ż, or z at the next sample, shape (n,)
+    measured: Array = NOTHING  # the signals that it was told, shape (p,)
+    reference: Array = NOTHING  # of a linear law, shape (p,)
 
 
 class Loop:

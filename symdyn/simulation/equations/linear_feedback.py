@@ -129,17 +129,11 @@ class Gains:
 
 @dataclass(frozen=True)
 class Schedule:
-    """Linear feedback whose gains, place or forces change over time.
+    """Linear feedback whose gains, place or forces change over time."""
 
-    Attributes:
-        at: the gains at a time, s.
-        inputs: names of the forces.
-        end: when what is followed ends without rest, s; infinite where it does not.
-    """
-
-    at: Callable[[float], Gains]
-    inputs: tuple[str, ...]
-    end: float = math.inf
+    at: Callable[[float], Gains]  # the gains at a time, s
+    inputs: tuple[str, ...]  # names of the forces
+    end: float = math.inf  # when what is followed ends without rest, s; infinite where it does not
 
     @property
     def initial(self) -> tuple[float, ...]:

@@ -158,23 +158,14 @@ def numbers_by_signal(
 
 @dataclass(frozen=True, eq=False)
 class Signals:
-    """What a controller measures, and the references of it, at values of the scene's parameters.
+    """What a controller measures, and the references of it, at values of the scene's parameters."""
 
-    Attributes:
-        scene: the mechanism.
-        measures: names or formulas of the measured signals, shape (p,).
-        formulas: of the signals, and then of the references that are formulas.
-        numbers: the references that are numbers, shape (p,).
-        led: indices of the signals whose references are formulas.
-        given: indices of the signals whose reference is given.
-    """
-
-    scene: Scene
-    measures: tuple[str, ...]
-    formulas: tuple[Quantity, ...]
-    numbers: tuple[float, ...]
-    led: list[int]
-    given: list[int]
+    scene: Scene  # the mechanism
+    measures: tuple[str, ...]  # names or formulas of the measured signals, shape (p,)
+    formulas: tuple[Quantity, ...]  # of the signals, and then of the references that are formulas
+    numbers: tuple[float, ...]  # the references that are numbers, shape (p,)
+    led: list[int]  # indices of the signals whose references are formulas
+    given: list[int]  # indices of the signals whose reference is given
 
     @classmethod
     def read(

@@ -39,19 +39,12 @@ NEGLIGIBLE = 1e-9
 
 @dataclass(frozen=True)
 class Candidates:
-    """Momenta that may be conserved.
+    """Momenta that may be conserved."""
 
-    Attributes:
-        scene: whose, its parameters free.
-        names: of their columns.
-        formulas: of the momenta, shape (count,).
-        rates: of the momenta, in the order of `formulas`.
-    """
-
-    scene: Scene
-    names: tuple[str, ...] = ()
-    formulas: tuple[Expr, ...] = ()
-    rates: tuple[Expr, ...] = ()
+    scene: Scene  # whose, its parameters free
+    names: tuple[str, ...] = ()  # of their columns
+    formulas: tuple[Expr, ...] = ()  # of the momenta, shape (count,)
+    rates: tuple[Expr, ...] = ()  # of the momenta, in the order of `formulas`
 
     @cached_property
     def _order(self) -> tuple[Expr, ...]:
@@ -141,17 +134,11 @@ STOPS = ("lower", "upper")
 
 @dataclass(frozen=True)
 class Limit:
-    """A limit that a motion may pass.
+    """A limit that a motion may pass."""
 
-    Attributes:
-        joint: whose it is.
-        kind: a key of `UNITS`.
-        beyond: formula that is positive beyond it.
-    """
-
-    joint: Joint
-    kind: str
-    beyond: Expr
+    joint: Joint  # whose it is
+    kind: str  # a key of `UNITS`
+    beyond: Expr  # formula that is positive beyond it
 
     def size(self, scene: Scene) -> float:
         """Return how far it lets go at values of a scene, of its unit; NaN where that has no value."""

@@ -176,15 +176,10 @@ class Tape:
 
 @dataclass(frozen=True)
 class Section:
-    """Events at which a motion has returned.
+    """Events at which a motion has returned."""
 
-    Attributes:
-        kinds: the system's kinds of events that it is one of; () of none.
-        sooner: s; what is passed before that has just been passed.
-    """
-
-    kinds: tuple[int, ...] = ()
-    sooner: float = 0.0
+    kinds: tuple[int, ...] = ()  # the system's kinds of events that it is one of; () of none
+    sooner: float = 0.0  # s; what is passed before that has just been passed
 
     def passed(self, events: Sequence[int], system: StateEquations, t: float, x: Array) -> bool:
         """Tell whether events at a state are of it; what is not active passes its plane, and does not strike."""

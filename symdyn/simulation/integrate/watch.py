@@ -36,17 +36,11 @@ from symdyn.simulation.integrate.integration import Hit, InitialValueProblem, In
 
 @dataclass(frozen=True)
 class Looks:
-    """Nodes of a stretch.
+    """Nodes of a stretch."""
 
-    Attributes:
-        parts: where they are, over its length, ascending from 0 to 1; shape (n + 1,).
-        coefficients: what makes c of values at the nodes, shape (n + 1, n + 1).
-        bends: what |c_j| adds to how far the interpolant leaves a chord, shape (n + 1,).
-    """
-
-    parts: Array
-    coefficients: Array
-    bends: Array
+    parts: Array  # where they are, over its length, ascending from 0 to 1; shape (n + 1,)
+    coefficients: Array  # what makes c of values at the nodes, shape (n + 1, n + 1)
+    bends: Array  # what |c_j| adds to how far the interpolant leaves a chord, shape (n + 1,)
 
     def times(self, begin: float, end: float) -> Array:
         """Return the times of the nodes, the ends as they are."""

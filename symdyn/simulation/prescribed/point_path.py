@@ -83,21 +83,13 @@ class PathRequest:
 
 @dataclass(frozen=True)
 class PointPath:
-    """The path of one point or body.
+    """The path of one point or body."""
 
-    Attributes:
-        name: of it.
-        origin: laws of its place; None where it is free.
-        way: "rpy", "quaternion", "pointing", or "" where it may turn as it likes.
-        turning: laws of `TURNS[way]`.
-        axis: number of the axis that points.
-    """
-
-    name: str
-    origin: tuple[Law | None, ...]
-    way: str = ""
-    turning: tuple[Law, ...] = ()
-    axis: int | None = None
+    name: str  # of it
+    origin: tuple[Law | None, ...]  # laws of its place; None where it is free
+    way: str = ""  # "rpy", "quaternion", "pointing", or "" where it may turn as it likes
+    turning: tuple[Law, ...] = ()  # laws of `TURNS[way]`
+    axis: int | None = None  # number of the axis that points
 
     @property
     def laws(self) -> tuple[Law, ...]:

@@ -57,21 +57,13 @@ Buckets = dict[Monomial, Polynomial]
 
 @dataclass(frozen=True)
 class Difference:
-    """One difference.
+    """One difference."""
 
-    Attributes:
-        kind: one of `KINDS`; "moved" is a wrong symbol, "power" a wrong exponent, "function" sine for cosine.
-        found: what stands there, None if nothing.
-        right: what should, None if nothing.
-        symbols: found and right symbol of "moved" ("" for none), the symbol of "power".
-        factor: found = factor · right, for "factor".
-    """
-
-    kind: str
-    found: Form | None = None
-    right: Form | None = None
-    symbols: tuple[str, ...] = ()
-    factor: Fraction = Fraction(1)
+    kind: str  # one of `KINDS`; "moved" is a wrong symbol, "power" a wrong exponent, "function" sine for cosine
+    found: Form | None = None  # what stands there, None if nothing
+    right: Form | None = None  # what should, None if nothing
+    symbols: tuple[str, ...] = ()  # found and right symbol of "moved" ("" for none), the symbol of "power"
+    factor: Fraction = Fraction(1)  # found = factor · right, for "factor"
 
 
 def differences(form: Form, right: Form, scene: Scene) -> list[Difference]:

@@ -268,21 +268,13 @@ MOST = 600
 
 @dataclass(frozen=True)
 class Mistake:
-    """A wrong result and the rule that was forgotten on the way.
+    """A wrong result and the rule that was forgotten on the way."""
 
-    Attributes:
-        rule: which.
-        node: its value.
-        of: the mass that it was forgotten for, "" for no single one.
-        other: another rule that gives the same when it is forgotten, "" for none.
-        more: rules of other terms that are wrong as well.
-    """
-
-    rule: str
-    node: Expr
-    of: str = ""
-    other: str = ""
-    more: tuple[str, ...] = ()
+    rule: str  # which
+    node: Expr  # its value
+    of: str = ""  # the mass that it was forgotten for, "" for no single one
+    other: str = ""  # another rule that gives the same when it is forgotten, "" for none
+    more: tuple[str, ...] = ()  # rules of other terms that are wrong as well
 
 
 def mistakes(course: Course, key: str, right: Expr | None = None, most: int = MOST) -> list[Mistake]:

@@ -48,21 +48,13 @@ _INSIDE = re.compile(
 
 @dataclass(frozen=True)
 class Source:
-    """A text and where each of its characters stood.
+    """A text and where each of its characters stood."""
 
-    Attributes:
-        name: of the file, for messages.
-        original: as the student wrote it.
-        text: in plain letters.
-        at: for each character of `text` (and its end) the place in `original`.
-        marked: whether only what LaTeX marks as mathematics was kept.
-    """
-
-    name: str
-    original: str
-    text: str
-    at: tuple[int, ...]
-    marked: bool
+    name: str  # of the file, for messages
+    original: str  # as the student wrote it
+    text: str  # in plain letters
+    at: tuple[int, ...]  # for each character of `text` (and its end) the place in `original`
+    marked: bool  # whether only what LaTeX marks as mathematics was kept
 
     def fault(self, at: int, message: str) -> TeachError:
         """Return the error for character `at` of `text`: file, line and column, then the line with a caret."""
