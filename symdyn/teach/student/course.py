@@ -49,7 +49,7 @@ class Parts:
         base: where the last hinge that carries it stands, and `arm`, the way from there; ground frame, m.
         arm: see base.
         spin: ½ ω·I ω, with the work of an offset.
-        relative: of `arm` and spin, with no rate but that of the last hinge: velocity of the arm, m/s, and spin, J.
+        relative: of `arm` and spin, with no rates but those of the last hinge and beyond: velocity of the arm, m/s, and spin, J.
         lone: K with no rates but those of the last joint, of the last two, …, J, of all but the first; then with the
             rate of the last hinge alone about its axle.
         rigid: whether it has a moment of inertia.
@@ -132,8 +132,10 @@ class Course:
         alone = dict(rates)
         if hinge is not None:
             base = self._foot(hinge).p
-            turning = set(hinge.coordinates)
-            alone = {q: u if str(q.value) in turning else self.graph.zero for q, u in rates.items()}
+            beyond, joint = [*hinge.coordinates], self.joints[mass.body.name]
+            while joint != hinge:
+                beyond, joint = [*beyond, *joint.coordinates], self.joints[joint.parent]
+            alone = {q: u if str(q.value) in beyond else self.graph.zero for q, u in rates.items()}
         arm = sub(mass.place, base)
         spin, still = (self._spin(mass, seeds) for seeds in (rates, alone))
         joint, last, lone = self.joints.get(mass.body.name), set[str](), list[Expr]()
