@@ -233,20 +233,15 @@ def _independent(
 
 
 def _acted(d: Drawing, m: Mechanism) -> Mechanism:
-    """Return the mechanism with what acts on it; struts that never change their length are refused, and no others."""
+    """Return the mechanism with what acts on it; struts are refused that never change their length, and no others."""
     struts = {f"{kind}.{name}": one for kind in ("springs", "dampers") for name, one in d.tables.get(kind, {}).items()}
-    idle = [where for where, one in struts.items() if _idle(d, m, one)]
-    refused = ""
     try:
-        m = d.mechanism()
+        return d.mechanism()
     except SceneError as error:
-        if not idle:
+        refused = [where for where in struts if f"{where}: an end lies where" in str(error)]
+        if not refused or not all(_idle(d, m, struts[where]) for where in refused):
             raise
-        refused = str(error)
-    assert [where for where in struts if f"{where}: an end lies where" in refused] == idle, (idle, refused)
-    if idle:
-        raise Undrawable
-    return m
+        raise Undrawable from error
 
 
 def _idle(d: Drawing, m: Mechanism, strut: Mapping[str, Any]) -> bool:
