@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -235,6 +235,8 @@ def _independent(
 def _acted(d: Drawing, m: Mechanism) -> Mechanism:
     """Return the mechanism with what acts on it; struts are refused that never change their length, and no others."""
     struts = {f"{kind}.{name}": one for kind in ("springs", "dampers") for name, one in d.tables.get(kind, {}).items()}
+    if d.zeros and any(_idle(d, m, one, d.zeros) for one in struts.values()):  # refused when these are bound
+        raise Undrawable
     try:
         return d.mechanism()
     except SceneError as error:
@@ -244,11 +246,11 @@ def _acted(d: Drawing, m: Mechanism) -> Mechanism:
         raise Undrawable from error
 
 
-def _idle(d: Drawing, m: Mechanism, strut: Mapping[str, Any]) -> bool:
-    """Tell whether the joint between both bodies never changes the length, whatever the values of parameters."""
+def _idle(d: Drawing, m: Mechanism, strut: Mapping[str, Any], zeros: Sequence[str] = ()) -> bool:
+    """Tell whether the joint between both bodies never changes the length, whatever parameters but zeros are."""
     if "joint" in strut:
         return False
-    known = {name: math.sqrt(k + 2) for k, name in enumerate(d.values)}
+    known = {name: 0.0 if name in zeros else math.sqrt(k + 2) for k, name in enumerate(d.values)}
     ends = (strut["from"], strut["to"])
     at = {end["body"]: np.array([number(parse(str(x)), known) for x in end["at"]]) for end in ends}
     for joint in (*m.scene.joints, *m.scene.loops):
