@@ -105,7 +105,7 @@ def _without(words: list[str], options: list[str]) -> list[str]:
         if skip and not word.startswith("-"):
             skip = False
             continue
-        skip = named.startswith("--") and named in options
+        skip = named.startswith("--") and not {word, named}.isdisjoint(options)
         if not skip:
             found.append(word)
     return found

@@ -60,7 +60,7 @@ CHECKED: dict[str, Verb] = {
             "--hold-back": "0.25",
             "--units": "F=kN",
             "--payload": f"{LOG}:pole:mass=1",
-            "--keep-outliers": "",
+            "--keep-outliers": f"| {CART} {OPTIONS}/outlier.csv",
             "--output": "found.csv",
             "--total-mass": "3 | -o found.toml",
             "--force": "| -o there.toml",

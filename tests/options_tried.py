@@ -8,7 +8,7 @@ from pathlib import Path
 
 HERE = Path(__file__).parent
 EXAMPLES = HERE.parent / "examples"
-TWO = str(EXAMPLES / "two_link.toml")
+TWO, ARM = str(EXAMPLES / "two_link.toml"), str(EXAMPLES / "arm7.toml")
 OPTIONS = HERE / "data" / "options"
 ROD, NO_BODY, PUSHED = (str(OPTIONS / name) for name in ("rod.urdf", "no_body.toml", "pushed.toml"))
 CART, BAR, DOOR, GRIPPER, CRANK, UNLIKE = (
@@ -110,7 +110,7 @@ MOVED: dict[str, Verb] = {
             "--accuracy": "1e-10 | --target c --batch",
             "--batch": "| --target c",
             "--header-only": "| --target c",
-            "--stack": "0 | --target c",
+            "--stack": f"0 | {ARM} --target c --functions inverse_dynamics_derivatives",
             "--doubles": "| --target ufunc",
             "--external": "| --target casadi",
             "--mex": "| --target matlab",

@@ -25,6 +25,7 @@ from symdyn.dynamics import OUTPUTS, Formulation, LoopChoices, Output, Workspace
 from symdyn.dynamics.loops import Numbers
 from symdyn.dynamics.mechanism.state import has_motion
 from symdyn.dynamics.outputs import Counts
+from symdyn.dynamics.outputs.arm_outputs import ARMS
 from symdyn.dynamics.outputs.canonical_outputs import CANONICAL
 from symdyn.dynamics.outputs.configuration_outputs import CONFIGURATIONS
 from symdyn.dynamics.outputs.contact_outputs import CONTACTS as OPENING
@@ -319,8 +320,8 @@ def exists(name: str) -> None:
 
 
 UNWRITTEN = {
-    *CENTROIDAL, *REGRESSORS, *PASSIVITY, *CANONICAL, *LINEARIZING, *CONTACTS, *OPERATORS, *CONFIGURATIONS,
-    "velocity", "acceleration", "constraint_forces",
+    *CENTROIDAL, *REGRESSORS, *PASSIVITY, *CANONICAL, *LINEARIZING, *CONTACTS, *OPERATORS, *CONFIGURATIONS, *ARMS,
+    "velocity", "acceleration", "constraint_forces", "resets",
 }  # fmt: skip
 
 

@@ -347,6 +347,11 @@ WAY = "write [joints.c] in its place, and [[loop]] for another joint of the loop
             f'{CLOSED}[springs.s]\njoint = "c"\nstiffness = 1',
             f'springs.s: joint = "c" is not a joint of the tree; {WAY}',
         ),
+        (
+            f'{CLOSED}[springs.s]\nfrom = "coupler"\nto = "rocker"\nstiffness = 1',
+            "springs.s: an end lies where c does not move it, so that its length never changes; "
+            "give places that it moves",
+        ),
     ],
 )
 def test_keys_and_elements_of_a_loop_are_told_what_works_there(scene, message, tmp_path):

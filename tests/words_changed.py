@@ -183,7 +183,7 @@ WORDS: tuple[Row, ...] = (
     row("joints/pin/motion", "sin(w*t)", "cos(w*t)", joints__pin__drive="M"),
     row("joints/pin/mimic", {"coordinate": "q1", "ratio": 2}, {"coordinate": "q1", "ratio": 3}),
     row("joints/pin/mimic/ratio", 2, 3, joints__pin__mimic={"coordinate": "q1"}),
-    row("joints/pin/mimic/offset", 2, 3, joints__pin__mimic={"coordinate": "q1"}),
+    row("joints/pin/mimic/offset", 2, 3, joints__pin__mimic={"coordinate": "q1", "ratio": 2}),
     row("joints/pin/mimic/ratios", {"q1": 2}, {"q1": 3}, joints__pin__mimic={}),
     row("joints/pin/mimic/radii", [1, 2], [1, 3], joints__pin__mimic={"joint": "foot"}, **PINION),
     row("joints/pin/mimic/mesh", "internal", ABSENT, joints__pin__mimic={"joint": "foot", "radii": [1, 2]}, **PINION),

@@ -33,7 +33,7 @@ from symdyn.dynamics.outputs import result_labels as labels
 from symdyn.dynamics.outputs.contact_outputs import where
 from symdyn.dynamics.outputs.frame_outputs import MOVING
 from symdyn.dynamics.outputs.named_functions import POSE, direction
-from symdyn.dynamics.outputs.output import Formulation, Output, Size
+from symdyn.dynamics.outputs.output import Formulation, Output
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.errors import DerivationError, listed
 from symdyn.frozen import dataclass, field
@@ -285,6 +285,6 @@ ARMS: dict[str, Output] = {
         "angles that can be any",
         (POSE,), "Q", (labels.fixed(*(f"branch {k + 1}" for k in range(BRANCHES))), labels.coordinates), "rad",
         "refuse", {"closed": Formulation(_branches)},
-        place="point", default_in="request", may_fail="reported", size=Size((60,)),
+        place="point", default_in="request", may_fail="reported",
     ),
 }  # fmt: skip

@@ -222,7 +222,7 @@ def _acts(strut: Strut, stand: Stand) -> None:
     g = Graph()
     at = {one.body: (x.express(g), y.express(g), z.express(g)) for one in strut.ends for x, y, z in (one.at,)}
     for joint in (*stand.scene.joints, *stand.scene.loops):
-        if joint.coordinates and {joint.parent, joint.child} == {*at} and joint.coupling is None:
+        if {joint.parent, joint.child} == {*at} and joint.coupling is None and JOINTS[joint.type].coordinates(joint):
             motion = JOINTS[joint.type].anywhere(joint, g).placement
             seen = joint.origin.inverse().transform(g).point(at[joint.parent])
             for p in (seen, joint.tip.transform(g).point(at[joint.child])):

@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import math
 import random
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from symdyn.errors import SceneError
+from symdyn.scene import parse
+
+from ..jets import Jet, number
+from ..joints import motion, pose
 from ..mechanism import Array, Mechanism, NoDirection
 from ..states import assemble, free_motions, moved, rank, rows
 from .families import FAMILIES
 from .options import PAIRED, Choice
-from .scenes import Drawing, Undrawable
+from .scenes import COORDINATES, Drawing, Undrawable
 
 LONGEST, LONGEST_IN_SPACE = 7, 4
 """Velocities of the largest mechanism; those of loops in space among the trials of every run, where they cost most."""
@@ -94,7 +101,7 @@ def _drawn(seed: int, choice: Choice, rng: random.Random) -> Case:
     for joint in m.scene.moving:
         d.tables["joints"][joint.name]["start"] = [float(x) for x in q[i : i + len(joint.coordinates)]]
         i += len(joint.coordinates)
-    m = d.mechanism()
+    m = _acted(d, m)
     states = []
     for k, (place, rows_there) in enumerate(zip(places, G, strict=True)):
         if rank(rows_there) == typical and _clear(rows_there, typical):
@@ -223,6 +230,41 @@ def _independent(
         if k not in chosen and len(chosen) < len(free) - typical and _fit(where, others, typical):
             chosen.append(k)
     return tuple(m.names[k] for k in chosen) if len(chosen) == len(free) - typical else ()
+
+
+def _acted(d: Drawing, m: Mechanism) -> Mechanism:
+    """Return the mechanism with what acts on it; struts are refused that never change their length, and no others."""
+    struts = {f"{kind}.{name}": one for kind in ("springs", "dampers") for name, one in d.tables.get(kind, {}).items()}
+    if d.zeros and any(_idle(d, m, one, d.zeros) for one in struts.values()):  # refused when these are bound
+        raise Undrawable
+    try:
+        return d.mechanism()
+    except SceneError as error:
+        refused = [where for where in struts if f"{where}: an end lies where" in str(error)]
+        if not refused or not all(_idle(d, m, struts[where]) for where in refused):
+            raise
+        raise Undrawable from error
+
+
+def _idle(d: Drawing, m: Mechanism, strut: Mapping[str, Any], zeros: Sequence[str] = ()) -> bool:
+    """Tell whether the joint between both bodies never changes the length, whatever parameters but zeros are."""
+    if "joint" in strut:
+        return False
+    known = {name: 0.0 if name in zeros else math.sqrt(k + 2) for k, name in enumerate(d.values)}
+    ends = (strut["from"], strut["to"])
+    at = {end["body"]: np.array([number(parse(str(x)), known) for x in end["at"]]) for end in ends}
+    for joint in (*m.scene.joints, *m.scene.loops):
+        quaternion = dict(joint.shape).get("orientation") == "quaternion"
+        count = len(joint.coordinates) or COORDINATES[joint.type] + quaternion
+        if {joint.parent, joint.child} == {*at} and joint.coupling is None and count:
+            lengths = []
+            for q in np.random.default_rng(1).normal(size=(4, count)):
+                q[-4:] /= np.linalg.norm(q[-4:]) if quaternion else 1
+                T = pose(joint.origin, known) @ motion(joint, Jet(q), known) @ pose(joint.tip, known)
+                lengths.append(np.linalg.norm((T.x @ [*at[joint.child], 1])[:3] - at[joint.parent]))
+            if np.ptp(lengths) < 1e-9:
+                return True
+    return False
 
 
 def _act(d: Drawing, m: Mechanism, acting: str) -> None:
