@@ -30,6 +30,7 @@ joints.p = { type = "revolute", parent = "ground", child = "a", axis = [0, 1, 0]
 """
 FRAME, CENTRE = (SWING.replace("ABOUT", x) for x in ("frame", "com"))
 DISC = CENTRE.replace('"-d"', "0")
+FRICTION = DISC.replace('drive = "M"', 'drive = "M", damping = "c"').replace("{ m =", '{ c = "2 N*m*s", m =')
 CLUTCH = (Path(__file__).parents[1] / "examples/gallery/clutch.toml").read_text()
 RIGHT, EXTRA, PARALLEL = (True, ()), (False, ("extra",)), (False, ("extra", "steiner"))
 TYPED = {
@@ -61,6 +62,7 @@ TYPED = {
         ("tau:2", "J2 (phi'' + psi'') = -(Tc + Ts exp(-psi'^2)) sign(psi')", (False, ("term",))),
         ("tau:2", "J2 (phi'' + psi'') = 0", (False, ("friction",))),
     ],
+    FRICTION: [("tau:1", "M = I phi'' + c phi", (False, ("index", "dimension")))],
 }
 """By scene: what is asked, an answer, whether it is right, and the rules that both doors tell."""
 
@@ -68,8 +70,8 @@ TYPED = {
 @pytest.mark.runs("node")
 @pytest.mark.skipif(shutil.which("node") is None, reason="the page's program runs in node")
 @pytest.mark.parametrize(
-    "text", [FLYWHEELS, FRAME, *(pytest.param(x, marks=pytest.mark.slow) for x in (LED, DISC, CENTRE, CLUTCH))],
-    ids=["flywheels", "frame", "led", "disc", "centre", "clutch"],
+    "text", [FLYWHEELS, FRAME, *(pytest.param(x, marks=pytest.mark.slow) for x in (LED, DISC, CENTRE, CLUTCH, FRICTION))],
+    ids=["flywheels", "frame", "led", "disc", "centre", "clutch", "friction"],
 )  # fmt: skip
 def test_zeros_and_terms_too_much_are_told_alike_at_both_doors(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
     benchmark, scene, rows = _benchmark(monkeypatch), read_text(text, "scene.toml").as_parameters(), TYPED[text]

@@ -307,7 +307,7 @@ def atoms_of(course: Course, motions: Motions) -> Atoms:
     scene, units = course.scene, SceneUnits(course.scene)
     named = [(p.name, units.inferred.get(p.name, p.unit) or "1") for p in scene.parameters]
     moving = [
-        *zip(scene.velocities, units.velocities, strict=True),
+        *((name, f"{unit}/s") for name, unit in zip(scene.velocities, units.velocities, strict=True)),
         *zip(scene.coordinates, units.coordinates, strict=True),
         *((drive, unit) for _, drive, unit in units.each_drive()),
     ]
