@@ -31,6 +31,19 @@ joints.p = { type = "revolute", parent = "ground", child = "a", axis = [0, 1, 0]
 FRAME, CENTRE = (SWING.replace("ABOUT", x) for x in ("frame", "com"))
 DISC = CENTRE.replace('"-d"', "0")
 FRICTION = DISC.replace('drive = "M"', 'drive = "M", damping = "c"').replace("{ m =", '{ c = "2 N*m*s", m =')
+DRAG = """
+gravity = "none"
+parameters = { m = "2 kg", f = "3 N", s = "4 N", v = "0.1 m/s" }
+bodies.b.mass = "m"
+[joints.j]
+type = "prismatic"
+parent = "ground"
+child = "b"
+axis = [1, 0, 0]
+coordinate = "x"
+drive = "F"
+force = "-(f + s*exp(-x_dot**2/v**2))*sign(x_dot)"
+"""
 CLUTCH = (Path(__file__).parents[1] / "examples/gallery/clutch.toml").read_text()
 RIGHT, EXTRA, PARALLEL = (True, ()), (False, ("extra",)), (False, ("extra", "steiner"))
 TYPED = {
@@ -62,6 +75,13 @@ TYPED = {
         ("tau:2", "J2 (phi'' + psi'') = -(Tc + Ts exp(-psi'^2)) sign(psi')", (False, ("term",))),
         ("tau:2", "J2 (phi'' + psi'') = 0", (False, ("friction",))),
     ],
+    DRAG: [
+        ("tau:1", "F = m x'' + (f + s exp(-x'^2/v^2)) sign(x')", RIGHT),
+        ("tau:1", "F = m x'' + f sign(x')", (False, ("term",))),
+        ("tau:1", "F = m x'' + f + s exp(-x'^2/v^2)", (False, ())),
+        ("tau:1", "F = 2 x'' + (3 + 4 exp(-x'^2/0.01)) sign(x')", RIGHT),
+        ("K:", "1/2 m x'^2", RIGHT),
+    ],
     FRICTION: [("tau:1", "M = I phi'' + c phi", (False, ("index", "dimension")))],
 }
 """By scene: what is asked, an answer, whether it is right, and the rules that both doors tell."""
@@ -70,8 +90,9 @@ TYPED = {
 @pytest.mark.runs("node")
 @pytest.mark.skipif(shutil.which("node") is None, reason="the page's program runs in node")
 @pytest.mark.parametrize(
-    "text", [FLYWHEELS, FRAME, *(pytest.param(x, marks=pytest.mark.slow) for x in (LED, DISC, CENTRE, CLUTCH, FRICTION))],
-    ids=["flywheels", "frame", "led", "disc", "centre", "clutch", "friction"],
+    "text",
+    [FLYWHEELS, FRAME, DRAG, *(pytest.param(x, marks=pytest.mark.slow) for x in (LED, DISC, CENTRE, CLUTCH, FRICTION))],
+    ids=["flywheels", "frame", "drag", "led", "disc", "centre", "clutch", "friction"],
 )  # fmt: skip
 def test_zeros_and_terms_too_much_are_told_alike_at_both_doors(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
     benchmark, scene, rows = _benchmark(monkeypatch), read_text(text, "scene.toml").as_parameters(), TYPED[text]

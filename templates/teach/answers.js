@@ -83,13 +83,13 @@ const Answers = (() => {
   }
   function judgedAs(key, formulas, named) {
     const drawnValues = formulas.map(one => points.map(one.of));
-    const lettered = has(QUESTIONS.named, key) && QUESTIONS.named[key].every(name => formulas.some(one => Terms.used(one.of, points[0]).has(name)));
+    const lettered = has(QUESTIONS.named, key) && QUESTIONS.seen[key].every(name => formulas.some(one => Terms.used(one.of, points[0]).has(name)));
     const moving = settled(key, formulas, named.some(name => name.startsWith("tau")), lettered);
     const told = drawnValues.every(mine => mine.every(Number.isFinite)) ? compared(key, drawnValues, lettered) : said(false, "answer.undefined");
     if (moving && (moving.row || moving.another)) return forgot([moving.row ? "row" : "other", "", ""]);
     if (moving && !moving.right && !told.right) return foreign(key, formulas, apart(key, formulas, told));
     if (!moving || moving.right === told.right || told.text === words["answer.shifted"]) return foreign(key, formulas, told);
-    return moving.right ? said(true, moving.word) : forgot(["other", "", ""]);
+    return moving.right ? said(true, moving.word) : motions.drives.length > 1 ? forgot(["other", "", ""]) : said(false, "answer.wrong");
   }
 
   // What is right without the terms of parameters that the result does not have

@@ -112,6 +112,9 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
             for key, (left, form) in requested.items()
             if (found := sorted(diagnosis.letters(left, None if left.startswith(BALANCED) else form)))
         },
+        "seen": {
+            key: sorted(diagnosis.seen(x, None if x.startswith(BALANCED) else y)) for key, (x, y) in requested.items()
+        },
         "balances": {key: _balance(diagnosis, points, left) for key, left in balances.items()},
         "mistakes": {
             key: _marked(diagnosis, points, left, form, key in balances, few) for key, (left, form) in requested.items()

@@ -132,9 +132,9 @@ class Course:
         alone = dict(rates)
         if hinge is not None:
             base = self._foot(hinge).p
-            beyond, joint = [*hinge.coordinates], self.joints[mass.body.name]
-            while joint != hinge:
-                beyond, joint = [*beyond, *joint.coordinates], self.joints[joint.parent]
+            beyond, outer = [*hinge.coordinates], self.joints[mass.body.name]
+            while outer != hinge:
+                beyond, outer = [*beyond, *outer.coordinates], self.joints[outer.parent]
             alone = {q: u if str(q.value) in beyond else self.graph.zero for q, u in rates.items()}
         arm = sub(mass.place, base)
         spin, still = (self._spin(mass, seeds) for seeds in (rates, alone))

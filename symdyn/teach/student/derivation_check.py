@@ -184,7 +184,7 @@ def _moving(
     answer: Answer, goal: Target, form: Form, loose: Form, decimals: Decimals, right: Form, diagnosis: Diagnosis
 ) -> Answer:
     """Return the answer to a quantity: right where it has its value on every motion."""
-    letters = diagnosis.letters(goal.course_key, None if goal.kind == "tau" else right)
+    letters = diagnosis.seen(goal.course_key, None if goal.kind == "tau" else right)
     motions = None if answer.right and answer.verdict != ROUNDED else diagnosis.moving(letters, [form])
     if motions is None or (goal.kind in ENERGIES and set(form.symbols) & set(diagnosis.others)):
         return answer
@@ -200,17 +200,18 @@ def _moving(
 
 def _of_motion(answer: Answer, statement: Statement, asked: int | None, diagnosis: Diagnosis) -> Answer:
     """Return the answer to an equation: right where it holds on every motion, as one that is asked for if one is."""
-    letters = set[str]() if asked is None else diagnosis.letters(f"tau:{asked + 1}")
-    motions = diagnosis.moving(letters, statement.forms)
-    if (answer.right and asked is None) or motions is None or len(statement.forms) != 2:
+    if (answer.right and asked is None) or diagnosis.motions is None or len(statement.forms) != 2:
         return answer
     equations = range(len(diagnosis.scene.drives)) if asked is None else [asked]
-    found = motions.holds(less(*statement.loose), statement.decimals, equations)
+    each = ((diagnosis.moving(diagnosis.seen(f"tau:{i + 1}"), statement.forms), i) for i in equations)
+    found = any(one and one.holds(less(*statement.loose), statement.decimals, [i]) for one, i in each)
     if found:
         name = answer.name if asked is None else f"equation {asked + 1}"
         return answer if answer.right else Answer(answer.line, name, MOTIONS)
     if answer.right:
         scene = diagnosis.scene
+        if len(scene.drives) == 1:
+            return replace(answer, verdict=Verdict.DIFFERENT)
         return _of_another(answer, "row" if scene.is_constrained and holds(less(*statement.forms), scene) else "other")
     return answer
 

@@ -16,6 +16,8 @@ from contextlib import suppress
 from math import isfinite
 from types import MappingProxyType
 
+import numpy as np
+
 from symdyn.algebra import Form
 from symdyn.dynamics.mechanism import TIME, prescribed
 from symdyn.errors import DerivationError
@@ -36,6 +38,8 @@ SCALED = DRAWN + TWINS + MOVERS
 BOUND = SCALED + 1
 SCALES = (1.7, 1.3, 0.6)
 """How much larger numbers of kg, m and s become."""
+STEP, TELLS = 1e-3, 1e-5
+"""How far a parameter is moved, and what part of that a value moves by at least, if it tells that one is there."""
 NONE: Mapping[str, str] = MappingProxyType({})
 
 
@@ -287,6 +291,21 @@ class Diagnosis:
             return {p.name for p in self.scene.parameters} & set(right.symbols)
         told = self.course is not None and self.points.scaled
         return self.named(int(key.partition(":")[2]) - 1) if told else set()
+
+    def seen(self, key: str, right: Form | None = None) -> set[str]:
+        """Return those of `letters` that tell where parameters have the scene's values: 1e-9 beside 1 does not."""
+        letters, group = self.letters(key, right), self.motions.groups[-1] if self.motions else None
+        if self.course is None or group is None or not group.declared:
+            return letters
+        if right is not None:
+            node, broken = right.express(Graph()), group.on
+        else:  # without a drive it is zero on the motions
+            i = int(key.partition(":")[2])
+            node, broken = self.course.value(f"tau:{i}", self.course.right), group.off[i - 1]
+        (values,), (whole,) = (np.array(at_points([node], points)) for points in (group.on, broken))
+        moved = {x: np.array(at_points([node], [{**p, x: p[x] * (1 + STEP)} for p in group.on])[0]) for x in letters}
+        size = STEP * TELLS * np.abs(whole).max()
+        return {x for x, row in moved.items() if not np.abs(row - values).max() <= size}
 
     def evidence(self, key: str) -> list[Evidence]:
         """Return what tells the terms of a quantity apart, in each way to write it; none where nothing does."""

@@ -228,10 +228,16 @@ def in_reach(scene: Scene, point: dict[str, float]) -> dict[str, float]:
 
 
 def motions_of(scene: Scene, course: Course | None) -> Motions | None:
-    """Return the points of a scene; None where it has no course, or its motions are not drawn here."""
-    if course is None:
-        return None
-    drawing = _Drawing(scene, course)
+    """Return the points of a scene; None where it has no course, or its motions are not drawn here.
+
+    Rates have both signs, where all has a value then: a law of friction goes by them.
+    """
+    found = (None if course is None else _motions(_Drawing(scene, course, senses)) for senses in ((-1, 1), (1,)))
+    return next((one for one in found if one is not None), None)
+
+
+def _motions(drawing: _Drawing) -> Motions | None:
+    scene = drawing.scene
     try:
         groups = [drawing.group(declared=False)]
         if any(p.value is not None for p in scene.parameters):
@@ -250,8 +256,8 @@ def motions_of(scene: Scene, course: Course | None) -> Motions | None:
 
 
 class _Drawing:
-    def __init__(self, scene: Scene, course: Course) -> None:
-        self.scene, self.course, graph = scene, course, course.graph
+    def __init__(self, scene: Scene, course: Course, senses: tuple[int, ...]) -> None:
+        self.scene, self.course, self.senses, graph = scene, course, senses, course.graph
         self.assembled = cache(partial(assembled, scene))
         self.given = prescribed(scene, graph)
         total = [course.value(f"tau:{i + 1}", course.right) for i in range(course.state.n)]
@@ -367,7 +373,7 @@ class _Drawing:
         loops = len(A) - len(rates)
         u = np.linalg.lstsq(A, np.array([*[0.0] * loops, *rates]), rcond=None)[0] if len(A) else np.zeros(n)
         free = free_motions(A) if len(A) else np.eye(n)
-        u = u + np.array([rng.uniform(0.5, 1.5) for _ in free]) @ free
+        u = u + np.array([rng.choice(self.senses) * rng.uniform(0.5, 1.5) for _ in free]) @ free
         drives = {name: rng.uniform(0.5, 2.0) for name in scene.drives if name}
         point = place | dict(zip(scene.velocities, u.tolist(), strict=True)) | drives
         point |= {name: float(A[at]) for name, at in self.letters.items()}
