@@ -90,6 +90,7 @@ ROWS = (
         "m",
         lambda found: f"{found['axis']}_{{\\mathrm{{{in_latex(found['name'])}}}}}",
     ),
+    ColumnRow("point_.+_[xyz]_d?dot", "points", lambda found: LETTERS.point_unit(found[0])),
     ColumnRow(r"reaction_.+_(?P<what>[fm])[xyz](_joint|_ground)?(_not_unique)?", "reactions", _force),
     ColumnRow(r"multiplier_.+_(?P<what>[fm])[xyz]_joint(_\d+)?(_not_unique)?", "multipliers", _force),
     ColumnRow(r"multiplier_.+_(?P<what>force|moment)(_\d+)?(_not_unique)?", "multipliers", _force),

@@ -85,9 +85,11 @@ class Moving:
                 known = values()
                 found |= {graph.symbol(name): known[k] for name, k in letters.items() if name in named}
         for point in w.scene.points:
-            names = [f"point_{point.name}_{axis}" for axis in "xyz"]
+            names = point.motion_names
             if any(name in named for name in names):
-                found |= zip(map(graph.symbol, names), placed(point.name), strict=True)
+                p = placed(point.name)
+                v = tangents(p, state.velocity)
+                found |= zip(map(graph.symbol, names), [*p, *v, *tangents(v, state.acceleration)], strict=True)
         for rope in w.scene.ropes:
             if f"{LETTERS.tension}{rope.name}" in named:
                 found[graph.symbol(f"{LETTERS.tension}{rope.name}")] = self._tension(rope, recursive)

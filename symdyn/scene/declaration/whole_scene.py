@@ -119,14 +119,14 @@ def _why(name: str, use: Use, scene: Scene, motion: dict[str, None]) -> str:
         return f"uses {name}, an output; move it to [signals], which other formulas may use"
     known = [*parameters, *(other for other in (*motion, *given) if other in use.allowed)]
     over_time = f", or [inputs.{name}] over time" if CLOCK in use.allowed else ""
-    near = nearest(name, sorted(use.allowed))
+    near = nearest(name, sorted(use.allowed), scene)
     known += [near] if near and near not in known else []
     if not near and use.where.startswith("outputs.") and (place := re.fullmatch(r"point_(\w+)_[xyz]", name)):
         body = next((one.name for one in reversed(scene.bodies)), "NAME")
         return f'uses {name}, of no point; write [points.{place[1]}] with body = "{body}"'
     if constant := hint("characters", name):
         return f"uses the undefined symbol {name}; {constant}"
-    return f"uses the undefined symbol {name}; declare it in parameters ({suggestion(name, known)}){over_time}"
+    return f"uses the undefined symbol {name}; declare it in parameters ({suggestion(name, known, scene)}){over_time}"
 
 
 def check_joints(draft: Draft, values: Mapping[str, Value], faults: Faults) -> None:

@@ -385,5 +385,10 @@ class SignalLetters:
             ("point_", "momentum_", self.reaction, self.multiplier, self.tension)
         )
 
+    @staticmethod
+    def point_unit(name: str) -> str:
+        """Return the unit of a coordinate of a point, of its velocity or acceleration, by how the name ends."""
+        return {"dot": "m/s", "ddot": "m/s^2"}.get(name.rpartition("_")[2], "m")
+
 
 LETTERS = SignalLetters()

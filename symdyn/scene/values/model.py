@@ -43,6 +43,11 @@ class Point:
     body: str
     at: Pose = UNMOVED
 
+    @property
+    def motion_names(self) -> list[str]:
+        """Names in formulas of its coordinates, velocities and accelerations, ground axes, three each."""
+        return [f"point_{self.name}_{axis}{rate}" for rate in ("", "_dot", "_ddot") for axis in "xyz"]
+
 
 _Described = TypeVar("_Described", Parameter, Input, Signal, StateVariable, Body, Joint, Element, "Scene")
 DESCRIBED = ("bodies", "joints", "loops", "elements", "parameters", "derived", "inputs", "outputs", "states", "signals")
@@ -360,7 +365,8 @@ class Scene(Shown):
         drives = (drive for drive in self.drives if drive)
         late = (name for name in specified if name.startswith(LETTERS.multiplier) and self.is_constrained)
         pulls = (f"{LETTERS.tension}{one.name}" for one in self.ropes)
-        names = (*self.plain_names, *accelerations, *drives, *self.point_names, *self.reaction_axes, *pulls, *late)
+        points = (name for one in self.points for name in one.motion_names)
+        names = (*self.plain_names, *accelerations, *drives, *points, *self.reaction_axes, *pulls, *late)
         return tuple(dict.fromkeys((*names, *LETTERS.energies)))
 
     @property
@@ -385,7 +391,7 @@ class Scene(Shown):
     @property
     def point_names(self) -> list[str]:
         """The names of coordinates of declared points, three a point."""
-        return [f"point_{one.name}_{axis}" for one in self.points for axis in "xyz"]
+        return [name for one in self.points for name in one.motion_names[:3]]
 
     @property
     def reaction_axes(self) -> dict[str, str]:
