@@ -25,12 +25,13 @@ import numpy as np
 
 from symdyn.algebra import Array, Batches
 from symdyn.dynamics import Function, Workspace, derive_one
-from symdyn.dynamics.mechanism import TIME
+from symdyn.dynamics.mechanism import TIME, State
+from symdyn.dynamics.mechanism.kinematics import placed, point_motion
 from symdyn.dynamics.outputs import WrittenDecisions, arguments, reaction_names, touching, unique
 from symdyn.dynamics.reactions import carried
 from symdyn.errors import SimulateError, suggestion
 from symdyn.frozen import replace
-from symdyn.graph import Graph, evaluate, reachable
+from symdyn.graph import Expr, Graph, evaluate, reachable
 from symdyn.program import formulate
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import LETTERS
@@ -186,6 +187,10 @@ def output_columns(motion: Trajectory, given: bool) -> dict[str, Array]:
         series |= reaction_columns(motion, given, one)
     series |= columns_for(motion, named)
     series |= {name: np.asarray(value) for name, value in opened(scene).values.items()}
+    graph = Graph()
+    late = [name for name in named if name not in series]
+    moved = point_motion(scene, late, State.of(scene, graph), lambda name: placed(scene, name, graph).p)
+    series |= zip(moved, _values([*moved.values()], series, motion.t), strict=True)
     for name in named:
         if name not in series:
             raise SimulateError(f"{scene.name}: outputs: {name} is not known; {suggestion(name, series)}")
@@ -229,7 +234,11 @@ def _of_function(function: ForceFunction, name: str, t: Array, q: Array, u: Arra
 def _formula_values(formulas: Sequence[Quantity], series: Mapping[str, Array], t: Array) -> list[Array]:
     """Return formulas over the rows of columns, each of shape (N,); NaN where one has no value."""
     graph = Graph()
-    values = {graph.symbol(name): series[name] for one in formulas for name in one.symbols}
+    return _values([one.express(graph) for one in formulas], series, t)
+
+
+def _values(entries: Sequence[Expr], series: Mapping[str, Array], t: Array) -> list[Array]:
+    values = {entry.graph.symbol(name): x for entry in entries[:1] for name, x in series.items()}
     with np.errstate(all="ignore"):
-        found = evaluate([one.express(graph) for one in formulas], Batches(), values)
+        found = evaluate(entries, Batches(), values)
     return [np.array(np.broadcast_to(np.asarray(x, dtype=np.float64), t.shape)) for x in found]

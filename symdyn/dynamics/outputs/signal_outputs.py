@@ -84,12 +84,12 @@ class Moving:
             if any(name in letters for name in named):
                 known = values()
                 found |= {graph.symbol(name): known[k] for name, k in letters.items() if name in named}
-        for point in w.scene.points:
-            names = point.motion_names
-            if any(name in named for name in names):
-                p = placed(point.name)
-                v = tangents(p, state.velocity)
-                found |= zip(map(graph.symbol, names), [*p, *v, *tangents(v, state.acceleration)], strict=True)
+        moved = kinematics.point_motion(w.scene, named, state, placed)
+        if any(name.endswith("_ddot") for name in moved):
+            known = self.accelerations()
+            entries = substitute([*moved.values()], dict(zip(state.qdd, known, strict=True)))
+            moved = dict(zip(moved, entries, strict=True))
+        found |= {graph.symbol(name): x for name, x in moved.items()}
         for rope in w.scene.ropes:
             if f"{LETTERS.tension}{rope.name}" in named:
                 found[graph.symbol(f"{LETTERS.tension}{rope.name}")] = self._tension(rope, recursive)

@@ -43,11 +43,6 @@ class Point:
     body: str
     at: Pose = UNMOVED
 
-    @property
-    def motion_names(self) -> list[str]:
-        """Names in formulas of its coordinates, velocities and accelerations, ground axes, three each."""
-        return [f"point_{self.name}_{axis}{rate}" for rate in ("", "_dot", "_ddot") for axis in "xyz"]
-
 
 _Described = TypeVar("_Described", Parameter, Input, Signal, StateVariable, Body, Joint, Element, "Scene")
 DESCRIBED = ("bodies", "joints", "loops", "elements", "parameters", "derived", "inputs", "outputs", "states", "signals")
@@ -365,7 +360,7 @@ class Scene(Shown):
         drives = (drive for drive in self.drives if drive)
         late = (name for name in specified if name.startswith(LETTERS.multiplier) and self.is_constrained)
         pulls = (f"{LETTERS.tension}{one.name}" for one in self.ropes)
-        points = (name for one in self.points for name in one.motion_names)
+        points = (name for one in self.points for name in LETTERS.of_point(one.name))
         names = (*self.plain_names, *accelerations, *drives, *points, *self.reaction_axes, *pulls, *late)
         return tuple(dict.fromkeys((*names, *LETTERS.energies)))
 
@@ -391,7 +386,7 @@ class Scene(Shown):
     @property
     def point_names(self) -> list[str]:
         """The names of coordinates of declared points, three a point."""
-        return [name for one in self.points for name in one.motion_names[:3]]
+        return [name for one in self.points for name in LETTERS.of_point(one.name)[:3]]
 
     @property
     def reaction_axes(self) -> dict[str, str]:
