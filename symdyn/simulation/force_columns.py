@@ -148,10 +148,17 @@ def _unique(motion: Trajectory, requests: tuple[str, ...], axes: str = "body") -
 
 
 def columns_for(motion: Trajectory, names: Iterable[str]) -> dict[str, Array]:
-    """Return multipliers, and tensions of ropes, as columns, where one of the names is of these."""
+    """Return multipliers, tensions of ropes and rates of points as columns, where one of the names is of these."""
     names = tuple(names)
     found = multiplier_columns(motion) if any(name.startswith(LETTERS.multiplier) for name in names) else {}
-    return found | (tension_columns(motion) if any(name.startswith(LETTERS.tension) for name in names) else {})
+    found |= tension_columns(motion) if any(name.startswith(LETTERS.tension) for name in names) else {}
+    if rates := [name for name in names if name.startswith("point_") and name.endswith("dot")]:
+        scene, graph = motion.scene, Graph()
+        moved = point_motion(scene, rates, State.of(scene, graph), lambda name: placed(scene, name, graph).p)
+        series = dict(zip(motion.names, motion.table()[1].T, strict=True))
+        series |= {name: np.asarray(value) for name, value in opened(scene).values.items()}
+        found |= zip(moved, _values([*moved.values()], series, motion.t), strict=True)
+    return found
 
 
 @lru_cache(maxsize=16)
@@ -187,10 +194,6 @@ def output_columns(motion: Trajectory, given: bool) -> dict[str, Array]:
         series |= reaction_columns(motion, given, one)
     series |= columns_for(motion, named)
     series |= {name: np.asarray(value) for name, value in opened(scene).values.items()}
-    graph = Graph()
-    late = [name for name in named if name not in series]
-    moved = point_motion(scene, late, State.of(scene, graph), lambda name: placed(scene, name, graph).p)
-    series |= zip(moved, _values([*moved.values()], series, motion.t), strict=True)
     for name in named:
         if name not in series:
             raise SimulateError(f"{scene.name}: outputs: {name} is not known; {suggestion(name, series)}")

@@ -121,7 +121,7 @@ def _why(name: str, use: Use, scene: Scene, motion: dict[str, None]) -> str:
     over_time = f", or [inputs.{name}] over time" if CLOCK in use.allowed else ""
     near = nearest(name, sorted(use.allowed), scene)
     known += [near] if near and near not in known else []
-    if not near and use.where.startswith("outputs.") and (place := re.fullmatch(r"point_(\w+)_[xyz]", name)):
+    if not near and use.where.startswith("outputs.") and (place := re.fullmatch(r"point_(\w+)_[xyz](_d?dot)?", name)):
         body = next((one.name for one in reversed(scene.bodies)), "NAME")
         return f'uses {name}, of no point; write [points.{place[1]}] with body = "{body}"'
     if constant := hint("characters", name):
