@@ -26,6 +26,7 @@ from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.scene import Scene
+from symdyn.scene.values import spell
 
 
 @dataclass(frozen=True)
@@ -330,10 +331,13 @@ class Singular(DerivationError):  # noqa: N818  what the matrix is
 def moves_no_mass(scene: Scene, velocity: int, of: str = "") -> str:
     """Return the message for a singular mass matrix `of` something: which joint and body to look at."""
     joint = next(joint for joint in scene.joints if scene.velocities[velocity] in joint.rates)
+    axis = f"[{', '.join(map(spell, joint.axis))}]"
+    unsaid = " (that of a joint without axis)" * (axis == "[0, 0, 1]")
+    needed = f" off the axis {axis}{unsaid} or an inertia about it" if joint.type == "revolute" else " or an inertia"
     return (
         f"{scene.name}: forward dynamics does not exist: a motion of the joint {joint.name}, which carries "
-        f"{joint.child}, moves no mass, so that the mass matrix{of} is singular; give {joint.child} a mass or an "
-        "inertia, or fix the joint"
+        f"{joint.child}, moves no mass, so that the mass matrix{of} is singular; give {joint.child} a mass"
+        f"{needed}, or fix the joint"
     )
 
 

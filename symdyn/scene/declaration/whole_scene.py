@@ -248,7 +248,7 @@ def check_tree(draft: Draft, faults: Faults) -> None:
             carrier[joint.child] = joint
     joined = {body for joint in (*scene.joints, *scene.loops) for body in (joint.parent, joint.child)}
     for where, body in zip(draft.where["bodies"], scene.bodies, strict=True):
-        if body.name in carrier or body.name == Scene.GROUND:
+        if body.name in carrier or body.name == Scene.GROUND or any(one.parent == one.child for one in scene.loops):
             continue
         if body.name in joined:
             lost = f"no joint leads from {Scene.GROUND} to the body{_company(scene, body.name)}"
@@ -415,10 +415,10 @@ def _masses(draft: Draft, values: Mapping[str, Value], faults: Faults, allow: bo
             faults.note(where, "has a centre of mass and no mass, so that no weight acts there; write mass too")
         for fault in mass_faults(body, values):
             faults.add(where, fault)
-            negative.add(body.name)
-    about_frame = {body.name for body in draft.scene.bodies if body.about == "frame"}
+            follows = {*body.mass.symbols} & {name for x in body.inertia for name in x.symbols}
+            negative |= {body.name} if body.about == "frame" or follows else set()
     for where, name, why, advice, fine in judge(draft, values):
-        if name in negative & about_frame:
+        if name in negative:
             continue
         if fine:
             faults.note(where, why)
