@@ -1,10 +1,9 @@
-"""Velocities and accelerations of declared points, as what is looked at: of trees, quaternions, loops and linear systems."""
+"""Velocities and accelerations of declared points: of trees, quaternions, loops and linear systems."""
 
 from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 import pytest
 
 import symdyn
@@ -37,7 +36,7 @@ def seen(example: str, body: str) -> Scene:
 @pytest.mark.runs("cc")
 @pytest.mark.parametrize(("example", "body", "given"), CASES.values(), ids=CASES)
 def test_rates_of_a_point_are_those_of_its_place(example: str, body: str, given: dict[str, Any]) -> None:
-    run = symdyn.simulate(scene := seen(example, body), until=0.2, every=1e-3, method="dop853", **given)
+    run = symdyn.simulate(seen(example, body), until=0.2, every=1e-3, method="dop853", **given)
     for place, rate in (("place", "speed"), ("speed", "push")):
         slope = (run[place][2:] - run[place][:-2]) / 2e-3
         assert slope == pytest.approx(run[rate][1:-1], abs=1e-4 * abs(run[rate]).max())
