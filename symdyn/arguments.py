@@ -197,8 +197,9 @@ def _one_each(inside: Sequence[ast.expr], known: Mapping[str, object]) -> Argume
     kinds = [_kind(one, known) for one in inside]
 
     def takes(value: Any) -> bool:
-        # an array has all the methods
-        alone = isinstance(value, str | bytes | Mapping) or getattr(value, "ndim", 1) == 0
+        alone = (
+            isinstance(value, str | bytes | Mapping) or getattr(value, "ndim", 1) == 0
+        )  # an array has all the methods
         walks = not alone and isinstance(value, Sized) and isinstance(value, Iterable) and len(value) == len(kinds)
         return walks and all(k is None or k.takes(x) for k, x in zip(kinds, value, strict=True))
 
@@ -282,8 +283,7 @@ def suggesting(function: F) -> F:
 
     @wraps(function)
     def called(*values: Any, **keywords: Any) -> Any:
-        if not function.__module__.endswith("sympy_equations"):  # which looks at assumptions, too
-            values, keywords = tuple(map(with_names, values)), {name: with_names(one) for name, one in keywords.items()}
+        values, keywords = tuple(map(with_names, values)), {name: with_names(one) for name, one in keywords.items()}
         try:
             return function(*values, **keywords)
         except TypeError as error:

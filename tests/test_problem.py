@@ -84,7 +84,7 @@ def test_a_field_without_use_is_refused(words: str) -> None:
 def test_a_problem_says_what_is_wrong_with_it() -> None:
     with pytest.raises(SimulateError, match=r"^scene = 'arm\.toml': give a Scene\nstart = 3: give values by name"):
         Problem("arm.toml", start=3)  # type: ignore[arg-type]
-    with pytest.raises(SimulateError, match=r"^values: mc has 2 numbers, a run takes one; symdyn\.ensemble"):
+    with pytest.raises(SimulateError, match=r"^values: mc has 2 numbers, and a run takes one; symdyn\.ensemble"):
         Problem(CART, values={"mc": [1, 2]})
     with pytest.raises(SceneError, match="M"):
         Problem(CART, values={"M": 1})

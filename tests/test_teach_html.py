@@ -272,7 +272,7 @@ def test_what_is_typed_is_right_or_told_why_it_is_not_read(browser: Any, shown: 
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("m2 h2^2 - m2 h1 h2 cos q2", f"Not yet: {RULES['termsign']}."),
+        ("m2 h2^2 - m2 h1 h2 cos q2", f"Not yet: {RULES['cross']} (mass 2); and {RULES['termsign']}."),
         ("-m2 h2^2 - m2 h1 h2 cos q2", "Not yet: all of it has the opposite sign."),
         ("0.5 m2 h2 (h2 + h1 cos q2)", f"Not yet: {RULES['factor']}."),
         ("0.7 m2 h2 (h2 + h1 cos q2)", "Not yet: yours is 0.7 times the result."),

@@ -71,7 +71,7 @@ def test_multipliers_and_dependent_rates_are_eliminated(name: str) -> None:
 
 @pytest.mark.parametrize(("name", "zeros"), [("spherical", ["sin(theta)"]), ("wedge", []), ("hoop", [])])
 def test_accelerations_say_where_they_divide_by_zero(name: str, zeros: list[str]) -> None:
-    told = [x.parts for x in step_of(lesson(name), "explicit").blocks if isinstance(x, Words)]
+    told = [x.parts for x in step_of(name, "explicit").blocks if isinstance(x, Words)]
 
     assert [str(x.to_sympy()) for parts in told for x in parts if isinstance(x, Form)] == zeros
     assert sum("≠ 0" in str(x) for parts in told for x in parts) == len(zeros)

@@ -249,7 +249,7 @@ class Run:
 def _check_one(specified: Mapping[str, object]) -> None:
     """Raise SimulateError where a number of a run is an array: that is many runs."""
     many = [
-        f"{what}: {name} has {np.size(one)} numbers, a run takes one; symdyn.ensemble takes arrays, symdyn.sweep over="
+        f"{what}: {name} has {np.size(one)} numbers, a run one; symdyn.ensemble takes arrays, symdyn.sweep over="
         for what, given in specified.items()
         for name, one in (given.items() if isinstance(given, Mapping) else ())
         if isinstance(one, Sequence | np.ndarray) and not isinstance(one, str) and np.ndim(one) > 0

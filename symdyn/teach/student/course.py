@@ -49,7 +49,7 @@ class Parts:
         base: where the last hinge that carries it stands, and `arm`, the way from there; ground frame, m.
         arm: see base.
         spin: ½ ω·I ω, with the work of an offset.
-        relative: of `arm` and spin, with no rates but those of the last hinge and beyond it, m/s and J.
+        relative: of `arm` and spin, with no rates but those of the last hinge and beyond: velocity of the arm, m/s, and spin, J.
         lone: K with no rates but those of the last joint, of the last two, …, J, of all but the first; then with the
             rate of the last hinge alone about its axle.
         rigid: whether it has a moment of inertia.
