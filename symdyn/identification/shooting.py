@@ -26,7 +26,7 @@ from symdyn.scene.values import Faults, velocity_name
 from symdyn.simulation import Flow, Forces, Problem
 from symdyn.simulation.prescribed import Columns, Entries, drive_names, read_entries
 
-MOST_STEPS = 128
+MOST_STEPS = 512
 """Steps between two samples beyond which a motion is too fast for them."""
 
 CLOSE = 1e-5
@@ -153,8 +153,8 @@ class Shooting:
                     return here
             here, coarse = finer, fine
         raise IdentifyError(
-            f"{self.scene.name}: {MOST_STEPS} steps between two samples do not follow the motion, too fast, stiff or "
-            "without a value: give other values or starts, friction with smoothing = 0.05, or more samples a second"
+            f"{self.scene.name}: {MOST_STEPS} steps between two samples do not follow the motion, too fast, stiff or without "
+            "a value: give other values or starts, more samples a second, or a wider smoothing, which moves what is found"
         )
 
 
