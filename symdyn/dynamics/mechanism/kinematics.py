@@ -112,17 +112,21 @@ def differentiated_acceleration(scene: Scene, name: str, graph: Graph) -> list[E
 
 
 def point_motion(
-    scene: Scene, named: Container[str], state: State, place: Callable[[str], Sequence[Expr]]
-) -> dict[str, Expr]:
-    """Return what is named of places, velocities and accelerations of points, and what these are rates of, by name."""
-    found: dict[str, Expr] = {}
+    scene: Scene,
+    named: Container[str],
+    state: State,
+    place: Callable[[str], Sequence[Expr]],
+    qdd: Callable[[], Sequence[Expr]],
+) -> dict[Expr, Expr]:
+    """Return what is named of places, velocities and accelerations of points, and what these are rates of."""
+    found: dict[Expr, Expr] = {}
     for point in scene.points:
         names = LETTERS.of_point(point.name)
         if asked := [k for k, name in enumerate(names) if name in named]:
             p = place(point.name)
             v = tangents(p, state.velocity) if asked[-1] > 2 else ()
-            a = tangents(v, state.acceleration) if asked[-1] > 5 else ()
-            found |= zip(names, (*p, *v, *a), strict=False)
+            a = tangents(v, state.velocity | dict(zip(state.qd, qdd(), strict=True))) if asked[-1] > 5 else ()
+            found |= zip(map(p[0].graph.symbol, names), (*p, *v, *a), strict=False)
     return found
 
 

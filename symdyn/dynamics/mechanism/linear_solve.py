@@ -9,8 +9,7 @@ M q̈ = b is solved by M = Lᵀ D L, without square roots and without fill-in be
 tips, so that L keeps the zeros of M: row i has entries for the ancestors of joint i only. No pivot is zero everywhere:
 that is looked at over a finite field, where x - x in disguise is zero too. A value that is not zero proves that the
 function is not: where it vanishes at random points of a field of more than 2^126 elements, it vanishes identically, but
-for a chance of about degree / 2^126 a point (see `symdyn.algebra.finite_field`). So a pivot that is x - x in disguise
-is told from one that only looks complicated, which neither its shape nor doubles can do.
+for a chance of about degree / 2^126 a point (see `symdyn.algebra.finite_field`).
 
 Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 6.5, tables 6.3 and 6.4.
 """

@@ -84,12 +84,7 @@ class Moving:
             if any(name in letters for name in named):
                 known = values()
                 found |= {graph.symbol(name): known[k] for name, k in letters.items() if name in named}
-        moved = kinematics.point_motion(w.scene, named, state, placed)
-        if any(name.endswith("_ddot") for name in moved):
-            known = self.accelerations()
-            entries = substitute([*moved.values()], dict(zip(state.qdd, known, strict=True)))
-            moved = dict(zip(moved, entries, strict=True))
-        found |= {graph.symbol(name): x for name, x in moved.items()}
+        found |= kinematics.point_motion(w.scene, named, state, placed, self.accelerations)
         for rope in w.scene.ropes:
             if f"{LETTERS.tension}{rope.name}" in named:
                 found[graph.symbol(f"{LETTERS.tension}{rope.name}")] = self._tension(rope, recursive)

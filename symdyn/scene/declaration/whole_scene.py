@@ -339,11 +339,7 @@ def _rigid(joints: tuple[Joint, ...]) -> dict[str, str]:
 def check(
     draft: Draft, faults: Faults, allow_invalid_inertia: bool = False, dimensions: bool = True
 ) -> tuple[str, ...]:
-    """Report every fault of a draft, those of its `dimensions` where these are asked for.
-
-    Returns:
-        The bodies whose inertia is a note instead, if that is allowed.
-    """
+    """Report every fault of a draft, of `dimensions` if asked for; return bodies whose inertia is a note instead."""
     values = _parameter_values(draft, faults)
     check_names(draft, faults)
     check_symbols(draft, faults)
