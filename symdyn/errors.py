@@ -209,8 +209,8 @@ def nearest(name: object, known: Iterable[str], scene: Any = None) -> str | None
         for here in (one for one in (*joint.coordinates, *joint.drives) if one in lowered.values()):
             return str(here)
     for one in (one for one in getattr(scene, "outputs", ()) if name.startswith(f"{one.name}_")):
-        if (rate := f"{one.formula.value}{name.removeprefix(one.name)}") in lowered.values():
-            return rate
+        if (here := f"{one.formula.value}{name.removeprefix(one.name)}") in lowered.values():
+            return here
     meant, candidates = name.lower(), list(lowered)[:MOST_KNOWN]
     bare = meant.lstrip("-")
     words = [f"{meant.removesuffix(bare)}{one.lower()}" for one in hint("names", bare.replace("_", "-")).split()]

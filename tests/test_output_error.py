@@ -65,7 +65,7 @@ def test_steep_friction_is_followed_and_what_is_too_steep_is_told(monkeypatch: p
     log = {"t": run.t, "x": run["x"]}
     assert output_error(scene, log, "c", forces=forces)["c"] == pytest.approx(2.5)
     monkeypatch.setattr("symdyn.identification.shooting.MOST_STEPS", 64)
-    with pytest.raises(IdentifyError, match="64 steps .* or a wider smoothing, which moves what is found"):
+    with pytest.raises(IdentifyError, match=r"64 steps .* or a wider smoothing, which moves what is found"):
         output_error(scene, log, "c", forces=forces)
 
 

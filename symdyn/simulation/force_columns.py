@@ -22,9 +22,8 @@ import numpy as np
 
 from symdyn.algebra import Array, Batches
 from symdyn.dynamics import Function, Workspace, derive_one
-from symdyn.dynamics.mechanism import TIME, State
-from symdyn.dynamics.mechanism.kinematics import placed, point_motion
-from symdyn.dynamics.outputs import WrittenDecisions, arguments, reaction_names, touching, unique
+from symdyn.dynamics.mechanism import TIME
+from symdyn.dynamics.outputs import Moving, WrittenDecisions, arguments, reaction_names, touching, unique
 from symdyn.dynamics.reactions import carried
 from symdyn.errors import SimulateError, suggestion
 from symdyn.frozen import replace
@@ -146,10 +145,10 @@ def columns_for(motion: Trajectory, names: Iterable[str]) -> dict[str, Array]:
     found = multiplier_columns(motion) if any(name.startswith(LETTERS.multiplier) for name in names) else {}
     found |= tension_columns(motion) if any(name.startswith(LETTERS.tension) for name in names) else {}
     if rates := [name for name in names if name.startswith("point_") and name.endswith("dot")]:
-        scene, state = motion.scene, State.of(motion.scene, graph := Graph())
-        moved = point_motion(scene, rates, state, lambda name: placed(scene, name, graph).p, lambda: state.qdd)
-        series = dict(zip(motion.names, motion.table()[1].T, strict=True)) | dict(opened(scene).values)
-        found |= zip([str(x.value) for x in moved], _values([*moved.values()], series, motion.t), strict=True)
+        w = Workspace(opened(motion.scene).scene)
+        moving = Moving(w, lambda: w.state.qdd, list, lambda axes: [], list).expressed([*map(Quantity.symbol, rates)])
+        series = dict(zip(motion.names, motion.table()[1].T, strict=True)) | dict(opened(motion.scene).values)
+        found |= zip(rates, _values(moving, series, motion.t), strict=True)
     return found
 
 
@@ -186,7 +185,7 @@ def output_columns(motion: Trajectory, given: bool) -> dict[str, Array]:
 
 
 def input_columns(scene: Scene, forces: Forces, t: Array, q: Array, u: Array) -> dict[str, Array]:
-    """Return inputs over a motion, each of shape (N,), as given or said; SimulateError where one has no finite value."""
+    """Return inputs over a motion, each of shape (N,), as given or said; SimulateError where one has no value."""
     series: dict[str, Array] = {TIME: t} | dict(zip(scene.coordinates, q.T, strict=True))
     series |= dict(zip(scene.velocities, u.T, strict=True))
     series |= {name: np.asarray(value) for name, value in opened(scene).values.items()}
