@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from scipy import signal
 
 import symdyn
 import symdyn.scene as declared
@@ -189,12 +190,15 @@ def test_transfer_functions_of_python_control_become_systems() -> None:
 
     assert (found.name, found.inputs.names, found.outputs.names) == ("G", ("u",), ("y",))
     same(found.zeros, [-2])
-    with pytest.raises(LinearizeError, match="give a proper transfer function"):
+    with pytest.raises(LinearizeError, match="system: the transfer function is improper"):
         StateSpace.from_control(control.tf([1, 2, 3], [1, 3]))
     with pytest.raises(LinearizeError, match="sampled with no period"):
         StateSpace.from_control(control.ss([[0.5]], [[1]], [[1]], 0, True))
     with pytest.raises(LinearizeError, match="str is no StateSpace or TransferFunction"):
         StateSpace.from_control("G")
+    scipys = signal.StateSpace(-np.eye(2), np.eye(2), [[1.0, 2.0]], [[0.0, 0.0]], dt=0.1)
+    assert (StateSpace.from_control(scipys).C == [[1, 2]]).all()
+    assert StateSpace.from_control(scipys).period == 0.1
 
 
 def test_a_loop_is_stable_between_the_gains_that_its_margins_say() -> None:

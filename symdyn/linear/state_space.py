@@ -36,6 +36,8 @@ from symdyn.linear.responses import (
 from symdyn.linear.stability import Margins, margins, verdict
 from symdyn.linear.transfer import Reach, Transfer, balanced, invariant_zeros, minimal, named, reach, transfers
 from symdyn.linear.weights import Axis, places, read_axis, read_matrix
+from symdyn.scene.values import Faults
+from symdyn.simulation import matrices_of
 from symdyn.simulation.prescribed import timed
 from symdyn.table import Table
 from symdyn.unlocked import cached_property
@@ -111,29 +113,19 @@ class StateSpace(Plotted):
 
     @classmethod
     def from_control(cls, system: Any) -> StateSpace:
-        """Return a StateSpace, or a transfer function, of python-control, with its names and its period.
+        """Return a StateSpace, or transfer functions, of python-control or SciPy, with the names and the period.
 
         Raises:
             LinearizeError: it is neither, or a transfer function with more zeros than poles.
         """
-        name = getattr(system, "name", "system")
-        if not all(hasattr(system, letter) for letter in "ABCD"):
-            if not hasattr(system, "num"):
-                raise LinearizeError(f"system: {type(system).__name__} is no StateSpace or TransferFunction of control")
-            from control import ss  # whoever has such a one has python-control
-
-            try:
-                system = ss(system)
-            except Exception as fault:  # of many classes, an improper one, or several channels without slycot
-                raise LinearizeError(
-                    f"system: {fault}; give a proper transfer function, or control.StateSpace"
-                ) from None
+        faults = Faults("system")
+        if (found := matrices_of(system, faults)) is None:
+            raise LinearizeError(f"system: {type(system).__name__} is no StateSpace or TransferFunction of control")
         if system.dt is True:
-            raise LinearizeError("system: is sampled with no period; give one, as in control.ss(A, B, C, D, 0.01)")
-        return StateSpace(
-            system.A, system.B, system.C, system.D, system.state_labels, system.input_labels, system.output_labels,
-            system.dt or None, name,
-        )  # fmt: skip
+            faults.add("", "is sampled with no period; give one, as in control.ss(A, B, C, D, 0.01)")
+        faults.close(LinearizeError)
+        axes = (getattr(system, f"{one}_labels", None) or None for one in ("state", "input", "output"))
+        return StateSpace(*found.values(), *axes, system.dt or None, getattr(system, "name", "system"))
 
     @checked(LinearizeError)
     def __getitem__(self, channel: tuple[str | None, str | None]) -> StateSpace:
