@@ -115,7 +115,8 @@ class Regulator(Gain):
         return (*self.system.states.names, *(f"{name}_integral" for name in self.integral))
 
     @property
-    def _point(self) -> dict[str, float]:
+    def point(self) -> dict[str, float]:
+        """Coordinates and velocities where it acts, by name."""
         one = self.system
         found = dict(zip(one.scene.coordinates, one.point.q.tolist(), strict=True))
         return found | dict(zip(one.scene.first_order, one.point.u.tolist(), strict=True))
@@ -129,7 +130,7 @@ class Regulator(Gain):
 
     @property
     def _told(self) -> dict[str, object]:
-        point = {"x0": self._point, "u0": held(self.system, self.inputs)}
+        point = {"x0": self.point, "u0": held(self.system, self.inputs)}
         found = {"K": self.K.tolist(), "states": list(self._names), "inputs": list(self.inputs), **point}
         return found if self.period is None else found | {"period": self.period}
 
@@ -141,7 +142,7 @@ class Regulator(Gain):
             return read_feedback(self.system.scene, self.gains())
         one, n, many = self.system, len(self.system.states), len(self.integral)
         names = (*one.states.names, *(name for name in self.integral if name not in one.states.names))
-        point = self._point | dict(zip(one.outputs.names, one.point.outputs.tolist(), strict=True))
+        point = self.point | dict(zip(one.outputs.names, one.point.outputs.tolist(), strict=True))
         summed = np.array([[float(name == other) for other in names] for name in self.integral])
         A, B = (np.zeros((many, many)), summed) if self.period is None else (np.eye(many), self.period * summed)
         D = np.hstack([self.K[:, :n], np.zeros((len(self.K), len(names) - n))])

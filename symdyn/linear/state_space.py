@@ -124,8 +124,9 @@ class StateSpace(Plotted):
         if system.dt is True:
             faults.add("", "is sampled with no period; give one, as in control.ss(A, B, C, D, 0.01)")
         faults.close(LinearizeError)
-        axes = (getattr(system, f"{one}_labels", None) or None for one in ("state", "input", "output"))
-        return StateSpace(*found.values(), *axes, system.dt or None, getattr(system, "name", "system"))
+        x, w, y = (getattr(system, f"{one}_labels", None) or None for one in ("state", "input", "output"))
+        A, B, C, D = found.values()
+        return StateSpace(A, B, C, D, x, w, y, system.dt or None, getattr(system, "name", "system"))
 
     @checked(LinearizeError)
     def __getitem__(self, channel: tuple[str | None, str | None]) -> StateSpace:

@@ -314,7 +314,7 @@ class Loop:
         k = self.samples
         found = self.computed(k * self.period, q, u, self.z if k else None)
         self._waiting.append(((k + self.late) * self.period + self.rest, found.command))
-        self.taken.append(self._row(found))
+        self.taken.append(self._row(k * self.period, q, u, found))
         self.z = found.moved
 
     def _act(self, t: float) -> None:
@@ -337,14 +337,18 @@ class Loop:
 
         def row(t: float, q: Array, u: Array, z: Array) -> Array:
             if self.period is None:
-                return self._row(self.computed(t, q, u, z))
+                return self._row(t, q, u, self.computed(t, q, u, z))
             return self.taken[min(int(t / self.period + SAME), self.samples - 1)]
 
         return dict(zip(names, self._each(row, len(names), t, q, u, z).T, strict=True))
 
-    def _row(self, found: Computed) -> Array:
-        told = found.reference[self._led], found.measured[self._rough]
-        return np.concatenate([found.command, found.states, *told])
+    def _row(self, t: float, q: Array, u: Array, found: Computed) -> Array:
+        z, law, signals = found.states, self.law, self.placed.signals
+        if signals is not None and isinstance(law, LinearLaw) and law.shown is not None:
+            ahead, behind = (signals(t + sign * STEP, q, u[: self.told])[1] for sign in (1, -1))
+            zero, slopes = law.shown
+            z = z + zero + slopes[0] @ (found.reference - law.y0) + slopes[1] @ (ahead - behind) / (2 * STEP)
+        return np.concatenate([found.command, z, found.reference[self._led], found.measured[self._rough]])
 
 
 MOST = 200_000

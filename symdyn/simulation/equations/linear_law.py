@@ -60,6 +60,7 @@ class LinearLaw:
         states: names of the columns that show z, shape (n,).
         tracking: L, shape (n, m).
         start: z at the start over e there, shape (n, p).
+        shown: of what columns show beside z: where z is 0, shape (n,), and by r - y0 and its rate, shape (2, n, p).
     """
 
     A: Array
@@ -71,6 +72,7 @@ class LinearLaw:
     states: tuple[str, ...]
     tracking: Array
     start: Array
+    shown: tuple[Array, Array] | None = None
 
     @classmethod
     def read(
