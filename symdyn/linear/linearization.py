@@ -178,9 +178,11 @@ class Linearization(StateSpace):
             return super()._chosen(output, input)
         found = self.of_given if output is None and input is None else self.of_given[output, input]
         if not ahead and found.rates.any():
-            _, i, k = np.argwhere(found.rates)[0]
+            (_, i, k), plain = np.argwhere(found.rates)[0], np.argwhere(~found.rates.any(axis=0))
             told = f"{self.name}: {found.outputs.names[i]} follows a rate of {found.inputs.names[k]} at once"
-            raise LinearizeError(f"{told}, which only bode and nyquist can tell; ask for these, or for another output")
+            other = f'lin["{found.outputs.names[plain[0][0]]}", "{found.inputs.names[plain[0][1]]}"]' if len(plain) else ""
+            advice = f"ask for these, or for {f'one channel, as of {other}' if other else 'another output'}"
+            raise LinearizeError(f"{told}, which only bode and nyquist can tell; {advice}")
         if ahead:
             return found
         axes = (found.states, found.inputs, found.outputs)

@@ -417,7 +417,8 @@ def _read(
     last = f"and no force, whose cost is over time: {argument('cost')}{'; ' * bool(held)}"
     words, forces = {"running": "cost", "final": "final cost"}, zip(drive_names(scene), scene.drives, strict=True)
     more, check, found = {"running": (*(name for name, drive in forces if drive), *inputs)}, SceneUnits(scene).check, {}
-    advice = (lambda _: held, lambda _: last + held)
+    drives = f"and drives are {listed(more['running'])}" if more["running"] else ""
+    advice = (lambda _: ", ".join(filter(None, (drives, held))), lambda _: last + held)
     for name, texts in given.items():
         where, allowed = words.get(name, name), (*state, *more.get(name, ()))
         told = [formula_text(one) for one in texts if one]
