@@ -241,7 +241,7 @@ def test_transmissibility_is_den_hartogs(mass: symdyn.Scene) -> None:
         "output"
     )
     for whole in (lin.to_control, lambda: lin.discretize(0.1), lin.step):
-        with pytest.raises(LinearizeError, match=r'one channel, as of lin\["x", "y"\]'):
+        with pytest.raises(LinearizeError, match=r'ask for these, or for lin\["x", "y"\]'):
             whole()
     with pytest.raises(LinearizeError) as found:
         lin.lqr()

@@ -23,11 +23,11 @@ from symdyn.linear.state_space import StateSpace
 from symdyn.linear.transfer import poles_in_words
 from symdyn.linear.weights import Axis, Weights, weight
 from symdyn.scene.values import Faults
+from symdyn.simulation import Feedback
 from symdyn.table import Table
 
 if TYPE_CHECKING:
     from symdyn.linear.linearization import Linearization
-    from symdyn.simulation import Feedback
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,9 +91,8 @@ class Compensator(StateSpace):
         step, places = opened(one, regulator.inputs, regulator.period)
         names = tuple(f"{name}_estimate" for name in one.states.names)
         A = step.A - step.B[:, places] @ K - L @ one.C + L @ one.D[:, places] @ K
-        D = np.zeros((len(K), len(one.C)))
         super().__init__(
-            A, -L, -K, D, Axis(names, one.states.units), one.outputs, one.inputs.of(places), regulator.period,
+            A, -L, -K, None, Axis(names, one.states.units), one.outputs, one.inputs.of(places), regulator.period,
             f"{one.name}_lqg",
         )  # fmt: skip
         object.__setattr__(self, "regulator", regulator)
@@ -136,16 +135,11 @@ class Compensator(StateSpace):
 
     def feedback(self) -> Feedback:
         """Return it as a controller of a run, about the point: it adds to the drives there, given the outputs there."""
-        from symdyn.simulation import linear_law
-
-        one, point = self.regulator.system, self.regulator.point
-        found = linear_law(
-            self.A, self.B, self.C, self.D, self.inputs.names, self.outputs.names, period=self.period,
-            y0=dict(zip(one.outputs.names, one.point.outputs.tolist(), strict=True)),
-            u0=held(one, self.outputs.names), states=self.states.names,
-        )  # fmt: skip
+        one, point, found = self.regulator.system, self.regulator.point, super().feedback()
         zero = np.array([point.get(name, 0.0) for name in one.states.names])
-        return replace(found, law=replace(found.law, shown=(zero, self._led())))
+        y0, u0 = one.point.outputs.tolist(), held(one, self.outputs.names).values()
+        law = replace(found.law, y0=tuple(y0), initial=tuple(u0), shown=(zero, self._led()))
+        return replace(found, law=law)
 
     def _led(self) -> Array:
         """Return x_r over r and ṙ, shape (2, nx, ny): where outputs are at r, as near to 0 = ẋ - ẋ_r as that leaves.

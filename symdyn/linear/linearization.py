@@ -180,9 +180,10 @@ class Linearization(StateSpace):
         if not ahead and found.rates.any():
             (_, i, k), plain = np.argwhere(found.rates)[0], np.argwhere(~found.rates.any(axis=0))
             told = f"{self.name}: {found.outputs.names[i]} follows a rate of {found.inputs.names[k]} at once"
-            other = f'lin["{found.outputs.names[plain[0][0]]}", "{found.inputs.names[plain[0][1]]}"]' if len(plain) else ""
-            advice = f"ask for these, or for {f'one channel, as of {other}' if other else 'another output'}"
-            raise LinearizeError(f"{told}, which only bode and nyquist can tell; {advice}")
+            other = [f'lin["{found.outputs.names[i]}", "{found.inputs.names[k]}"]' for i, k in plain] or [
+                "another output"
+            ]
+            raise LinearizeError(f"{told}, which only bode and nyquist can tell; ask for these, or for {other[0]}")
         if ahead:
             return found
         axes = (found.states, found.inputs, found.outputs)

@@ -32,11 +32,11 @@ from symdyn.linear.state_space import StateSpace
 from symdyn.linear.transfer import named, poles_in_words, shown, staircase
 from symdyn.linear.weights import SYMMETRIC, Axis, Weights, weight
 from symdyn.scene.values import Faults
+from symdyn.simulation import Feedback, linear_law, read_feedback
 from symdyn.table import Table
 
 if TYPE_CHECKING:
     from symdyn.linear.linearization import Linearization
-    from symdyn.simulation import Feedback
 
 MOVING = "the point is neither of rest nor of a steady motion: nothing holds the mechanism there, gains neither"
 SPINNING = (
@@ -136,8 +136,6 @@ class Regulator(Gain):
 
     def feedback(self) -> Feedback:
         """Return it as a controller of a run, u = u0 - K (x - x0), integrals being states of the controller."""
-        from symdyn.simulation import linear_law, read_feedback
-
         if not self.integral:
             return read_feedback(self.system.scene, self.gains())
         one, n, many = self.system, len(self.system.states), len(self.integral)

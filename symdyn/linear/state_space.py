@@ -3,15 +3,14 @@
     ẋ = A x + B w           x(t + T) = A x(t) + B w(t), w held between samples, where there is a period T
     y = C x + D w
 
-A mechanism about a point, a closed loop, a controller and a sampled system answer the same questions by the same
-names. What is asked of one input and output takes their names, which may be left out where there is one alone.
+What is asked of one input and output takes their names, which may be left out where there is one alone.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, overload
+from typing import Any, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -37,13 +36,10 @@ from symdyn.linear.stability import Margins, margins, verdict
 from symdyn.linear.transfer import Reach, Transfer, balanced, invariant_zeros, minimal, named, reach, transfers
 from symdyn.linear.weights import Axis, places, read_axis, read_matrix
 from symdyn.scene.values import Faults
-from symdyn.simulation import matrices_of
+from symdyn.simulation import Feedback, linear_law, matrices_of
 from symdyn.simulation.prescribed import timed
 from symdyn.table import Table
 from symdyn.unlocked import cached_property
-
-if TYPE_CHECKING:
-    from symdyn.simulation import Feedback
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -376,12 +372,10 @@ class StateSpace(Plotted):
         except ImportError:
             raise LinearizeError(f"python-control is not installed; {install('control')}") from None
         names = {"states": list(self.states.names), "outputs": list(self.outputs.names), "name": self.name or None}
-        matrices = (self.A, self.B, self.C, self.D)
-        inputs = list(self.inputs.names)
+        B, D, inputs = self.B, self.D, list(self.inputs.names)
         if not inputs:  # python-control knows no system without inputs: one that does nothing
-            matrices = (self.A, np.zeros((len(self.A), 1)), self.C, np.zeros((len(self.C), 1)))
-            inputs = ["none"]
-        return ss(*matrices, self.period or 0, inputs=inputs, **names)
+            B, D, inputs = np.zeros((len(B), 1)), np.zeros((len(D), 1)), ["none"]
+        return ss(self.A, B, self.C, D, self.period or 0, inputs=inputs, **names)
 
     def _figure(self) -> FilledFigure:
         return pole_map(f"{self.name}: poles", {"poles": self.poles}, self.zeros, self.period)
@@ -396,8 +390,6 @@ class StateSpace(Plotted):
 
         It is given r - y and added to what drives have at the point; r is y there, or what `linear_law` is given.
         """
-        from symdyn.simulation import linear_law
-
         names = self.inputs.names, self.outputs.names
         return linear_law(self.A, self.B, self.C, self.D, *names, period=self.period, states=self.states.names)
 

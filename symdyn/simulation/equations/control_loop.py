@@ -7,9 +7,6 @@ can be reported again without asking the controller twice.
 States z of a controller that acts all the time are a part of the state of the run, x = [q, u, z, W]. Those of one that
 takes samples are kept here, from sample to sample, and so is all that it computed. What it measures may have noise, and
 is then rounded to the steps of its converter.
-
-Where a controller takes samples, a run has a row wherever a force may change, if no other rows are asked for. Where
-samples are few, a period is divided, so that there are `SAMPLES` rows at least.
 """
 
 from __future__ import annotations
@@ -356,7 +353,7 @@ MOST = 200_000
 
 
 def sampled_rows(placed: Placed, until: float) -> Array:
-    """Return the times of the rows, ascending from 0 to `until`: samples, what lies between, and changes of forces."""
+    """Return the times of the rows, from 0 to `until`: samples, changes of forces, and `SAMPLES` rows at least."""
     period = _period(placed)
     count = math.floor(until / period * (1 + 1e-12))
     step = math.ceil(max(1, count) / MOST)
