@@ -138,8 +138,7 @@ class Compensator(StateSpace):
         one, point, found = self.regulator.system, self.regulator.point, super().feedback()
         zero = np.array([point.get(name, 0.0) for name in one.states.names])
         y0, u0 = one.point.outputs.tolist(), held(one, self.outputs.names).values()
-        law = replace(found.law, y0=tuple(y0), initial=tuple(u0), shown=(zero, self._led()))
-        return replace(found, law=law)
+        return replace(found, law=replace(found.law, y0=tuple(y0), initial=tuple(u0), shown=(zero, self._led())))
 
     def _led(self) -> Array:
         """Return x_r over r and ṙ, shape (2, nx, ny): where outputs are at r, as near to 0 = ẋ - ẋ_r as that leaves.

@@ -261,13 +261,12 @@ def matrices_of(system: Any, faults: Faults) -> dict[str, Array] | None:
     What has `dt` and none of them is a fault. A function with such attributes is a function, but for python-control's,
     which have `ninputs`.
     """
-    states = all(hasattr(system, name) for name in "ABCD")  # kept: those of its transfer functions would be others
-    tells = isinstance(system, type) or states or not (hasattr(system, "to_tf") and hasattr(system, "poles"))
-    whole = system if tells else system.to_tf()
+    kept = isinstance(system, type) or all(hasattr(system, name) for name in "ABCD")  # not to_tf: other states
+    whole = system.to_tf() if {"to_tf", "poles"} <= {*dir(system)} and not kept else system
     function = callable(whole) and not hasattr(whole, "ninputs")
     if isinstance(system, type) or function or not hasattr(whole, "dt"):
         return None
-    if states:
+    if kept:
         return {name: np.atleast_2d(getattr(whole, name)) for name in "ABCD"}
     if hasattr(whole, "num") and hasattr(whole, "den"):
         return _realised(whole.num, whole.den, faults)
