@@ -200,7 +200,7 @@ def nearest(name: object, known: Iterable[str], scene: Any = None) -> str | None
     """Return the known name that `name` was probably meant to be, or None; what is no text meant none.
 
     Of many names only those are compared that begin and end most like it; a name of a line's length is none. In a scene
-    the name of a joint means its coordinate, or else its drive.
+    the name of a joint means its coordinate, or else its drive, and a rate of an output that of what it is.
     """
     if not isinstance(name, str) or len(name) > LONGEST_NAME:
         return None
@@ -208,6 +208,9 @@ def nearest(name: object, known: Iterable[str], scene: Any = None) -> str | None
     for joint in (one for one in getattr(scene, "joints", ()) if one.name == name):
         for here in (one for one in (*joint.coordinates, *joint.drives) if one in lowered.values()):
             return str(here)
+    for one in (one for one in getattr(scene, "outputs", ()) if name.startswith(f"{one.name}_")):
+        if (here := f"{one.formula.value}{name.removeprefix(one.name)}") in lowered.values():
+            return here
     meant, candidates = name.lower(), list(lowered)[:MOST_KNOWN]
     bare = meant.lstrip("-")
     words = [f"{meant.removesuffix(bare)}{one.lower()}" for one in hint("names", bare.replace("_", "-")).split()]

@@ -193,7 +193,7 @@ def test_without_casadi_it_is_said_what_to_install(monkeypatch):
         ({"intervals": [0, 0.5]}, "rising shares of time from 0 to 1"),
         ({"intervals": "many"}, "intervals = 'many': give a whole number or a list of numbers"),
         ({"method": "simpson"}, "method simpson is not known; did you mean hermite_simpson"),
-        ({"cost": "F**2"}, "cost: .* uses F, which is not known here"),
+        ({"cost": "G**2"}, r"cost: .* uses G, which is not known here; did you mean g\?, and drives are u"),
         ({"final_cost": "u"}, "final cost: .* uses u, which is not known here"),
         ({"end": {"q9": 1}}, "end: q9 is not known; known are q1, q2"),
         ({"end": {"q1": 5}}, "end: q1 = 5 is beyond its bounds -2 … 2"),

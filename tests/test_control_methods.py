@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from scipy import signal
 
 import symdyn
 import symdyn.scene as declared
@@ -189,12 +190,42 @@ def test_transfer_functions_of_python_control_become_systems() -> None:
 
     assert (found.name, found.inputs.names, found.outputs.names) == ("G", ("u",), ("y",))
     same(found.zeros, [-2])
-    with pytest.raises(LinearizeError, match="give a proper transfer function"):
+    with pytest.raises(LinearizeError, match="system: the transfer function is improper"):
         StateSpace.from_control(control.tf([1, 2, 3], [1, 3]))
     with pytest.raises(LinearizeError, match="sampled with no period"):
         StateSpace.from_control(control.ss([[0.5]], [[1]], [[1]], 0, True))
     with pytest.raises(LinearizeError, match="str is no StateSpace or TransferFunction"):
         StateSpace.from_control("G")
+    scipys = signal.StateSpace(-np.eye(2), np.eye(2), [[1.0, 2.0]], [[0.0, 0.0]], dt=0.1)
+    assert (StateSpace.from_control(scipys).C == [[1, 2]]).all()
+    assert StateSpace.from_control(scipys).period == 0.1
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.parametrize(
+    ("seen", "period"), [(["x", "theta"], None), (["x", "theta"], 0.02), (["point_tip_x"], None)], ids=str
+)
+def test_estimates_lie_on_what_they_estimate_where_there_is_a_reference(seen: list[str], period: float | None) -> None:
+    """The tip led at 0.02 m/s is the cart there and the pole upright, to first order; the velocity follows, too."""
+    lin = symdyn.linearize(symdyn.example("cart_pole"), outputs=seen)
+    noise = dict.fromkeys(seen, 1e-4 if period is None else 1e-2)
+    controller = lin.lqg({"x": 10, "theta": 100}, {"F": 0.1}, {"F": 1}, noise, period)
+    led = Feedback(controller, reference={seen[0]: "0.02*t"})
+
+    run = symdyn.simulate(lin.scene, until=8, every=0.1 if period is None else period, feedback=led)
+
+    assert abs(run["x_dot"][-1] - 0.02) < 1e-4  # so it stands somewhere else than where it was designed
+    for name in lin.states.names:
+        assert abs(run[f"{name}_estimate"][-1] - run[name][-1]) < 3e-3
+
+
+@pytest.mark.runs("cc")
+def test_estimates_have_the_operating_point_in_them() -> None:
+    lin = symdyn.linearize(symdyn.example("pendulum"), start={"q1": math.pi}, outputs=["q1"])
+
+    run = symdyn.simulate(lin.scene, until=0.1, start={"q1": math.pi}, feedback=lin.lqg())
+
+    assert_allclose(run["q1_estimate"], run["q1"], atol=1e-9)
 
 
 def test_a_loop_is_stable_between_the_gains_that_its_margins_say() -> None:

@@ -75,6 +75,21 @@ def test_a_system_is_the_law_of_its_matrices(name: str) -> None:
     assert np.allclose(last(SAME[name]()), last(linear_law(*LEAD, "theta", "F")), atol=1e-9)
 
 
+@pytest.mark.parametrize("period", [None, 0.01])
+@pytest.mark.parametrize("made", ["control", "scipy"])
+def test_a_system_of_states_keeps_them_however_much_it_measures(made: str, period: float | None) -> None:
+    n, (p, m) = 4, (2, 1)
+    A, B, C, D = np.diag([0.1, 0.2, 0.3, 0.4]), np.arange(8.0).reshape(n, p), np.ones((m, n)), np.zeros((m, p))
+    step = {} if period is None else {"dt": period}
+    system = ct.ss(A, B, C, D, *step.values()) if made == "control" else signal.StateSpace(A, B, C, D, **step)
+
+    found = read_feedback(CART, Feedback(system, "F", measures=["x", "theta"]))
+
+    assert found.period == period
+    for kept, given in zip((found.law.A, found.law.B, found.law.C, found.law.D), (A, B, C, D), strict=True):
+        assert np.array_equal(kept, given)
+
+
 @pytest.mark.parametrize("kind", ["tf", "ss", "scipy"])
 def test_a_sampled_system_is_the_law_of_its_matrices(kind: str) -> None:
     A, B, C, D = 0.8, 0.01, -1020.0, 60.0

@@ -240,6 +240,9 @@ def test_transmissibility_is_den_hartogs(mass: symdyn.Scene) -> None:
         "mass: x_ddot follows a rate of y at once, which only bode and nyquist can tell; ask for these, or for another "
         "output"
     )
+    for whole in (lin.to_control, lambda: lin.discretize(0.1), lin.step):
+        with pytest.raises(LinearizeError, match=r'ask for these, or for lin\["x", "y"\]'):
+            whole()
     with pytest.raises(LinearizeError) as found:
         lin.lqr()
     assert "mass: only inputs with rates move it, by which no regulator acts" in str(found.value)

@@ -399,7 +399,7 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
     "write gravity = [0, 0, -9.81]": (SceneError, lambda: _with("gravity = 9.81")),
     "of a ball [J, J, J]": (SceneError, lambda: _with(body="inertia = 3")),
     "a flat body has [J/2, J, J/2]": (SceneError, lambda: _with(body="inertia = [0, 1, 0]")),
-    '[springs.j] joint = "j", stiffness = 100': (SceneError, lambda: _with(joint="stiffness = 3")),
+    '[springs.j] joint = "j", stiffness = 3': (SceneError, lambda: _with(joint="stiffness = 3")),
     "a place in space is its origin": (SceneError, lambda: _with(joint="position = [0, 0, 1]")),
     "column 6: decimals have a point; write 9.81": (SceneError, lambda: _with("g = 9,81")),
     "symdyn.draw is a package, and not called; symdyn.picture(scene) does it": (

@@ -156,7 +156,7 @@ def test_what_a_motion_prescribes_may_be_without_mass() -> None:
     one, other = (symdyn.simulate(scene, until=1, every=0.1, method="dop853") for scene in (light, heavy))
     assert one["phi"] == pytest.approx(other["phi"], abs=1e-9)
     assert one["tau1"] == pytest.approx(other["tau1"] - 2 * other["x_ddot"], abs=1e-7)
-    with pytest.raises(SymdynError, match="bob, moves no mass"):
+    with pytest.raises(SymdynError, match=r"bob, moves no mass.*a mass off the axis \[0, 0, 1\] \(that of a joint"):
         symdyn.simulate(read_text(LED.replace("mass = 1", "mass = 0")), until=1, method="dop853")
 
 

@@ -12,6 +12,7 @@ from scipy.signal import lfilter
 import symdyn
 from symdyn.errors import IdentifyError, SimulateError
 from symdyn.identification import OutputFit, output_error, shooting
+from symdyn.scene.toml import read_text
 from symdyn.simulation.trajectory import Trajectory
 
 pytestmark = pytest.mark.runs("cc")
@@ -42,6 +43,30 @@ def test_a_search_of_more_than_a_minute_says_so(monkeypatch: pytest.MonkeyPatch)
     assert said[1].startswith("pendulum: the search goes on after 400 s, ")
     with pytest.warns(RuntimeWarning, match="the search goes on after"):
         output_error(symdyn.example("pendulum"), {"t": run.t, "q1": run["q1"]}, ["l", "b"])
+
+
+SLED = """
+parameters.c = { value = 2, unit = "N" }
+bodies.sled.mass = 1
+[joints.rail]
+type = "prismatic"
+parent = "ground"
+child = "sled"
+axis = [1, 0, 0]
+coordinate = "x"
+drive = "F"
+friction = { coulomb = "c", smoothing = 0.002 }
+"""
+
+
+def test_steep_friction_is_followed_and_what_is_too_steep_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene, forces = read_text(SLED), {"F": "6*sin(9*t)"}
+    run = symdyn.simulate(scene, forces=forces, until=0.5, every=0.05, values={"c": 2.5})
+    log = {"t": run.t, "x": run["x"]}
+    assert output_error(scene, log, "c", forces=forces)["c"] == pytest.approx(2.5)
+    monkeypatch.setattr("symdyn.identification.shooting.MOST_STEPS", 64)
+    with pytest.raises(IdentifyError, match=r"64 steps .* or a wider smoothing, which moves what is found"):
+        output_error(scene, log, "c", forces=forces)
 
 
 def within(found: OutputFit, truth: dict[str, float], errors: float = 4.0) -> bool:
@@ -162,7 +187,7 @@ def test_a_scene_that_lacks_something_is_doubted() -> None:
         ({"t": np.arange(20.0), "q1": np.zeros(20)}, {"measured": "q2"}, "q2 is no coordinate"),
         ({"t": np.arange(20.0), "q1": np.zeros(20)}, {"parameters": "k"}, "k is not known"),
         ({"t": np.arange(20.0)[::-1], "q1": np.zeros(20)}, {}, "does not come after"),
-        ({"t": np.arange(20.0), "q1": np.zeros(20)}, {"start": "q1=1"}, "start: q1 was measured, and every piece"),
+        ({"t": np.arange(20.0), "q1": np.zeros(20)}, {"start": "q1=1"}, "start: the log has q1.*: leave out start$"),
         ({"q1": "sin(t)"}, {}, "measure nothing"),
         ([], {}, "there is no log"),
     ],

@@ -98,7 +98,7 @@ EDITS = [
     ("com = [0", "Com = [0", 'bodies.link1: unknown key "Com"; did you mean com?'),
     ("gravity", "gravty", 'unknown key "gravty"; did you mean gravity?'),
     ("mass = 1\n", "mass = -1\n", "bodies.link2: mass = -1 is negative; give a mass of zero or more"),
-    ("mass = 1\n", 'mass = "g - 10"\n', "bodies.link2: mass = -0.19 is negative; give a mass of zero or more"),
+    ("mass = 1\n", 'mass = "g - 10"\n', "bodies.link2: mass = g - 10 = -0.19 is negative; correct g"),
     ("mass = 1\n", 'particles = [{ mass = -1, at = [0, 0, 0] }]\n',
      "bodies.link2: particles: mass 1 = -1 is negative; give a mass of zero or more"),
     ("mass = 1\n", "particles = [{ mass = 1 }]\n",

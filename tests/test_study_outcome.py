@@ -63,6 +63,8 @@ def test_sobol_indices_of_ishigami_are_the_known_ones_and_lie_in_their_intervals
     for values, interval in ((first, found.first_interval), (total, found.total_interval)):
         assert np.all((interval[:, 0] <= values) & (values <= interval[:, 1]))
         assert np.all(np.ptp(interval, axis=1) < 0.15)
+    with pytest.raises(SimulateError, match=r'name one of y, z, \.indices\("y"\)$'):
+        study(OVER_ISHIGAMI, "saltelli", 8, lambda *x: ishigami(*x) | {"z": x[0]}).indices()
     again = study(OVER_ISHIGAMI, "saltelli", 4096, ishigami).indices("y")
     assert np.array_equal(again.first_interval, found.first_interval)
 

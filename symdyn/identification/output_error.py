@@ -189,8 +189,9 @@ def output_error(
     wanted = None if measured is None else (measured,) if isinstance(measured, str) else tuple(measured)
     names, logs, notes = read_measured(problem, data, wanted, pieces)
     if taken := [name for name in guess[0] if name in names]:
-        why = f"{listed(taken)} was measured, and every piece begins where the log has it"
-        raise IdentifyError(f"start: {why}; leave it out, or name what is measured without it")
+        left = {name: x for name, x in guess[0].items() if name not in taken} or None
+        what = f"the log has {listed(taken)}, and every piece begins there: {'give' if left else 'leave out'}"
+        raise IdentifyError(f"start: {what} {argument('start', left)}")
     down = {name for part in scene.gravity for name in part.symbols}
     free = tuple(one.name for one in opened(scene).scene.free_parameters if one.name not in down)
     chosen = tuple(dict.fromkeys(free if asked is None else asked))

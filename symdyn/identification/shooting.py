@@ -26,7 +26,7 @@ from symdyn.scene.values import Faults, velocity_name
 from symdyn.simulation import Flow, Forces, Problem
 from symdyn.simulation.prescribed import Columns, Entries, drive_names, read_entries
 
-MOST_STEPS = 128
+MOST_STEPS = 512
 """Steps between two samples beyond which a motion is too fast for them."""
 
 CLOSE = 1e-5
@@ -138,11 +138,7 @@ class Shooting:
         return replace(self, t=self.t[:count], nodes=self.nodes[: count - 1])
 
     def refined(self, values: Mapping[str, float], moves: Array) -> Shooting:
-        """Return it with as many steps between samples as the run needs.
-
-        Raises:
-            IdentifyError: no number is enough.
-        """
+        """Return it with as many steps between samples as the run needs; IdentifyError where no number is enough."""
         here, coarse = self, self.run(values, moves)
         while here.steps < MOST_STEPS:
             finer = with_steps(here, 2 * here.steps)
@@ -154,17 +150,13 @@ class Shooting:
             here, coarse = finer, fine
         raise IdentifyError(
             f"{self.scene.name}: {MOST_STEPS} steps between two samples do not follow the motion, too fast, stiff or "
-            "without a value: give other values or starts, friction with smoothing = 0.05, or more samples a second"
+            "without a value: give other values or starts, more samples a second, or a wider smoothing, which moves "
+            "what is found"
         )
 
 
 def shooting(scene: Scene, parameters: tuple[str, ...], forces: Forces, t: Array, start: Array) -> Shooting:
-    """Return one piece of a log, ready to be run.
-
-    Raises:
-        SimulateError: a force that jumps, or a parameter that the equations cannot be differentiated by.
-        DerivationError: there is no forward dynamics, or loops cannot be closed.
-    """
+    """Return one piece of a log, ready to be run; SimulateError where a force jumps, or a parameter has no slope."""
     along = Flow.of(scene, forces, start[: len(scene.coordinates)], parameters, smooth=True)
     return with_steps(Shooting(scene, parameters, forces, t, start, along.independent(), 1, ()), 1)
 
@@ -211,16 +203,9 @@ class Measured:
 def read_measured(
     problem: Problem, data: Entries, measured: Sequence[str] | None, pieces: int
 ) -> tuple[tuple[str, ...], tuple[Measured, ...], tuple[str, ...]]:
-    """Return the names of the columns that are fitted, the pieces of all logs, and notes.
+    """Return the names of the columns that are fitted, the pieces of all logs, and notes; SimulateError of every fault.
 
-    Args:
-        problem: the mechanism, and what is known of driving forces beside the columns of the logs.
-        data: files, arrays by name or tables, one a log.
-        measured: names of the columns that are fitted; None for all coordinates and velocities that the logs have.
-        pieces: into how many pieces, of a start each, every log is cut.
-
-    Raises:
-        SimulateError: with every fault, one line each.
+    Where nothing is `measured`, all coordinates and velocities are that the logs have; each log is cut into `pieces`.
     """
     scene, forces, faults = problem.scene, problem.forces, Faults("")
     scene.refuse_contacts("output error", SimulateError)
@@ -280,12 +265,9 @@ def read_measured(
 def first_state(
     scene: Scene, names: Sequence[str], piece: Measured, guess: tuple[dict[str, Any], dict[str, Any]]
 ) -> tuple[Array, tuple[str, ...]]:
-    """Return a guess of the state at the first sample, shape (nx,), and notes.
+    """Return a guess of the state at the first sample, shape (nx,), and notes; SimulateError of every fault.
 
     What is measured is read off the first samples, positions' rates too; the rest is as the user says, or the scene.
-
-    Raises:
-        SimulateError: with every fault, one line each.
     """
     count = min(FIRST, len(piece.t))
     s = piece.t[:count] - piece.t[0]
@@ -392,11 +374,7 @@ class Search:
 
 
 def searched(search: Search, least: Array) -> Array:
-    """Return the unknowns that fit all samples best, none below its least value; the search is left at them.
-
-    Raises:
-        IdentifyError: there is no run, or the motion forgets its start.
-    """
+    """Return the unknowns that fit all samples best, none below its least value; the search is left at them."""
     whole, unknowns = list(search.pieces), search.before
     for part in PARTS:
         counts = [max(min(FEWEST, len(one.t)), round(part * len(one.t))) for one in whole]

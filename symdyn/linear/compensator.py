@@ -16,18 +16,18 @@ from symdyn.arguments import argument
 from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError, listed
 from symdyn.frozen import dataclass, replace
-from symdyn.linear.modes import Complexes, pairs_of
+from symdyn.linear.modes import NOTHING, Complexes, pairs_of
 from symdyn.linear.regulator import Gain, Regulator, at_drive, before_and_after, held, opened, riccati, steps, when
 from symdyn.linear.stability import Margins
 from symdyn.linear.state_space import StateSpace
 from symdyn.linear.transfer import poles_in_words
 from symdyn.linear.weights import Axis, Weights, weight
 from symdyn.scene.values import Faults
+from symdyn.simulation import Feedback
 from symdyn.table import Table
 
 if TYPE_CHECKING:
     from symdyn.linear.linearization import Linearization
-    from symdyn.simulation import Feedback
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,9 +91,8 @@ class Compensator(StateSpace):
         step, places = opened(one, regulator.inputs, regulator.period)
         names = tuple(f"{name}_estimate" for name in one.states.names)
         A = step.A - step.B[:, places] @ K - L @ one.C + L @ one.D[:, places] @ K
-        D = np.zeros((len(K), len(one.C)))
         super().__init__(
-            A, -L, -K, D, Axis(names, one.states.units), one.outputs, one.inputs.of(places), regulator.period,
+            A, -L, -K, None, Axis(names, one.states.units), one.outputs, one.inputs.of(places), regulator.period,
             f"{one.name}_lqg",
         )  # fmt: skip
         object.__setattr__(self, "regulator", regulator)
@@ -136,14 +135,24 @@ class Compensator(StateSpace):
 
     def feedback(self) -> Feedback:
         """Return it as a controller of a run, about the point: it adds to the drives there, given the outputs there."""
-        from symdyn.simulation import linear_law
+        one, point, found = self.regulator.system, self.regulator.point, super().feedback()
+        zero = np.array([point.get(name, 0.0) for name in one.states.names])
+        y0, u0 = one.point.outputs.tolist(), held(one, self.outputs.names).values()
+        return replace(found, law=replace(found.law, y0=tuple(y0), initial=tuple(u0), shown=(zero, self._led())))
 
-        one = self.regulator.system
-        return linear_law(
-            self.A, self.B, self.C, self.D, self.inputs.names, self.outputs.names, period=self.period,
-            y0=dict(zip(one.outputs.names, one.point.outputs.tolist(), strict=True)),
-            u0=held(one, self.outputs.names), states=self.states.names,
-        )  # fmt: skip
+    def _led(self) -> Array:
+        """Return x_r over r and ṙ, shape (2, nx, ny): where outputs are at r, as near to 0 = ẋ - ẋ_r as that leaves.
+
+        What z estimates is x - x_r: [C D] [x_r; w_r] = r, and [A B] [x_r; w_r] = ẋ_r, in least squares.
+        """
+        one, n = self.regulator.system, len(self.A)
+        places = [one.inputs.names.index(name) for name in self.outputs.names]
+        moves, seen = np.hstack([one.A, one.B[:, places]]), np.hstack([one.C, one.D[:, places]])
+        back = np.linalg.pinv(seen)
+        free = np.eye(len(back)) - back @ seen
+        hidden = free @ np.linalg.pinv(moves @ free, rcond=NOTHING)
+        still = back - hidden @ moves @ back
+        return np.array([still[:n], (hidden @ still[:n])[:n]])
 
 
 def kalman(

@@ -178,9 +178,11 @@ class Linearization(StateSpace):
             return super()._chosen(output, input)
         found = self.of_given if output is None and input is None else self.of_given[output, input]
         if not ahead and found.rates.any():
-            _, i, k = np.argwhere(found.rates)[0]
-            told = f"{self.name}: {found.outputs.names[i]} follows a rate of {found.inputs.names[k]} at once"
-            raise LinearizeError(f"{told}, which only bode and nyquist can tell; ask for these, or for another output")
+            (_, i, k), plain = np.argwhere(found.rates)[0], np.argwhere(~found.rates.any(axis=0))
+            y, w = found.outputs.names, found.inputs.names
+            told = f"{self.name}: {y[i]} follows a rate of {w[k]} at once"
+            other = next((f'lin["{y[i]}", "{w[k]}"]' for i, k in plain), "another output")
+            raise LinearizeError(f"{told}, which only bode and nyquist can tell; ask for these, or for {other}")
         if ahead:
             return found
         axes = (found.states, found.inputs, found.outputs)

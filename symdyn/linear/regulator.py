@@ -32,11 +32,11 @@ from symdyn.linear.state_space import StateSpace
 from symdyn.linear.transfer import named, poles_in_words, shown, staircase
 from symdyn.linear.weights import SYMMETRIC, Axis, Weights, weight
 from symdyn.scene.values import Faults
+from symdyn.simulation import Feedback, linear_law, read_feedback
 from symdyn.table import Table
 
 if TYPE_CHECKING:
     from symdyn.linear.linearization import Linearization
-    from symdyn.simulation import Feedback
 
 MOVING = "the point is neither of rest nor of a steady motion: nothing holds the mechanism there, gains neither"
 SPINNING = (
@@ -115,7 +115,8 @@ class Regulator(Gain):
         return (*self.system.states.names, *(f"{name}_integral" for name in self.integral))
 
     @property
-    def _point(self) -> dict[str, float]:
+    def point(self) -> dict[str, float]:
+        """Coordinates and velocities where it acts, by name."""
         one = self.system
         found = dict(zip(one.scene.coordinates, one.point.q.tolist(), strict=True))
         return found | dict(zip(one.scene.first_order, one.point.u.tolist(), strict=True))
@@ -129,19 +130,17 @@ class Regulator(Gain):
 
     @property
     def _told(self) -> dict[str, object]:
-        point = {"x0": self._point, "u0": held(self.system, self.inputs)}
+        point = {"x0": self.point, "u0": held(self.system, self.inputs)}
         found = {"K": self.K.tolist(), "states": list(self._names), "inputs": list(self.inputs), **point}
         return found if self.period is None else found | {"period": self.period}
 
     def feedback(self) -> Feedback:
         """Return it as a controller of a run, u = u0 - K (x - x0), integrals being states of the controller."""
-        from symdyn.simulation import linear_law, read_feedback
-
         if not self.integral:
             return read_feedback(self.system.scene, self.gains())
         one, n, many = self.system, len(self.system.states), len(self.integral)
         names = (*one.states.names, *(name for name in self.integral if name not in one.states.names))
-        point = self._point | dict(zip(one.outputs.names, one.point.outputs.tolist(), strict=True))
+        point = self.point | dict(zip(one.outputs.names, one.point.outputs.tolist(), strict=True))
         summed = np.array([[float(name == other) for other in names] for name in self.integral])
         A, B = (np.zeros((many, many)), summed) if self.period is None else (np.eye(many), self.period * summed)
         D = np.hstack([self.K[:, :n], np.zeros((len(self.K), len(names) - n))])

@@ -3,15 +3,14 @@
     ẋ = A x + B w           x(t + T) = A x(t) + B w(t), w held between samples, where there is a period T
     y = C x + D w
 
-A mechanism about a point, a closed loop, a controller and a sampled system answer the same questions by the same
-names. What is asked of one input and output takes their names, which may be left out where there is one alone.
+What is asked of one input and output takes their names, which may be left out where there is one alone.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, overload
+from typing import Any, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -36,12 +35,11 @@ from symdyn.linear.responses import (
 from symdyn.linear.stability import Margins, margins, verdict
 from symdyn.linear.transfer import Reach, Transfer, balanced, invariant_zeros, minimal, named, reach, transfers
 from symdyn.linear.weights import Axis, places, read_axis, read_matrix
+from symdyn.scene.values import Faults
+from symdyn.simulation import Feedback, linear_law, matrices_of
 from symdyn.simulation.prescribed import timed
 from symdyn.table import Table
 from symdyn.unlocked import cached_property
-
-if TYPE_CHECKING:
-    from symdyn.simulation import Feedback
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -111,29 +109,20 @@ class StateSpace(Plotted):
 
     @classmethod
     def from_control(cls, system: Any) -> StateSpace:
-        """Return a StateSpace, or a transfer function, of python-control, with its names and its period.
+        """Return a StateSpace, or transfer functions, of python-control or SciPy, with the names and the period.
 
         Raises:
             LinearizeError: it is neither, or a transfer function with more zeros than poles.
         """
-        name = getattr(system, "name", "system")
-        if not all(hasattr(system, letter) for letter in "ABCD"):
-            if not hasattr(system, "num"):
-                raise LinearizeError(f"system: {type(system).__name__} is no StateSpace or TransferFunction of control")
-            from control import ss  # whoever has such a one has python-control
-
-            try:
-                system = ss(system)
-            except Exception as fault:  # of many classes, an improper one, or several channels without slycot
-                raise LinearizeError(
-                    f"system: {fault}; give a proper transfer function, or control.StateSpace"
-                ) from None
+        faults = Faults("system")
+        if (found := matrices_of(system, faults)) is None:
+            raise LinearizeError(f"system: {type(system).__name__} is no StateSpace or TransferFunction of control")
         if system.dt is True:
-            raise LinearizeError("system: is sampled with no period; give one, as in control.ss(A, B, C, D, 0.01)")
-        return StateSpace(
-            system.A, system.B, system.C, system.D, system.state_labels, system.input_labels, system.output_labels,
-            system.dt or None, name,
-        )  # fmt: skip
+            faults.add("", "is sampled with no period; give one, as in control.ss(A, B, C, D, 0.01)")
+        faults.close(LinearizeError)
+        x, w, y = (getattr(system, f"{one}_labels", None) or None for one in ("state", "input", "output"))
+        A, B, C, D = found.values()
+        return StateSpace(A, B, C, D, x, w, y, system.dt or None, getattr(system, "name", "system"))
 
     @checked(LinearizeError)
     def __getitem__(self, channel: tuple[str | None, str | None]) -> StateSpace:
@@ -383,12 +372,10 @@ class StateSpace(Plotted):
         except ImportError:
             raise LinearizeError(f"python-control is not installed; {install('control')}") from None
         names = {"states": list(self.states.names), "outputs": list(self.outputs.names), "name": self.name or None}
-        matrices = (self.A, self.B, self.C, self.D)
-        inputs = list(self.inputs.names)
+        B, D, inputs = self.B, self.D, list(self.inputs.names)
         if not inputs:  # python-control knows no system without inputs: one that does nothing
-            matrices = (self.A, np.zeros((len(self.A), 1)), self.C, np.zeros((len(self.C), 1)))
-            inputs = ["none"]
-        return ss(*matrices, self.period or 0, inputs=inputs, **names)
+            B, D, inputs = np.zeros((len(B), 1)), np.zeros((len(D), 1)), ["none"]
+        return ss(self.A, B, self.C, D, self.period or 0, inputs=inputs, **names)
 
     def _figure(self) -> FilledFigure:
         return pole_map(f"{self.name}: poles", {"poles": self.poles}, self.zeros, self.period)
@@ -403,8 +390,6 @@ class StateSpace(Plotted):
 
         It is given r - y and added to what drives have at the point; r is y there, or what `linear_law` is given.
         """
-        from symdyn.simulation import linear_law
-
         names = self.inputs.names, self.outputs.names
         return linear_law(self.A, self.B, self.C, self.D, *names, period=self.period, states=self.states.names)
 

@@ -8,6 +8,7 @@ from .equations.contact_modes import Impact as Impact, change_of as change_of, c
 from .equations.controller import Feedback as Feedback, feedback_of as feedback_of, read_feedback as read_feedback
 from .equations.linear_controllers import linear_law as linear_law, pid as pid
 from .equations.linear_feedback import state_names as state_names
+from .equations.linear_law import matrices_of as matrices_of
 from .equations.variational import Flow as Flow
 from .error_bars import Uncertainty as Uncertainty
 from .forward import simulate as simulate

@@ -85,11 +85,9 @@ ROWS = (
     ColumnRow("loop_error", "residual of the loops", "m or 1"),
     ColumnRow("loop_rate_error", "velocity against rows", "m/s or rad/s"),
     ColumnRow(
-        "point_(?P<name>.+)_(?P<axis>[xyz])",
-        "points",
-        "m",
-        lambda found: f"{found['axis']}_{{\\mathrm{{{in_latex(found['name'])}}}}}",
+        "point_(?P<name>.+)_(?P<axis>[xyz])", "points", "m", lambda of: f"{of[2]}_{{\\mathrm{{{in_latex(of[1])}}}}}"
     ),
+    ColumnRow("point_.+_[xyz]_d?dot", "points", lambda found: LETTERS.point_unit(found[0])),
     ColumnRow(r"reaction_.+_(?P<what>[fm])[xyz](_joint|_ground)?(_not_unique)?", "reactions", _force),
     ColumnRow(r"multiplier_.+_(?P<what>[fm])[xyz]_joint(_\d+)?(_not_unique)?", "multipliers", _force),
     ColumnRow(r"multiplier_.+_(?P<what>force|moment)(_\d+)?(_not_unique)?", "multipliers", _force),

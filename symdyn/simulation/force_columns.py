@@ -1,10 +1,7 @@
 """What is in the columns of a run beside the state: inputs, outputs, reactions, multipliers, tensions of ropes.
 
-Of a known motion inputs, outputs of the scene by their formulas, joint reactions and multipliers are columns, evaluated
-from positions, reactions and forces as they came out. Functions called `outputs` are derived, `output:NAME` by two
-formulations.
-
-Reactions are what parents exert on children. Multipliers are the forces of loops and other constraints:
+They are evaluated from positions, reactions and forces as these came out; functions called `outputs` are derived.
+Multipliers are the forces of loops and other constraints:
 
     f        forces of the spanning tree, as if nothing closed it
     λ        M u̇ + h = τ + Gᵀ λ, found as Gᵀ λ = f - τ, the least one; what a relation between constraints
@@ -19,18 +16,18 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Mapping, Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from symdyn.algebra import Array, Batches
 from symdyn.dynamics import Function, Workspace, derive_one
 from symdyn.dynamics.mechanism import TIME
-from symdyn.dynamics.outputs import WrittenDecisions, arguments, reaction_names, touching, unique
+from symdyn.dynamics.outputs import Moving, WrittenDecisions, arguments, reaction_names, touching, unique
 from symdyn.dynamics.reactions import carried
 from symdyn.errors import SimulateError, suggestion
 from symdyn.frozen import replace
-from symdyn.graph import Graph, evaluate, reachable
+from symdyn.graph import Expr, Graph, evaluate, reachable
 from symdyn.program import formulate
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import LETTERS
@@ -124,11 +121,7 @@ def _of_contacts(motion: Trajectory, axes: str) -> Array:
 
 
 def tension_columns(motion: Trajectory) -> dict[str, Array]:
-    """Return the tension of every rope, N, as the forces of a motion give it; they are called `tension_ROPE`.
-
-    Raises:
-        DerivationError: one is not unique.
-    """
+    """Return the tension of every rope, N, by `tension_ROPE`; DerivationError where one is not unique."""
     requests = tuple(f"tension:{one.name}" for one in opened(motion.scene).scene.ropes)
     return {function.name: values for function, values in _unique(motion, requests)}
 
@@ -147,19 +140,21 @@ def _unique(motion: Trajectory, requests: tuple[str, ...], axes: str = "body") -
 
 
 def columns_for(motion: Trajectory, names: Iterable[str]) -> dict[str, Array]:
-    """Return multipliers, and tensions of ropes, as columns, where one of the names is of these."""
+    """Return multipliers, tensions of ropes and rates of points as columns, where one of the names is of these."""
     names = tuple(names)
     found = multiplier_columns(motion) if any(name.startswith(LETTERS.multiplier) for name in names) else {}
-    return found | (tension_columns(motion) if any(name.startswith(LETTERS.tension) for name in names) else {})
+    found |= tension_columns(motion) if any(name.startswith(LETTERS.tension) for name in names) else {}
+    if rates := [name for name in names if name.startswith("point_") and name.endswith("dot")]:
+        w = Workspace(opened(motion.scene).scene)
+        moving = Moving(w, lambda: w.state.qdd, list, lambda axes: [], list).expressed([*map(Quantity.symbol, rates)])
+        series = dict(zip(motion.names, motion.table()[1].T, strict=True)) | dict(opened(motion.scene).values)
+        found |= zip(rates, _values(moving, series, motion.t), strict=True)
+    return found
 
 
 @lru_cache(maxsize=16)
 def choices(scene: Scene, axes: str) -> Hashable:
-    """Return what numbers choose for reactions of a closed mechanism: reactions of the same choices are one function.
-
-    Beside rows and velocities these are the wrenches that close loops, node by node, which in a plane have nothing
-    across it, and the entries that rigid bodies determine.
-    """
+    """Return rows, velocities and wrenches that numbers choose in a closed mechanism: equal ones are one function."""
     if not scene.is_constrained:
         return None
     found = opened(scene)
@@ -171,11 +166,7 @@ def choices(scene: Scene, axes: str) -> Hashable:
 
 
 def output_columns(motion: Trajectory, given: bool) -> dict[str, Array]:
-    """Return the outputs of the scene by name, each of shape (N,); `given` as for `reaction_columns`.
-
-    Raises:
-        SimulateError: a reaction or multiplier that there is not.
-    """
+    """Return the outputs of the scene by name, each of shape (N,); `given` as for `reaction_columns`."""
     scene = motion.scene
     if not scene.outputs:
         return {}
@@ -189,16 +180,12 @@ def output_columns(motion: Trajectory, given: bool) -> dict[str, Array]:
     for name in named:
         if name not in series:
             raise SimulateError(f"{scene.name}: outputs: {name} is not known; {suggestion(name, series)}")
-    found = _formula_values([one.formula for one in scene.outputs], series, motion.t)
+    found = formula_values([one.formula for one in scene.outputs], series, motion.t)
     return {one.name: column for one, column in zip(scene.outputs, found, strict=True)}
 
 
 def input_columns(scene: Scene, forces: Forces, t: Array, q: Array, u: Array) -> dict[str, Array]:
-    """Return inputs over a motion that is known, each of shape (N,): as given, else as the scene says.
-
-    Raises:
-        SimulateError: one has no finite value.
-    """
+    """Return inputs over a motion, each of shape (N,), as given or said; SimulateError where one has no value."""
     series: dict[str, Array] = {TIME: t} | dict(zip(scene.coordinates, q.T, strict=True))
     series |= dict(zip(scene.velocities, u.T, strict=True))
     series |= {name: np.asarray(value) for name, value in opened(scene).values.items()}
@@ -209,7 +196,7 @@ def input_columns(scene: Scene, forces: Forces, t: Array, q: Array, u: Array) ->
         if one.name in acting:
             found[one.name] = _of_function(acting[one.name], one.name, t, q, u)
         else:
-            (found[one.name],) = _formula_values([formula], series, t) if table is None else [table(t)]
+            (found[one.name],) = formula_values([formula], series, t) if table is None else [table(t)]
         wrong = np.flatnonzero(~np.isfinite(found[one.name]))
         if len(wrong):
             raise SimulateError(f"forces: {one.name} has no finite value at t = {t[wrong[0]]:g} s")
@@ -226,10 +213,14 @@ def _of_function(function: ForceFunction, name: str, t: Array, q: Array, u: Arra
         raise SimulateError(f"{function.where}: the function raised {type(fault).__name__}: {fault}") from fault
 
 
-def _formula_values(formulas: Sequence[Quantity], series: Mapping[str, Array], t: Array) -> list[Array]:
+def formula_values(formulas: Sequence[Quantity], series: Mapping[str, Any], t: Array) -> list[Array]:
     """Return formulas over the rows of columns, each of shape (N,); NaN where one has no value."""
     graph = Graph()
-    values = {graph.symbol(name): series[name] for one in formulas for name in one.symbols}
+    return _values([one.express(graph) for one in formulas], series, t)
+
+
+def _values(entries: Sequence[Expr], series: Mapping[str, Any], t: Array) -> list[Array]:
+    values = {entry.graph.symbol(name): x for entry in entries[:1] for name, x in series.items()}
     with np.errstate(all="ignore"):
-        found = evaluate([one.express(graph) for one in formulas], Batches(), values)
+        found = evaluate(entries, Batches(), values)
     return [np.array(np.broadcast_to(np.asarray(x, dtype=np.float64), t.shape)) for x in found]

@@ -26,7 +26,7 @@ from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.values import LETTERS, Faults, Unit, UnitError, formula_text, shorten, spell, substituted
 from symdyn.simulation.columns import column_units, unit_of
 from symdyn.simulation.equations.compiled_routines import opened
-from symdyn.simulation.force_columns import columns_for
+from symdyn.simulation.force_columns import columns_for, formula_values
 from symdyn.simulation.forward import simulate
 from symdyn.simulation.prescribed.formulas_in_time import read_formula, read_seen
 from symdyn.simulation.problem import Problem, Run
@@ -266,11 +266,9 @@ def sums_over(
     known = dict(zip(*(run.names, run.table()[1].T), strict=True))
     known |= columns_for(run, (name for one in insides for name in one.symbols if name not in told))
     known |= told | {name: np.asarray(value) for name, value in opened(run.scene).values.items()}
-    graph = Graph()
-    letters = {graph.symbol(n): known.get(n, np.nan) for one in insides for n in one.symbols}
+    series = dict.fromkeys((n for one in insides for n in one.symbols), np.nan) | known
+    rows = formula_values(insides, series, run.t)
     with np.errstate(all="ignore"):
-        found = evaluate([one.express(graph) for one in insides], Batches(), letters)
-        rows: list[Array] = [np.broadcast_to(np.asarray(y, dtype=np.float64), run.t.shape) for y in found]
         return {one: sums_of(run.t, y) for one, y in zip(insides, rows, strict=True)}
 
 

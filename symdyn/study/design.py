@@ -289,7 +289,7 @@ def indices(runs: Runs, measure: str | None, level: float, resamples: int, seed:
     if measure is None and len(runs.measures) == 1:
         (measure,) = runs.measures
     if measure is None:
-        raise SimulateError(f"{runs.scene}: measure: name one of {listed(runs.measures)}")
+        raise SimulateError(f'{runs.scene}: name one of {listed(every := list(runs.measures))}, .indices("{every[0]}")')
     if measure not in runs.measures:
         raise UnknownNameError(f"{runs.scene}: there is no measure {measure}; {choice(measure, runs.measures)}")
     d = len(runs.names)

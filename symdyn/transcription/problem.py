@@ -410,14 +410,13 @@ def _read(
 ) -> dict[str, tuple[Quantity, ...]]:
     inputs, states = (tuple(one.name for one in some) for some in (scene.inputs, scene.states))
     state = (TIME, *scene.coordinates, *scene.velocities, *states, *values, *scene.definitions, *scene.point_names)
-    instead = (
-        f"what is to be found are drives, and inputs that are free: {argument('free', kept[0].name)}" if kept else ""
-    )
-    held = f"and no inputs, {listed(one.name for one in kept)}: they keep their values; {instead}" if kept else ""
+    way = f"what is to be found are drives, and inputs that are free: {argument('free', *[x.name for x in kept[:1]])}"
+    held = f"and no inputs, {listed(one.name for one in kept)}: they keep their values; {way}" if kept else ""
     last = f"and no force, whose cost is over time: {argument('cost')}{'; ' * bool(held)}"
     words, forces = {"running": "cost", "final": "final cost"}, zip(drive_names(scene), scene.drives, strict=True)
     more, check, found = {"running": (*(name for name, drive in forces if drive), *inputs)}, SceneUnits(scene).check, {}
-    advice = (lambda _: held, lambda _: last + held)
+    drives = f"and drives are {listed(more['running'])}" if more["running"] else ""
+    advice = (lambda _: ", ".join(filter(None, (drives, held))), lambda _: last + held)
     for name, texts in given.items():
         where, allowed = words.get(name, name), (*state, *more.get(name, ()))
         told = [formula_text(one) for one in texts if one]

@@ -44,7 +44,7 @@ and Control 1 (1978) 223.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from itertools import combinations
 
 from symdyn.dynamics.mechanism.state import State, body_placements, vector
@@ -54,7 +54,7 @@ from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph, gradient, tangents
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS, joint_motion
-from symdyn.scene.values import Joint
+from symdyn.scene.values import LETTERS, Joint
 from symdyn.spatial import Transform, Vec, add, cross, dot, neg, scale, sub, zero_vector
 
 PLACES = {"body": ("bodies",), "body or point": ("bodies", "points")}
@@ -106,10 +106,28 @@ def pose(T: Transform) -> list[Expr]:
 
 def differentiated_acceleration(scene: Scene, name: str, graph: Graph) -> list[Expr]:
     """Return the acceleration of a body's centre of mass, the input of (5.11), shape (3,), ground frame, m/s^2."""
-    state = State.of(scene, graph)
-    motion = state.acceleration
+    motion = State.of(scene, graph).acceleration
     centre = body_placements(scene, graph)[name].point(centre_of_mass(scene, name, graph))
     return tangents(tangents(centre, motion), motion)
+
+
+def point_motion(
+    scene: Scene,
+    named: Container[str],
+    state: State,
+    place: Callable[[str], Sequence[Expr]],
+    qdd: Callable[[], Sequence[Expr]],
+) -> dict[Expr, Expr]:
+    """Return what is named of places, velocities and accelerations of points, and what these are rates of."""
+    found: dict[Expr, Expr] = {}
+    for point in scene.points:
+        names = LETTERS.of_point(point.name)
+        if asked := [k for k, name in enumerate(names) if name in named]:
+            p = place(point.name)
+            v = tangents(p, state.velocity) if asked[-1] > 2 else ()
+            a = tangents(v, state.velocity | dict(zip(state.qd, qdd(), strict=True))) if asked[-1] > 5 else ()
+            found |= zip(map(p[0].graph.symbol, names), (*p, *v, *a), strict=False)
+    return found
 
 
 # Recursive

@@ -9,8 +9,7 @@ M q̈ = b is solved by M = Lᵀ D L, without square roots and without fill-in be
 tips, so that L keeps the zeros of M: row i has entries for the ancestors of joint i only. No pivot is zero everywhere:
 that is looked at over a finite field, where x - x in disguise is zero too. A value that is not zero proves that the
 function is not: where it vanishes at random points of a field of more than 2^126 elements, it vanishes identically, but
-for a chance of about degree / 2^126 a point (see `symdyn.algebra.finite_field`). So a pivot that is x - x in disguise
-is told from one that only looks complicated, which neither its shape nor doubles can do.
+for a chance of about degree / 2^126 a point (see `symdyn.algebra.finite_field`).
 
 Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 6.5, tables 6.3 and 6.4.
 """
@@ -26,6 +25,7 @@ from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.scene import Scene
+from symdyn.scene.values import spell
 
 
 @dataclass(frozen=True)
@@ -330,10 +330,13 @@ class Singular(DerivationError):  # noqa: N818  what the matrix is
 def moves_no_mass(scene: Scene, velocity: int, of: str = "") -> str:
     """Return the message for a singular mass matrix `of` something: which joint and body to look at."""
     joint = next(joint for joint in scene.joints if scene.velocities[velocity] in joint.rates)
+    axis = f"[{', '.join(map(spell, joint.axis))}]"
+    unsaid = " (that of a joint without axis)" * (axis == "[0, 0, 1]")
+    needed = f" off the axis {axis}{unsaid} or an inertia about it" if joint.type == "revolute" else " or an inertia"
     return (
         f"{scene.name}: forward dynamics does not exist: a motion of the joint {joint.name}, which carries "
-        f"{joint.child}, moves no mass, so that the mass matrix{of} is singular; give {joint.child} a mass or an "
-        "inertia, or fix the joint"
+        f"{joint.child}, moves no mass, so that the mass matrix{of} is singular; give {joint.child} a mass"
+        f"{needed}, or fix the joint"
     )
 
 

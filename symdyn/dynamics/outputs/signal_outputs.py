@@ -84,10 +84,7 @@ class Moving:
             if any(name in letters for name in named):
                 known = values()
                 found |= {graph.symbol(name): known[k] for name, k in letters.items() if name in named}
-        for point in w.scene.points:
-            names = [f"point_{point.name}_{axis}" for axis in "xyz"]
-            if any(name in named for name in names):
-                found |= zip(map(graph.symbol, names), placed(point.name), strict=True)
+        found |= kinematics.point_motion(w.scene, named, state, placed, self.accelerations)
         for rope in w.scene.ropes:
             if f"{LETTERS.tension}{rope.name}" in named:
                 found[graph.symbol(f"{LETTERS.tension}{rope.name}")] = self._tension(rope, recursive)

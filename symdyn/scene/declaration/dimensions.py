@@ -18,7 +18,7 @@ from symdyn.graph import Op
 from symdyn.scene.declaration.draft import Draft, Use, draft_of, uses
 from symdyn.scene.forces.constraints import Formula
 from symdyn.scene.joints.joint_table import JOINTS
-from symdyn.scene.values.dimension import FORCE, LENGTH, NUMBER, POWER, TORQUE, Dimension, force_unit
+from symdyn.scene.values.dimension import FORCE, NUMBER, POWER, TORQUE, Dimension, force_unit
 from symdyn.scene.values.dimensional_analysis import Analysis, Measure, Pair, TermPlace, fits, terms
 from symdyn.scene.values.entry import Faults, shown
 from symdyn.scene.values.folding import fraction
@@ -66,7 +66,7 @@ def known_in(units: Mapping[str, str]) -> Callable[[str], Dimension | None]:
         if name in letters:
             return letters[name]
         if name.startswith("point_"):
-            return LENGTH
+            return dimension_of(LETTERS.point_unit(name))
         if name.startswith(LETTERS.tension):
             return FORCE
         if name in LETTERS.energies:

@@ -119,14 +119,14 @@ def _why(name: str, use: Use, scene: Scene, motion: dict[str, None]) -> str:
         return f"uses {name}, an output; move it to [signals], which other formulas may use"
     known = [*parameters, *(other for other in (*motion, *given) if other in use.allowed)]
     over_time = f", or [inputs.{name}] over time" if CLOCK in use.allowed else ""
-    near = nearest(name, sorted(use.allowed))
+    near = nearest(name, sorted(use.allowed), scene)
     known += [near] if near and near not in known else []
-    if not near and use.where.startswith("outputs.") and (place := re.fullmatch(r"point_(\w+)_[xyz]", name)):
+    if not near and use.where.startswith("outputs.") and (place := re.fullmatch(r"point_(\w+)_[xyz](_d?dot)?", name)):
         body = next((one.name for one in reversed(scene.bodies)), "NAME")
         return f'uses {name}, of no point; write [points.{place[1]}] with body = "{body}"'
     if constant := hint("characters", name):
         return f"uses the undefined symbol {name}; {constant}"
-    return f"uses the undefined symbol {name}; declare it in parameters ({suggestion(name, known)}){over_time}"
+    return f"uses the undefined symbol {name}; declare it in parameters ({suggestion(name, known, scene)}){over_time}"
 
 
 def check_joints(draft: Draft, values: Mapping[str, Value], faults: Faults) -> None:
@@ -248,7 +248,7 @@ def check_tree(draft: Draft, faults: Faults) -> None:
             carrier[joint.child] = joint
     joined = {body for joint in (*scene.joints, *scene.loops) for body in (joint.parent, joint.child)}
     for where, body in zip(draft.where["bodies"], scene.bodies, strict=True):
-        if body.name in carrier or body.name == Scene.GROUND:
+        if body.name in carrier or body.name == Scene.GROUND or any(one.parent == one.child for one in scene.loops):
             continue
         if body.name in joined:
             lost = f"no joint leads from {Scene.GROUND} to the body{_company(scene, body.name)}"
@@ -339,11 +339,7 @@ def _rigid(joints: tuple[Joint, ...]) -> dict[str, str]:
 def check(
     draft: Draft, faults: Faults, allow_invalid_inertia: bool = False, dimensions: bool = True
 ) -> tuple[str, ...]:
-    """Report every fault of a draft, those of its `dimensions` where these are asked for.
-
-    Returns:
-        The bodies whose inertia is a note instead, if that is allowed.
-    """
+    """Report every fault of a draft, of `dimensions` if asked for; return bodies whose inertia is a note instead."""
     values = _parameter_values(draft, faults)
     check_names(draft, faults)
     check_symbols(draft, faults)
@@ -415,10 +411,10 @@ def _masses(draft: Draft, values: Mapping[str, Value], faults: Faults, allow: bo
             faults.note(where, "has a centre of mass and no mass, so that no weight acts there; write mass too")
         for fault in mass_faults(body, values):
             faults.add(where, fault)
-            negative.add(body.name)
-    about_frame = {body.name for body in draft.scene.bodies if body.about == "frame"}
+            follows = {*body.mass.symbols} & {name for x in body.inertia for name in x.symbols}
+            negative |= {body.name} if body.about == "frame" or follows else set()
     for where, name, why, advice, fine in judge(draft, values):
-        if name in negative & about_frame:
+        if name in negative:
             continue
         if fine:
             faults.note(where, why)

@@ -15,10 +15,11 @@ from fractions import Fraction
 from itertools import combinations
 from math import isfinite
 
+from symdyn.errors import listed
 from symdyn.frozen import dataclass
 from symdyn.graph import Graph, Op
 from symdyn.scene.values import folding
-from symdyn.scene.values.quantity import NULL, FormulaError, Quantity, Value, Vector
+from symdyn.scene.values.quantity import NULL, FormulaError, Quantity, Value, Vector, spell
 from symdyn.spatial import Transform, Vec
 
 
@@ -175,7 +176,9 @@ def mass_faults(body: Body, values: Mapping[str, Value]) -> list[str]:
     for label, quantity in masses:
         mass = _known([quantity], values)
         if mass and mass[0] < 0:
-            faults.append(f"{label} = {_short(mass[0])} is negative; give a mass of zero or more")
+            by = f"{spell(quantity)} = " if quantity.symbols else ""
+            cure = f"correct {listed(quantity.symbols)}" if by else "give a mass of zero or more"
+            faults.append(f"{label} = {by}{_short(mass[0])} is negative; {cure}")
     return faults
 
 

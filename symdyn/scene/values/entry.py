@@ -166,7 +166,7 @@ class EntryReader:
             if key not in keys and key not in refused:  # which its reader reports
                 section, _, name = entry.where.rpartition(": ")[2].partition(".")
                 near = "stiffness" if nearest(str(key), (*keys, "stiffness")) == "stiffness" else str(key)
-                told = hint("keys", near, [section]).replace("$", name)
+                told = hint("keys", near, [section]).replace("$", name).replace("@", show(entry.table[key]))
                 self.fault(f"unknown key {show(str(key))}; {told or suggestion(str(key), keys)}")
 
     def fault(self, what: str) -> None:
@@ -277,7 +277,7 @@ def pose(value: object) -> Pose:
         return compose(*zip(("Tx", "Ty", "Tz"), shift, strict=True), ("Rz", yaw), ("Ry", pitch), ("Rx", roll))
     if not isinstance(value, (list, tuple)):
         raise FormulaError("is not a placement; give { xyz = [0, 0, 0], rpy = [0, 0, 0] }")
-    if len(value) == 3 and not any(isinstance(item, (list, tuple)) for item in value):
+    if value and not any(isinstance(item, (list, tuple)) for item in value) and str(value[0]) not in ELEMENTARY:
         return compose(*zip(("Tx", "Ty", "Tz"), vector(value), strict=True))
     steps = []
     for step in value:

@@ -385,5 +385,15 @@ class SignalLetters:
             ("point_", "momentum_", self.reaction, self.multiplier, self.tension)
         )
 
+    @staticmethod
+    def of_point(name: str) -> list[str]:
+        """Return the names of a point's coordinates, velocities and accelerations, ground axes, three each."""
+        return [f"point_{name}_{axis}{rate}" for rate in ("", "_dot", "_ddot") for axis in "xyz"]
+
+    @staticmethod
+    def point_unit(name: str) -> str:
+        """Return the unit of a coordinate of a point, of its velocity or acceleration, by how the name ends."""
+        return {"dot": "m/s", "ddot": "m/s^2"}.get(name.rpartition("_")[2], "m")
+
 
 LETTERS = SignalLetters()

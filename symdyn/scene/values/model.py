@@ -360,7 +360,8 @@ class Scene(Shown):
         drives = (drive for drive in self.drives if drive)
         late = (name for name in specified if name.startswith(LETTERS.multiplier) and self.is_constrained)
         pulls = (f"{LETTERS.tension}{one.name}" for one in self.ropes)
-        names = (*self.plain_names, *accelerations, *drives, *self.point_names, *self.reaction_axes, *pulls, *late)
+        points = (name for one in self.points for name in LETTERS.of_point(one.name))
+        names = (*self.plain_names, *accelerations, *drives, *points, *self.reaction_axes, *pulls, *late)
         return tuple(dict.fromkeys((*names, *LETTERS.energies)))
 
     @property
@@ -385,7 +386,7 @@ class Scene(Shown):
     @property
     def point_names(self) -> list[str]:
         """The names of coordinates of declared points, three a point."""
-        return [f"point_{one.name}_{axis}" for one in self.points for axis in "xyz"]
+        return [name for one in self.points for name in LETTERS.of_point(one.name)[:3]]
 
     @property
     def reaction_axes(self) -> dict[str, str]:

@@ -7,9 +7,6 @@ can be reported again without asking the controller twice.
 States z of a controller that acts all the time are a part of the state of the run, x = [q, u, z, W]. Those of one that
 takes samples are kept here, from sample to sample, and so is all that it computed. What it measures may have noise, and
 is then rounded to the steps of its converter.
-
-Where a controller takes samples, a run has a row wherever a force may change, if no other rows are asked for. Where
-samples are few, a period is divided, so that there are `SAMPLES` rows at least.
 """
 
 from __future__ import annotations
@@ -314,7 +311,7 @@ class Loop:
         k = self.samples
         found = self.computed(k * self.period, q, u, self.z if k else None)
         self._waiting.append(((k + self.late) * self.period + self.rest, found.command))
-        self.taken.append(self._row(found))
+        self.taken.append(self._row(k * self.period, q, u, found))
         self.z = found.moved
 
     def _act(self, t: float) -> None:
@@ -337,14 +334,18 @@ class Loop:
 
         def row(t: float, q: Array, u: Array, z: Array) -> Array:
             if self.period is None:
-                return self._row(self.computed(t, q, u, z))
+                return self._row(t, q, u, self.computed(t, q, u, z))
             return self.taken[min(int(t / self.period + SAME), self.samples - 1)]
 
         return dict(zip(names, self._each(row, len(names), t, q, u, z).T, strict=True))
 
-    def _row(self, found: Computed) -> Array:
-        told = found.reference[self._led], found.measured[self._rough]
-        return np.concatenate([found.command, found.states, *told])
+    def _row(self, t: float, q: Array, u: Array, found: Computed) -> Array:
+        z, law, signals = found.states, self.law, self.placed.signals
+        if signals is not None and isinstance(law, LinearLaw) and law.shown is not None:
+            ahead, behind = (signals(t + sign * STEP, q, u[: self.told])[1] for sign in (1, -1))
+            zero, slopes = law.shown
+            z = z + zero + slopes[0] @ (found.reference - law.y0) + slopes[1] @ (ahead - behind) / (2 * STEP)
+        return np.concatenate([found.command, z, found.reference[self._led], found.measured[self._rough]])
 
 
 MOST = 200_000
@@ -352,7 +353,7 @@ MOST = 200_000
 
 
 def sampled_rows(placed: Placed, until: float) -> Array:
-    """Return the times of the rows, ascending from 0 to `until`: samples, what lies between, and changes of forces."""
+    """Return the times of the rows, from 0 to `until`: samples, changes of forces, and `SAMPLES` rows at least."""
     period = _period(placed)
     count = math.floor(until / period * (1 + 1e-12))
     step = math.ceil(max(1, count) / MOST)

@@ -60,6 +60,7 @@ class LinearLaw:
         states: names of the columns that show z, shape (n,).
         tracking: L, shape (n, m).
         start: z at the start over e there, shape (n, p).
+        shown: of what columns show beside z: where z is 0, shape (n,), and by r - y0 and its rate, shape (2, n, p).
     """
 
     A: Array
@@ -71,6 +72,7 @@ class LinearLaw:
     states: tuple[str, ...]
     tracking: Array
     start: Array
+    shown: tuple[Array, Array] | None = None
 
     @classmethod
     def read(
@@ -259,11 +261,12 @@ def matrices_of(system: Any, faults: Faults) -> dict[str, Array] | None:
     What has `dt` and none of them is a fault. A function with such attributes is a function, but for python-control's,
     which have `ninputs`.
     """
-    whole = system.to_tf() if hasattr(system, "to_tf") and hasattr(system, "poles") else system
+    kept = isinstance(system, type) or all(hasattr(system, name) for name in "ABCD")  # not to_tf: other states
+    whole = system.to_tf() if {"to_tf", "poles"} <= {*dir(system)} and not kept else system
     function = callable(whole) and not hasattr(whole, "ninputs")
     if isinstance(system, type) or function or not hasattr(whole, "dt"):
         return None
-    if all(hasattr(whole, name) for name in "ABCD"):
+    if kept:
         return {name: np.atleast_2d(getattr(whole, name)) for name in "ABCD"}
     if hasattr(whole, "num") and hasattr(whole, "den"):
         return _realised(whole.num, whole.den, faults)
