@@ -114,7 +114,7 @@ def _of_coefficients(course: Course, key: str) -> Iterator[Wrong]:
             yield rule, second / 2 if kind == "k_D" else second
     if kind in ("k_G", "k_E"):
         yield "gravity" if kind == "k_G" else "spring", -right
-        yield from (("undifferentiated", node) for node in course.right.P.values())
+        yield from (("undifferentiated", node) for node in course.right.P.values() if not node.is_zero)
     else:
         yield from (("factor", right / 2), ("factor", right * 2))
     yield from (("index", worth(other)) for other in permutations(range(n), len(at)) if len(at) < 3)
@@ -325,6 +325,13 @@ def _mark(course: Course, node: Expr, free: bool) -> tuple[float, ...] | None:
     return tuple(float(f"{value:.9g}") + 0.0 for value in marks)
 
 
+def _moved_by_others(course: Course, i: int) -> bool:
+    """Tell whether the equation of a joint has something of another one's motion."""
+    node, state = course.value(f"tau:{i + 1}", course.right), course.state
+    others = {x for motion in (state.q, state.qd, state.qdd) for j, x in enumerate(motion) if j != i}
+    return node is not None and not others.isdisjoint(reachable([node]))
+
+
 def absent(course: Course) -> set[str]:
     """Return the rules whose object does not occur in a scene: no rotation, no Steiner's term."""
     e, graph = course.right, course.graph
@@ -336,7 +343,7 @@ def absent(course: Course) -> set[str]:
         ("energies",): graph.total(e.P.values()).is_zero,
         ("spring",): e.P["E"].is_zero,
         **{(rule,): all(x.is_zero for x in of) for rule, of in course.beside.items()},
-        ("coupling",): course.state.n < 2,
+        ("coupling",): not any(_moved_by_others(course, i) for i in range(course.state.n)),
         ("body",): len(course.parts) < 2,
         ("relative",): alone,
         ("absolute",): alone and slopes.isdisjoint(reachable(e.P.values())),
