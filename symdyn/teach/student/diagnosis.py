@@ -297,11 +297,15 @@ class Diagnosis:
         letters, group = self.letters(key, right), self.motions.groups[-1] if self.motions else None
         if self.course is None or group is None or not group.declared:
             return letters
-        if right is not None:
-            node, broken = right.express(Graph()), group.on
-        else:  # without a drive it is zero on the motions
-            i = int(key.partition(":")[2])
-            node, broken = self.course.value(f"tau:{i}", self.course.right), group.off[i - 1]
+        node = (
+            right.express(Graph())
+            if right is not None
+            else self.course.value(key.replace("solved:", "tau:"), self.course.right)
+        )
+        if node is None:
+            return letters
+        # without a drive an equation is zero on the motions
+        broken = group.on if right is not None else group.off[int(key.partition(":")[2]) - 1]
         (values,), (whole,) = (np.array(at_points([node], points)) for points in (group.on, broken))
         moved = {x: np.array(at_points([node], [{**p, x: p[x] * (1 + STEP)} for p in group.on])[0]) for x in letters}
         size = STEP * TELLS * np.abs(whole).max()
