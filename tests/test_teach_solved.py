@@ -106,7 +106,9 @@ def test_a_tilt_from_the_horizontal_has_a_critical_speed_as_one_from_below() -> 
         blocks = step_of(changed(("drive = false\nstart_rates", "start_rates"), *changes), "steady").blocks
         forms = [x for block in blocks if isinstance(block, Words) for x in block.parts if isinstance(x, Form)]
         assert any(same(form.to_sympy(), "g/l") for form in forms)
-        assert any("speed is 3.502 rad/s" in str(x) for block in blocks if isinstance(block, Words) for x in block.parts)
+        assert any(
+            "speed is 3.502 rad/s" in str(x) for block in blocks if isinstance(block, Words) for x in block.parts
+        )
 
 
 def said(name: str, key: str) -> tuple[str, list[Form]]:

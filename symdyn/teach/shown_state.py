@@ -120,8 +120,7 @@ def undriven(scene: Scene, chosen: Chosen) -> Chosen:
     qdd = w.state.qdd
     forces = [w.forces(list(qdd))[i] for i in idle]
     slopes = [x for force in forces for x in gradient(force, [qdd[i] for i in idle])]
-    known = {str(symbol.value): value for symbol, value in chosen.values.items()}
-    values = {w.graph.symbol(name): value for name, value in known.items()}
+    values = {w.graph.symbol(str(symbol.value)): value for symbol, value in chosen.values.items()}
     values |= {qdd[i]: 0.0 for i in idle}
     found = np.array([float(x) for x in evaluate([*forces, *slopes], Floats(), values)])
     rest, M = found[: len(idle)], found[len(idle) :].reshape(len(idle), len(idle))
@@ -232,12 +231,8 @@ def _distinct(
     return found
 
 
-def _others(value: float, unit: str) -> Iterator[float]:
-    if unit == "rad":
-        yield from ANGLES
-        yield from (-angle for angle in ANGLES)
-    else:
-        yield from ((value or 0.2) * way for way in WAYS)
+def _others(value: float, unit: str) -> list[float]:
+    return [*ANGLES, *(-x for x in ANGLES)] if unit == "rad" else [(value or 0.2) * way for way in WAYS]
 
 
 def _hides(value: float, unit: str, seen: list[float]) -> bool:

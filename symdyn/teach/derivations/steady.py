@@ -25,11 +25,8 @@ from symdyn.teach.derivations.velocities import length
 from symdyn.teach.document import Block, Formula, Step, Words
 from symdyn.teach.lesson import Lesson, Mass, named, together
 
-LONGEST = 60
-"""Terms and factors of a formula that is shown."""
-
-ROUNDING = 1e-9
-"""Rates that are this much smaller than the largest are rounding."""
+LONGEST = 60  # terms and factors of a formula that is shown
+ROUNDING = 1e-9  # of the largest rate: what is none
 
 
 def steady_step(lesson: Lesson, left: Reduced) -> Step | None:
@@ -97,8 +94,8 @@ def level_places(factored: Form, r: Symbol, rates: Set[str]) -> Iterator[tuple[s
             continue
         above = Form.sum(over).negative
         below = Form.sum(one for one in under if one is not None)
-        minus = [term.split_sign()[0] < 0 for term in below.terms]
-        if all(minus) or (any(minus) and _negative(above)):  # no sign in front that the other side could take
+        falls, minus = ([term.split_sign()[0] < 0 for term in side.terms] for side in (above, below))
+        if all(minus) or (any(minus) and all(falls)):  # no sign in front that the other side could take
             above, below = above.negative, below.negative
         value = Form.product((above, _taken_out(below).plus_first.power(-1)))
         yield "steady.place" if wave == r else "steady.wave", {"wave": wave, "value": value}
@@ -182,19 +179,21 @@ def _swing(left: Reduced, wave: Form, value: Form) -> Form | None:
 def _reached(left: Reduced, factored: Form, bounds: list[Form], wave: Form, value: Form) -> Iterator[Words]:
     """Yield where r or a sine has a value, from or up to which rate if that is told, and how fast it swings there."""
     lesson, q = left.lesson, named(left.q)
+    positive = {one.name for one in lesson.scene.parameters if one.positive}
     divisors = [x for x in value.factors if isinstance(x, Power) and x.exponent == -1]
     below = [x for one in divisors for x in one.base.factors]
     above = [x for x in value.factors if x not in divisors]
     squares = [x for x in below if isinstance(x, Power) and x.exponent == 2 and isinstance(x.base, Symbol)]
     others = Form.product(x for x in below if x not in squares)
-    least = quotient(above, [] if others == Number.ONE else [others]).split_sign()[1]
+    least = quotient(above, [] if others == Number.ONE else [others])
     square = _swing(left, wave, value) if left.led and wave in (q, Function(Op.COS, (q,))) else None
     flat = _flat(square, falls=True) if wave == q and square is not None else None
-    flat = flat if flat and _is_positive(lesson, flat[1]) else None
+    flat = flat if flat and positive.issuperset(flat[1].symbols) and left.of(flat[1]) >= 0 else None
     bounds += [value] if wave != q else [quotient(flat[1:], flat[:1])] if flat else []
     if wave == q:
         yield lesson.say("steady.place", wave=wave, value=value)
-    elif len(squares) == 1 and len(Form.product(above).terms) == 1 and _is_positive(lesson, least):
+    elif len(squares) == 1 and len(Form.product(above).terms) == 1 and positive.issuperset(least.symbols):
+        least = least.negative if left.of(least) < 0 else least  # a cosine below zero is as small as one above
         yield lesson.say("steady.from", wave=wave, value=value, square=squares[0], least=least)
         flat = squares[0], least
     else:
@@ -202,18 +201,11 @@ def _reached(left: Reduced, factored: Form, bounds: list[Form], wave: Form, valu
     if wave == q and flat:
         yield lesson.say("steady.until", square=flat[0], least=flat[1])
     if flat:
-        critical = math.sqrt(left.chosen.of(flat[1].express(lesson.graph))[0])
+        critical = math.sqrt(left.of(flat[1]))
         yield lesson.say("steady.critical", value=f"{lesson.written(critical)} rad/s")
     if square is not None:
         omega = lesson.name("steady:omega", "omega", "s", node=None)
         yield lesson.say("steady.omega", q=q, square=omega.power(2), value=square)
-
-
-def _is_positive(lesson: Lesson, form: Form) -> bool:
-    """Tell whether a form without a minus and a function is of positive parameters alone."""
-    positive = {one.name for one in lesson.scene.parameters if one.positive}
-    signed = (isinstance(x, Function) or (isinstance(x, Number) and x.value < 0) for x in form.walk())
-    return positive.issuperset(form.symbols) and not any(signed)
 
 
 def _divided(term: Form, wave: Form) -> Form | None:
@@ -235,10 +227,6 @@ def _taken_out(form: Form) -> Form:
             left.remove(one)
         rest.append(Form.product((Number(Fraction(sign)), *left)))
     return Form.product((Form.sum(rest), *shared))
-
-
-def _negative(form: Form) -> bool:
-    return all(term.split_sign()[0] < 0 for term in form.terms)
 
 
 def _numbers(lesson: Lesson, left: Reduced) -> list[Block]:
