@@ -36,8 +36,10 @@ NEAR = 1e-6
 FALL = 9.81  # m/s^2: for an acceleration of free fall without a value
 SIZES = {"kg": 2.0, "m": 1.0}
 """What other parameters without a value start from; each takes another share of it, so that no two are alike."""
-TURNS = (0, 0.5, 1, -0.5, 0.2, 0.7, -0.2, -0.7)  # coordinates over pi where zeros are looked for
-NOTHING = 1e-9  # of the largest value: what is one
+TURNS = [math.pi * x for x in (0, 0.5, 1, -0.5, 0.2, 0.7, -0.2, -0.7)]  # rad: where zeros are looked for
+FAR = 100.0  # of the largest length: a slide that is looked at beside those where it is one
+TIMES = np.array([0.0, *np.geomspace(1e-3, 1e2, 200)])  # s
+NOTHING = 1e-13  # of the largest value at a time: what is one
 MOMENTS = (0.4, 0.2, 0.1, 0.0)
 """s: times, the first of which is shown at which the prescribed motions are possible."""
 
@@ -65,15 +67,22 @@ class Chosen:
             raise NoValueError("at the state of the lesson a number is beyond the largest double; choose other units")
         return found
 
-    def meets_zero(self, node: Expr, q: Sequence[Expr]) -> bool:
-        """Whether a node of up to three of the coordinates q vanishes at some of a few positions or has both signs."""
-        own = set(reachable([node])) & set(q)
-        if not 0 < len(own) < 4:
+    def meets_zero(self, node: Expr, scene: Scene, q: Sequence[Expr]) -> bool:
+        """Whether a node of up to three of the coordinates q, and of time, is zero somewhere or has both signs."""
+        inside = {str(x.value): x for x in reachable([node]) if x.op is Op.SYMBOL}
+        sizes = [self.parameters[x.name] for x in scene.parameters if x.unit == "m" and x.name in inside]
+        far = FAR * (max(map(abs, sizes), default=0.0) or 1.0)
+        ways = {"m": [0.0, far, -far, *sizes, *(-x for x in sizes)]}
+        own = {x: ways.get(unit, TURNS) for x, unit in zip(q, SceneUnits(scene).coordinates, strict=True)}
+        own = {x: values for x, values in own.items() if str(x.value) in inside}
+        timed = {inside[TIME]: TIMES[:, None]} if TIME in inside else {}
+        if not (own or timed) or len(own) > 3:
             return False
-        at = math.pi * np.array([*product(TURNS, repeat=len(own))]).T
+        at = dict(zip(own, np.array([*product(*own.values())]).T, strict=True))
         with np.errstate(all="ignore"):
-            (values,) = evaluate([node], Batches(), {**self.values, **dict(zip(own, at, strict=True))})
-        few = NOTHING * np.fmax.reduce(np.abs(values))
+            (found,) = evaluate([node], Batches(), {**self.values, **timed, **at})
+        values = np.where(np.isfinite(found), found, np.nan)
+        few = NOTHING * np.fmax.reduce(np.abs(np.atleast_1d(values)), axis=-1, keepdims=True)
         return bool(np.any(values <= few) and np.any(values >= -few))
 
 
@@ -111,8 +120,7 @@ def undriven(scene: Scene, chosen: Chosen) -> Chosen:
     qdd = w.state.qdd
     forces = [w.forces(list(qdd))[i] for i in idle]
     slopes = [x for force in forces for x in gradient(force, [qdd[i] for i in idle])]
-    known = {str(symbol.value): value for symbol, value in chosen.values.items()}
-    values = {w.graph.symbol(name): value for name, value in known.items()}
+    values = {w.graph.symbol(str(symbol.value)): value for symbol, value in chosen.values.items()}
     values |= {qdd[i]: 0.0 for i in idle}
     found = np.array([float(x) for x in evaluate([*forces, *slopes], Floats(), values)])
     rest, M = found[: len(idle)], found[len(idle) :].reshape(len(idle), len(idle))
@@ -223,12 +231,8 @@ def _distinct(
     return found
 
 
-def _others(value: float, unit: str) -> Iterator[float]:
-    if unit == "rad":
-        yield from ANGLES
-        yield from (-angle for angle in ANGLES)
-    else:
-        yield from ((value or 0.2) * way for way in WAYS)
+def _others(value: float, unit: str) -> list[float]:
+    return [*ANGLES, *(-x for x in ANGLES)] if unit == "rad" else [(value or 0.2) * way for way in WAYS]
 
 
 def _hides(value: float, unit: str, seen: list[float]) -> bool:

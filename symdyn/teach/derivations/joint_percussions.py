@@ -154,7 +154,7 @@ def _sweet(one: Struck, felt: list[Felt], forces: list[Symbol]) -> Iterator[Step
             if slope.is_zero or graph.symbol(at) in reachable([spot]):
                 return
             formula = Formula("", Symbol(at), right=shortened(lesson, spot))
-        except (*NO_FORM, ZeroDivisionError):
+        except NO_FORM:
             return
         claim = lesson.say("contacts.sweet", contact=one.name)
         yield Step(f"impact:sweet:{one.name}", claim, (formula,), lesson.say("contacts.sweet.reason"))

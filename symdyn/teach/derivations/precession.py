@@ -21,7 +21,6 @@ from fractions import Fraction
 from symdyn.algebra import Form, Function, Number, Pi, Power, Ratios, Sum, Symbol
 from symdyn.dynamics.mechanism import vector
 from symdyn.emit.print import text_of
-from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Op, gradient, reachable, substitute
 from symdyn.teach.derivations.reduced import Reduced
@@ -31,14 +30,9 @@ from symdyn.teach.derivations.velocities import length
 from symdyn.teach.document import Block, Formula, Letter, Step, Words
 from symdyn.teach.lesson import Lesson, named, together
 
-LONGEST = 60
-"""Terms and factors of a formula that is shown."""
-
-NO_FORM = (*NO_SHORT_FORM, DerivationError)
-"""What says that something has no closed form."""
-
-WIDEST = 240
-"""Characters of the frequency of nutation."""
+LONGEST = 60  # terms and factors of a formula that is shown
+NO_FORM = NO_SHORT_FORM  # what says that something has no closed form
+WIDEST = 240  # characters of the frequency of nutation
 
 TWO, HALF = Number(Fraction(2)), Fraction(1, 2)
 

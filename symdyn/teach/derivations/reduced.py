@@ -108,6 +108,10 @@ class Reduced:
         fixed = {x: value for x, value in self.chosen.values.items() if x is not self.q}
         return repeated([*entries, potential], Batches(), fixed=fixed)
 
+    def of(self, form: Form) -> float:
+        """Return the value of a form of parameters."""
+        return self.chosen.of(form.express(self.lesson.graph))[0]
+
     def rates(self, x: float) -> Array:
         """Return the rates of cyclic coordinates when r rests at a place, shape (len(cyclic),)."""
         M = [gradient(p, self.lesson.state.qd) for p in self.lesson.momenta]

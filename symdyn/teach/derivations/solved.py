@@ -10,7 +10,7 @@ Each solution is compared in numbers with the one that the equations have at the
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from fractions import Fraction
 
 import numpy as np
@@ -272,18 +272,20 @@ def accelerations(
     qdd = [lesson.state.qdd[k] for k in free]
     blocks: list[Block] = [Formula(symbol.name, form) for symbol, form in delta.items()]
     blocks += [folded(lesson, Formula("", named(x), right=form)) for x, form in zip(qdd, forms, strict=True)]
-    below = list(_below_lines(forms, delta))
-    nodes = with_entries(lesson, [one.express(lesson.graph) for one in below])
-    zeros = [one for one, x in zip(below, nodes, strict=True) if chosen.meets_zero(x, lesson.state.q)]
-    blocks += [lesson.say("explicit.unless", zeros=Form.product(zeros))] if zeros else []
+    divided: dict[Form, list[Symbol]] = {}
+    for x, form in zip(qdd, forms, strict=True):
+        if zeros := _zeros(lesson, form, chosen):
+            divided.setdefault(Form.product(zeros), []).append(named(x))
+    blocks += [lesson.say("explicit.unless", of=together(x), zeros=zeros) for zeros, x in divided.items()]
     return blocks, forms
 
 
-def _below_lines(forms: Sequence[Form], delta: Mapping[Symbol, Form]) -> Iterable[Form]:
-    """Return the factors of all denominators, of Δ as well, each once and without its power."""
-    whole = (_base(x) for form in (*forms, *delta.values()) for x in form.walk() if _below(x))
-    factors = (y for x in (*whole, *delta.values()) for y in x.factors)
-    return dict.fromkeys(x.base if isinstance(x, Power) else x for x in factors)
+def _zeros(lesson: Lesson, form: Form, chosen: Chosen) -> list[Form]:
+    """Return the factors of denominators that vanish somewhere, each once and without its power."""
+    factors = (y for x in form.walk() if _below(x) for y in _base(x).factors)
+    below = list(dict.fromkeys(x.base if isinstance(x, Power) else x for x in factors))
+    nodes = with_entries(lesson, [x.express(lesson.graph) for x in below])
+    return [x for x, node in zip(below, nodes, strict=True) if chosen.meets_zero(node, lesson.scene, lesson.state.q)]
 
 
 def _linear(lesson: Lesson, told: Sequence[Expr], free: Sequence[int]) -> Linear:

@@ -25,11 +25,8 @@ from symdyn.teach.derivations.velocities import length
 from symdyn.teach.document import Block, Formula, Step, Words
 from symdyn.teach.lesson import Lesson, Mass, named, together
 
-LONGEST = 60
-"""Terms and factors of a formula that is shown."""
-
-ROUNDING = 1e-9
-"""Rates that are this much smaller than the largest are rounding."""
+LONGEST = 60  # terms and factors of a formula that is shown
+ROUNDING = 1e-9  # of the largest rate: what is none
 
 
 def steady_step(lesson: Lesson, left: Reduced) -> Step | None:
@@ -97,7 +94,8 @@ def level_places(factored: Form, r: Symbol, rates: Set[str]) -> Iterator[tuple[s
             continue
         above = Form.sum(over).negative
         below = Form.sum(one for one in under if one is not None)
-        if _negative(above) and above != Number.ZERO:  # no sign in front that the other side could take
+        falls, minus = ([term.split_sign()[0] < 0 for term in side.terms] for side in (above, below))
+        if all(minus) or (any(minus) and all(falls)):  # no sign in front that the other side could take
             above, below = above.negative, below.negative
         value = Form.product((above, _taken_out(below).plus_first.power(-1)))
         yield "steady.place" if wave == r else "steady.wave", {"wave": wave, "value": value}
@@ -187,14 +185,15 @@ def _reached(left: Reduced, factored: Form, bounds: list[Form], wave: Form, valu
     above = [x for x in value.factors if x not in divisors]
     squares = [x for x in below if isinstance(x, Power) and x.exponent == 2 and isinstance(x.base, Symbol)]
     others = Form.product(x for x in below if x not in squares)
-    least = Form.product((*above, *([] if others == Number.ONE else [others.power(-1)])))
+    least = quotient(above, [] if others == Number.ONE else [others])
     square = _swing(left, wave, value) if left.led and wave in (q, Function(Op.COS, (q,))) else None
     flat = _flat(square, falls=True) if wave == q and square is not None else None
-    flat = flat if flat and positive.issuperset(flat[1].symbols) else None
+    flat = flat if flat and positive.issuperset(flat[1].symbols) and left.of(flat[1]) >= 0 else None
     bounds += [value] if wave != q else [quotient(flat[1:], flat[:1])] if flat else []
     if wave == q:
         yield lesson.say("steady.place", wave=wave, value=value)
     elif len(squares) == 1 and len(Form.product(above).terms) == 1 and positive.issuperset(least.symbols):
+        least = least.negative if left.of(least) < 0 else least  # a cosine below zero is as small as one above
         yield lesson.say("steady.from", wave=wave, value=value, square=squares[0], least=least)
         flat = squares[0], least
     else:
@@ -202,7 +201,7 @@ def _reached(left: Reduced, factored: Form, bounds: list[Form], wave: Form, valu
     if wave == q and flat:
         yield lesson.say("steady.until", square=flat[0], least=flat[1])
     if flat:
-        critical = math.sqrt(left.chosen.of(flat[1].express(lesson.graph))[0])
+        critical = math.sqrt(left.of(flat[1]))
         yield lesson.say("steady.critical", value=f"{lesson.written(critical)} rad/s")
     if square is not None:
         omega = lesson.name("steady:omega", "omega", "s", node=None)
@@ -228,10 +227,6 @@ def _taken_out(form: Form) -> Form:
             left.remove(one)
         rest.append(Form.product((Number(Fraction(sign)), *left)))
     return Form.product((Form.sum(rest), *shared))
-
-
-def _negative(form: Form) -> bool:
-    return all(term.split_sign()[0] < 0 for term in form.terms)
 
 
 def _numbers(lesson: Lesson, left: Reduced) -> list[Block]:

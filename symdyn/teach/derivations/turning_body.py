@@ -142,7 +142,7 @@ def _spin(lesson: Turning, own: range, k: int, chosen: Chosen) -> tuple[str, For
     try:
         square = a * b / (lesson.node(key("k_z", i, i)) * lesson.node(key("k_z", j, j)))
         form = Ratios.form_of(lesson.shape(square).express(lesson.graph))
-    except (*NO_FORM, KeyError):
+    except NO_FORM:
         return None
     (value,) = chosen.of(square)
     kind = "stable" if value < 0 else "unstable" if value > 0 else "undecided"
