@@ -204,16 +204,14 @@ def _read(scene: Scene, what: object) -> Feedback:
     law, given, faults = asked.law, asked.given, Faults("feedback")
     if isinstance(law, Feedback):
         return _with_settings(read_feedback(scene, law), asked)
-    formulas = isinstance(law, Mapping) and law and law.keys() <= {*driven(scene)}
-    if formulas or (isinstance(law, str) and "=" in law and not Path(law).exists()):
+    text = isinstance(law, str) and "=" in law and not Path(law).exists()
+    formulas = {law.partition("=")[0].strip()} if text else law if isinstance(law, Mapping) else ()
+    if formulas and {*formulas} <= {*driven(scene)}:
         raise SimulateError(f"feedback: formulas of the state are forces: {argument('forces', law)}")
     if isinstance(law, Gains | Schedule):
         return replace(Feedback(law, law.inputs), **given)
-    if isinstance(law, (str, Path)):
-        gains, more = read_gains(scene, Path(law))
-        return replace(Feedback(gains, gains.inputs, **more), **given)
-    if isinstance(law, Mapping):
-        gains, more = gains_from(scene, law, "feedback")
+    if isinstance(law, (str, Path, Mapping)):
+        gains, more = gains_from(scene, law, "feedback") if isinstance(law, Mapping) else read_gains(scene, Path(law))
         return replace(Feedback(gains, gains.inputs, **more), **given)
     matrices = matrices_of(law, faults)
     faults.close(SimulateError)
