@@ -99,10 +99,8 @@ class Feedback(Shown):
         found |= in_seconds({name: getattr(self, name) for name in ("period", "delay")})
         for name, one in found.items():
             object.__setattr__(self, name, one)
-        faults, limits = (
-            Faults(""),
-            self.limits if isinstance(self.limits, Mapping) else {(*found["inputs"], "the force")[0]: self.limits},
-        )
+        faults, said, one = Faults(""), self.limits, (*found["inputs"], "the force")[0]
+        limits = said if isinstance(said, Mapping) else {one: said}
         _ranges({k: one for k, one in limits.items() if _in_numbers(one)}, tuple(limits), faults)
         read = isinstance(self.law, Gains | Schedule | LinearLaw)  # and looked at in their scene
         alone = isinstance(self.law, FunctionType | np.ndarray | Sequence) or getattr(self.law, "period", "") is None
@@ -332,9 +330,7 @@ def _signals(scene: Scene, feedback: Feedback, names: Sequence[str], faults: Fau
     law, measures = feedback.law, tuple(feedback.measures)
     if not isinstance(law, LinearLaw):
         for name in feedback.given.keys() & {"measures", "reference"}:
-            faults.add(
-                f"feedback: {name}", "is of linear systems; a function is told the whole state, and so are gains"
-            )
+            faults.add(f"feedback: {name}", "is of linear systems; a function is told the whole state, as gains are")
         return None
     if law.D.shape != (len(names), len(measures)):
         made, told = law.D.shape

@@ -76,8 +76,8 @@ def read_entries(
                 found.tables.append(_table(entry, what))
             elif isinstance(entry, Mapping):
                 _by_name(entry, what, found, faults)
-            elif _controls(entry):
-                faults.add(what, f"{_spoken(entry)} is a controller; {_instead(what, '')}")
+            elif told := _controller(entry, what, ""):
+                faults.add(what, told)
             elif is_function(entry):
                 found.functions.append(("", entry))
             elif hasattr(entry, "keys"):
@@ -120,9 +120,8 @@ def _by_name(entries: Mapping[Any, Any], what: str, specified_entries: Specified
                 faults.add(what, f"t = {text or 'a function'} is not what moves; t are the times of arrays")
         elif text is not None:
             specified_entries.texts.append((what, name, text))
-        elif _controls(value):
-            told = _instead(what, f"symdyn.Feedback(CONTROLLER, {name!r})")
-            faults.add(f"{what}: {name}", f"{_spoken(value)} is a controller; {told}")
+        elif told := _controller(value, what, f"symdyn.Feedback(CONTROLLER, {name!r})"):
+            faults.add(f"{what}: {name}", told)
         elif is_function(value):
             specified_entries.functions.append((name, value))
         elif entries.get(TIME) is not None and not isinstance(value, tuple):
@@ -143,17 +142,14 @@ CONTROLLERS, PARTS = ("symdyn.", "control.", "scipy.signal."), ("feedback", "law
 """Modules of controllers, ours and others', and attributes of which one has some."""
 
 
-def _controls(value: Any) -> bool:
-    """Tell whether something is a controller, ours or another library's."""
+def _controller(value: Any, what: str, given: str) -> str:
+    """Return what is told of a controller, ours or another library's, "" of anything else; a run takes it `given`."""
     ours = any(kind.__module__.startswith(CONTROLLERS) for kind in type(value).__mro__)
-    return ours and any(hasattr(value, name) for name in PARTS)
-
-
-def _instead(what: str, controller: str) -> str:
-    """Return what to do with a controller: a run takes one beside its forces."""
-    if what != "forces":
-        return f"{what} takes a course over time: {KINDS}"
-    return f"give it as {argument('feedback', python=f'feedback={controller}')}"
+    if not ours or not any(hasattr(value, name) for name in PARTS):
+        return ""
+    way = f"give it as {argument('feedback', python=f'feedback={given}')}"
+    told = way if what == "forces" else f"{what} takes a course over time: {KINDS}"
+    return f"{_spoken(value)} is a controller; {told}"
 
 
 def _over(value: Any) -> Any:
