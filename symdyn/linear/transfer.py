@@ -232,7 +232,7 @@ def _transfer(one: StateSpace) -> Transfer:
     gain, markov = float(own.D[0, 0]), own.B
     for _ in range(len(own.A) - len(found)):
         gain, markov = float((own.C @ markov)[0, 0]), own.A @ markov
-    return Transfer(*own.outputs.names, *own.inputs.names, found, spectrum(own.A, size).values, gain)
+    return Transfer(one.outputs.names[0], one.inputs.names[0], found, spectrum(own.A, size).values, gain)
 
 
 def invariant_zeros(A: Array, B: Array, C: Array, D: Array, size: float) -> Complexes:
