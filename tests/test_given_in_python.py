@@ -79,7 +79,11 @@ def test_tables_of_pandas_and_xarray_and_a_run_are_forces_and_motions(scene: Sce
         assert np.abs(simulate(scene, forces=forces, until=1.0, method="dop853", every=0.005).q - words.q).max() < 1e-6
 
     with pytest.raises(SimulateError, match=r"^forces: DataFrame has neither a column nor an index t, the times in s$"):
-        read_forces(scene, frame.drop(columns="t"))
+        read_forces(scene, frame.drop(columns="t").assign(B=1.0, num=1.0))  # of which it was a controller
+    marked = lambda t: [2 * np.sin(t), 0.3]  # noqa: E731
+    marked.num = marked.law = 0  # type: ignore[attr-defined]  # of which it was a controller, too
+    for one in (marked, {"tau1": marked}):
+        read_forces(scene, one)
     moved = inverse(scene, words, words.t)
     assert np.abs(moved.tau - words.tau).max() < 1e-8
     only_places = inverse(scene, frame.rename(columns={"tau1": "q1", "tau2": "q2"}), T)

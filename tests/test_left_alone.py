@@ -7,6 +7,7 @@ import pytest
 
 import symdyn
 from symdyn.errors import LinearizeError
+from symdyn.frozen import replace
 from symdyn.linear import Linearization, StateSpace, root_locus
 from symdyn.scene import body, prismatic, revolute, scene
 
@@ -75,21 +76,25 @@ def test_the_margins_beside_what_is_left_alone_are_those_of_python_control() -> 
 
 
 @pytest.mark.parametrize("period", [None, 0.1])
-def test_a_pole_at_the_edge_that_the_loop_needs_is_not_left_alone(period: float | None) -> None:
-    """-1 + 1/(1 + s) is 0 at s = 0: the closed loop has a pole there, which its output shows."""
+def test_a_pole_at_the_edge_that_the_loop_needs_is_told_by_margins_as_by_the_closed_loop(period: float | None) -> None:
+    """-1 + 1/(1 + s) is 0 at s = 0: the closed loop has a pole there, which its output shows: it was "unstable"."""
     edge = StateSpace([[-1.0]], [[1.0]], [[-1.0]])
     swings = StateSpace([[0.0, 1.0], [-1.0, 0.0]], [[0.0], [1.0]], [[1.0, 0.0]])
     integrates = StateSpace([[0.0]], [[1.0]], [[1.0]])
     hidden = StateSpace(np.diag([-1.0, 0.0]), [[1.0], [0.0]], [[1.0, 0.0]], states=["v", "x"])
     beside = StateSpace([[-1, 0, 0], [0, 0, 2], [0, -2, 0]], [[1], [0], [0]], [[1, 0, 0]], states=["v", "a", "b"])
     said = {
-        edge: "unstable", swings: "unstable", integrates: "asymptotically stable",
+        edge: "marginally stable: x1 does not decay", swings: "marginally stable: x1, x2 do not decay",
+        integrates: "asymptotically stable",
         hidden: "marginally stable: x does not decay", beside: "marginally stable: a, b do not decay",
     }  # fmt: skip
     for one, words in said.items():
         if one is swings and period:
             continue  # held between samples it grows, and so says another test
-        assert (one if period is None else one.discretize(period)).margins().verdict == words
+        loop = one if period is None else one.discretize(period)
+        found, closed = loop.margins(), replace(loop, A=loop.A - loop.B @ loop.C / (1 + loop.D[0, 0]))
+        assert found.verdict == closed.verdict == words
+        assert found.stable is (one not in (edge, swings))
 
 
 def test_a_double_pole_at_one_is_no_growth() -> None:
@@ -190,6 +195,22 @@ def test_a_step_response_ends_at_the_static_gain_however_slow_its_pole(inductanc
     assert StateSpace([[-3e-10, 1], [0, -1]], [[0], [1]], [[1, 0]]).step(until=1.0).info()["final"] == pytest.approx(
         1 / 3e-10
     )
+
+
+@pytest.mark.parametrize("period", [None, 1e-3])
+@pytest.mark.parametrize(
+    "one",
+    [
+        StateSpace([[0, 1, 0], [-2000, -1e-6, 0.03], [0, 0, 1e-4]], [[0], [0], [1]], [[0, 1, 0]]),
+        StateSpace(
+            [[0, 1, 0, 0], [-5e7, -0.01, 0.02, 0], [0, 0, 0, 1], [0, 0, 0, -0.02]], np.eye(4)[:, 3:], [[0, 1, 0, 0]]
+        ),
+    ],
+)
+def test_no_final_value_is_told_of_less_than_the_whole_system(one: StateSpace, period: float | None) -> None:
+    """It was 1.5e-5 of what grows by a pole at 1e-4, and 0 of what ends at 2e-8: a weak part was taken out."""
+    held = one if period is None else one.discretize(period)
+    assert np.isnan(held.step(until=1.0).final[0, 0])
 
 
 @pytest.mark.parametrize("outputs", [["theta"], ["theta", "phi_dot"], ["theta_dot"]])

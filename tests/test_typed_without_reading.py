@@ -79,6 +79,10 @@ TOLD: dict[str, Callable[[], object]] = {
     "is a controller; give it as feedback=symdyn.Feedback(CONTROLLER, 'F')": lambda: symdyn.simulate(
         CART, until=1, forces={"F": held()["lin"].transfer("x", "F")}
     ),
+    "is a controller; motion takes a course over time: a formula": lambda: symdyn.inverse(
+        CART, until=1, motion={"x": held()["lqr"]}
+    ),
+    "a=b.json: there is no such file": lambda: symdyn.simulate(CART, until=1, feedback="a=b.json"),
     "give gains as feedback=, or a formula": lambda: symdyn.simulate(CART, until=1, forces=held()["lqr"].K),
     'it is a formula of drives, cost="F**2"': lambda: symdyn.collocation(CART, until=1, cost="tau1^2"),
     "are forces: forces=\"F=2*t\"": lambda: symdyn.simulate(CART, until=1, feedback="F=2*t"),

@@ -98,9 +98,7 @@ def text(system: Linearization, formulas: Symbolic | None = None) -> str:
         elif matrix.size:
             lines += [f"{letter} = 0", ""]
     if formulas is not None:
-        told = [
-            line for letter in "ABCD" for line in _formulas(letter, getattr(formulas, letter), system.names[letter])
-        ]
+        told = [line for one in "ABCD" for line in _formulas(one, getattr(formulas, one), system.names[one])]
         told += [f"with {name} = {_short(form)}" for name, form in formulas.defined]
         lines += [*told, ""] if told else []
     lines += [*_modes(system), *(f"  {line}" for line in roots(formulas)), "", f"stability: {system.stability.words}"]
@@ -110,12 +108,8 @@ def text(system: Linearization, formulas: Symbolic | None = None) -> str:
 
 def roots(formulas: Symbolic | None) -> list[str]:
     """Return what closed forms say of eigenvalues, one line each."""
-    found = []
-    for root in formulas.roots if formulas is not None else ():
-        times = f"   ({root.times} times)" if root.times > 1 else ""
-        if root.kind != "zero":
-            found.append(_root(root) + times)
-    return found
+    moving = [root for root in (formulas.roots if formulas is not None else ()) if root.kind != "zero"]
+    return [_root(root) + f"   ({root.times} times)" * (root.times > 1) for root in moving]
 
 
 def _spelled(form: Form) -> str:

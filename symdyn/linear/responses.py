@@ -21,6 +21,7 @@ from symdyn.frozen import dataclass, replace
 from symdyn.linear.locus import RootLocus, array_of, numbers, root_locus
 from symdyn.linear.modes import Complexes, growth
 from symdyn.linear.plots import Plotted, bode, courses, nyquist
+from symdyn.linear.transfer import balanced
 from symdyn.linear.weights import places
 from symdyn.table import Table
 
@@ -202,6 +203,9 @@ SETTLED, GROWN, ROUNDS = 7.0, 100.0, 10.0
 ROUNDED, EVENED = 1e-12, 10
 """Part of its terms that rounding leaves of a final value that is zero; times that rows and columns are made alike."""
 
+BESIDE, ALIKE = 1e-3, 1e-6
+"""Distance from a pole over its size at which systems are compared, and parts of G in which they are alike."""
+
 RISES, SETTLES, ROUNDING = (0.1, 0.9), 0.02, 1e-10
 """Parts of the final value between which a response rises, and within which of it it has settled."""
 
@@ -346,9 +350,9 @@ def _final(one: StateSpace, kind: str) -> Array:
     found = np.full(one.D.shape, math.nan)
     for i, k in np.ndindex(found.shape):
         own = _joined(one[one.outputs.names[i], one.inputs.names[k]])
-        ends = own.stable or _settles(own)
-        own = own.minimal if ends is None else own
-        if ends or (ends is None and own.stable):
+        whole, ends = own, own.stable or _settles(own)
+        own = own if ends else own.minimal
+        if ends or (own.stable and _alike(own, whole)):
             x = np.linalg.solve((0.0 if one.period is None else 1.0) * np.eye(len(own.A)) - own.A, own.B)
             size = float((np.abs(own.C) @ np.abs(x) + np.abs(own.D))[0, 0])
             end = float((own.C @ x + own.D)[0, 0])
@@ -356,29 +360,39 @@ def _final(one: StateSpace, kind: str) -> Array:
     return found
 
 
-def _settles(one: StateSpace) -> bool | None:
-    """Return whether a response ends: True where all modes decay, False where it integrates, else None.
-
-    However slow: rows and columns of A are made of one size first, and slow modes are those of its inverse.
-    """
+def _settles(one: StateSpace) -> bool:
+    """Return whether all modes decay, however slow: those are of the inverse of A, its rows and columns evened."""
     if one.period is not None or not len(one.A):
-        return None
+        return False
     A, rows, columns = one.A, np.ones((len(one.A), 1)), np.ones((1, len(one.A)))
     for axis in (1, 0) * EVENED:
         size = np.abs(A).max(axis=axis, keepdims=True)
         size[size == 0] = 1.0
         A, rows, columns = A / size, rows * (size if axis else 1.0), columns * (1.0 if axis else size)
-    left, sizes, right = np.linalg.svd(A)
-    zeros = int(np.sum(sizes <= ROUNDED * sizes[0]))
-    if zeros:
-        still, whole = (np.where(np.abs(x) > ROUNDING * np.abs(x).max(), x, 0.0) for x in (right[-1], left[:, -1]))
-        ends = ((one.C, still / columns[0]), (one.B.T, whole / rows[:, 0]))
-        acts = all(np.any(np.abs(M @ x) > ROUNDED * (np.abs(M) @ np.abs(x))) for M, x in ends)
-        return False if zeros == 1 and acts else None
+    sizes = np.linalg.svd(A, compute_uv=False)
+    if sizes[-1] <= ROUNDED * sizes[0]:
+        return False
     fast, slow = np.linalg.eigvals(one.A), 1 / np.linalg.eigvals(np.linalg.inv(A) / (rows * columns).T)
     middle = math.sqrt(np.abs(fast).max() * np.abs(slow).min())
     values = np.concatenate([fast[np.abs(fast) > 0.9 * middle], slow[np.abs(slow) < 1.1 * middle]])
-    return True if np.all(values.real < -ROUNDING * np.abs(values)) else None
+    return bool(np.all(values.real < -ROUNDING * np.abs(values)))
+
+
+def _alike(one: StateSpace, whole: StateSpace) -> bool:
+    """Return whether a system follows as the whole does beside each pole of it, where what is weak is seen, too."""
+    (A, B, C, _), edge = balanced(whole), 0.0 if whole.period is None else 1.0
+    poles = np.linalg.eigvals(A) - edge
+    slow = np.abs(poles)[np.abs(poles) > ROUNDED * np.abs(poles).max(initial=0.0)].min(initial=1.0)
+    for pole in poles:
+        s = edge + pole + (1 + 1j) * BESIDE * max(abs(pole), slow)
+        left = s * np.eye(len(A)) - A
+        inverse = np.linalg.inv(left)
+        x = inverse @ B
+        error = np.abs(C) @ np.abs(inverse) @ (np.abs(left) @ np.abs(x) + np.abs(B))  # over that of a double
+        G, own = C @ x + whole.D, one.C @ np.linalg.solve(s * np.eye(len(one.A)) - one.A, one.B + 0j) + one.D
+        if np.any(np.abs(G - own) > ALIKE * np.abs(G) + ROUNDING * error):
+            return False
+    return True
 
 
 def _joined(one: StateSpace) -> StateSpace:

@@ -21,7 +21,8 @@ from symdyn.errors import LinearizeError, listed
 from symdyn.frozen import asdict, dataclass, replace
 from symdyn.linear.modes import NOTHING, balance, spectrum
 from symdyn.linear.plots import Answer
-from symdyn.linear.transfer import balanced, invariant_zeros, minimal
+from symdyn.linear.responses import response_at
+from symdyn.linear.transfer import invariant_zeros
 from symdyn.rounding import in_digits
 
 if TYPE_CHECKING:
@@ -59,11 +60,11 @@ def zero_kinds(A: Array, count: int, positions: int, cyclic: Sequence[int], fami
         ("family", family),
         ("drifting", drifting if kind == "rest" else 0),
         ("family", _neighbours(A[np.ix_(rest, rest)], sum(k < p for k in rest)) if kind == "steady" else 0),
+        ("undecided", count),
     ):
         some = min(left, max(0, most))
         counts[of] = counts.get(of, 0) + some
         left -= some
-    counts["undecided"] = left
     return {of: counts[of] for of in ZEROS if counts[of]}
 
 
@@ -156,8 +157,8 @@ class Margins(Answer):
         phase_crossover, gain_crossover: where gain and phase margin are, rad/s; nan of none.
         stable: whether the loop is stable as it is, `left_alone` not counted; margins of one that is not are those
             to become so.
-        left_alone: states of what stays or swings for ever, which the loop does not move or does not show, such as
-            a position on which nothing depends.
+        left_alone: states of what stays or swings for ever; of a loop that is stable it does not move or does not show
+            them, such as a position on which nothing depends.
         drifting: those of them that move on for ever, growing with t.
     """
 
@@ -186,7 +187,7 @@ class Margins(Answer):
     @property
     def verdict(self) -> str:
         """In words, as of a system: "asymptotically stable", "marginally stable: phi does not decay", "unstable"."""
-        return verdict(self.stable, self.left_alone, self.drifting)
+        return verdict(self.stable or bool(self.left_alone), self.left_alone, self.drifting)
 
     @property
     def words(self) -> str:
@@ -221,18 +222,13 @@ def margins(one: StateSpace) -> Margins:
     Raises:
         LinearizeError: the loop has no answer, 1 + D = 0; or a sampled one has a pole at -1.
     """
-    loop = one if one.period is None else _in_w(one)
-    A, b, c, _ = balanced(loop)
-    A, b, c = minimal(A, b, c)
-    d = float(loop.D[0, 0])
+    loop = (one if one.period is None else _in_w(one)).minimal
+    A, b, c, d = loop.A, loop.B, loop.C, float(loop.D[0, 0])
     if abs(1 + d) < ASIDE:
         raise LinearizeError(f"{one.name}: the loop has no answer, 1 + D = 0")
 
     def G(w: float) -> complex:
-        try:
-            return complex((c @ np.linalg.solve(1j * w * np.eye(len(A)) - A, b.astype(np.complex128)))[0, 0] + d)
-        except np.linalg.LinAlgError:
-            return complex(math.inf)
+        return complex(response_at(loop, w)[0, 0])
 
     scale = max(float(np.linalg.norm(A, 2)) if A.size else 0.0, 1e-300)
     grid = np.geomspace(1e-6 * scale, 1e3 * scale, POINTS)
@@ -252,8 +248,8 @@ def margins(one: StateSpace) -> Margins:
     delay = min((math.radians(lag % 360) / w for lag, w in lags if w > 0), default=math.inf)
     closed = replace(one, A=one.A - one.B @ one.C / (1 + one.D[0, 0]))
     shown = spectrum(A - b @ c / (1 + d), scale)
-    stable = not closed.growth.growing and not shown.zeros and len(shown.decaying) == len(shown.modes)
-    alone = (closed.left_alone, closed.drifting) if stable else ()
+    stable = closed.stable or not (closed.growth.growing or shown.lasting)
+    alone = (closed.left_alone, closed.drifting)
     return Margins(gain, phase, delay, _distance(G, grid, values, d), at, crossing, stable, *alone)
 
 

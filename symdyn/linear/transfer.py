@@ -223,22 +223,16 @@ class Transfer(Answer):
 
 def transfers(one: StateSpace) -> Transfers:
     """Return all transfer functions, output by output."""
-    A, B, C, _ = balanced(one)
-    return Transfers(
-        _transfer(output, name, A, B[:, [k]], C[[i]], one.D[[i]][:, [k]])
-        for i, output in enumerate(one.outputs.names)
-        for k, name in enumerate(one.inputs.names)
-    )
+    return Transfers(_transfer(one[output, name]) for output in one.outputs.names for name in one.inputs.names)
 
 
-def _transfer(output: str, name: str, A: Array, b: Array, c: Array, d: Array) -> Transfer:
-    size = float(np.linalg.norm(A, 2))
-    A, b, c = minimal(A, b, c)
-    found = invariant_zeros(A, b, c, d, size)
-    gain, markov = float(d[0, 0]), b
-    for _ in range(len(A) - len(found)):
-        gain, markov = float((c @ markov)[0, 0]), A @ markov
-    return Transfer(output, name, found, spectrum(A, size).values, gain)
+def _transfer(one: StateSpace) -> Transfer:
+    size, own = float(np.linalg.norm(balanced(one)[0], 2)), one.minimal
+    found = invariant_zeros(own.A, own.B, own.C, own.D, size)
+    gain, markov = float(own.D[0, 0]), own.B
+    for _ in range(len(own.A) - len(found)):
+        gain, markov = float((own.C @ markov)[0, 0]), own.A @ markov
+    return Transfer(one.outputs.names[0], one.inputs.names[0], found, spectrum(own.A, size).values, gain)
 
 
 def invariant_zeros(A: Array, B: Array, C: Array, D: Array, size: float) -> Complexes:

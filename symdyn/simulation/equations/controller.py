@@ -99,10 +99,8 @@ class Feedback(Shown):
         found |= in_seconds({name: getattr(self, name) for name in ("period", "delay")})
         for name, one in found.items():
             object.__setattr__(self, name, one)
-        faults, limits = (
-            Faults(""),
-            self.limits if isinstance(self.limits, Mapping) else {(*found["inputs"], "the force")[0]: self.limits},
-        )
+        faults, said, one = Faults(""), self.limits, (*found["inputs"], "the force")[0]
+        limits = said if isinstance(said, Mapping) else {one: said}
         _ranges({k: one for k, one in limits.items() if _in_numbers(one)}, tuple(limits), faults)
         read = isinstance(self.law, Gains | Schedule | LinearLaw)  # and looked at in their scene
         alone = isinstance(self.law, FunctionType | np.ndarray | Sequence) or getattr(self.law, "period", "") is None
@@ -204,16 +202,14 @@ def _read(scene: Scene, what: object) -> Feedback:
     law, given, faults = asked.law, asked.given, Faults("feedback")
     if isinstance(law, Feedback):
         return _with_settings(read_feedback(scene, law), asked)
-    formulas = isinstance(law, Mapping) and law and law.keys() <= {*driven(scene)}
-    if formulas or (isinstance(law, str) and "=" in law and not Path(law).exists()):
+    text = isinstance(law, str) and "=" in law and not Path(law).exists()
+    formulas = {law.partition("=")[0].strip()} if text else law if isinstance(law, Mapping) else ()
+    if formulas and {*formulas} <= {*driven(scene)}:
         raise SimulateError(f"feedback: formulas of the state are forces: {argument('forces', law)}")
     if isinstance(law, Gains | Schedule):
         return replace(Feedback(law, law.inputs), **given)
-    if isinstance(law, (str, Path)):
-        gains, more = read_gains(scene, Path(law))
-        return replace(Feedback(gains, gains.inputs, **more), **given)
-    if isinstance(law, Mapping):
-        gains, more = gains_from(scene, law, "feedback")
+    if isinstance(law, (str, Path, Mapping)):
+        gains, more = gains_from(scene, law, "feedback") if isinstance(law, Mapping) else read_gains(scene, Path(law))
         return replace(Feedback(gains, gains.inputs, **more), **given)
     matrices = matrices_of(law, faults)
     faults.close(SimulateError)
@@ -334,9 +330,7 @@ def _signals(scene: Scene, feedback: Feedback, names: Sequence[str], faults: Fau
     law, measures = feedback.law, tuple(feedback.measures)
     if not isinstance(law, LinearLaw):
         for name in feedback.given.keys() & {"measures", "reference"}:
-            faults.add(
-                f"feedback: {name}", "is of linear systems; a function is told the whole state, and so are gains"
-            )
+            faults.add(f"feedback: {name}", "is of linear systems; a function is told the whole state, as gains are")
         return None
     if law.D.shape != (len(names), len(measures)):
         made, told = law.D.shape

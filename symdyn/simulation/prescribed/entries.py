@@ -66,7 +66,7 @@ def read_entries(
     entries: Entries, what: str, faults: Faults, needed: Collection[str] | None = None
 ) -> SpecifiedEntries:
     """Return what entries say; `what` is the option, "forces" or "motion"; `needed` as of `Columns.read`."""
-    found, plain, way = SpecifiedEntries(), list[str](), argument("feedback", python="feedback=")
+    found, plain = SpecifiedEntries(), list[str]()
     alone = isinstance(entries, (str, Path, Mapping)) or is_function(entries) or _is_table(entries)
     for entry in [entries] if alone or not isinstance(entries, Sequence) else entries:
         with faults.noted():
@@ -76,14 +76,15 @@ def read_entries(
                 found.tables.append(_table(entry, what))
             elif isinstance(entry, Mapping):
                 _by_name(entry, what, found, faults)
-            elif _controls(entry):
-                faults.add(what, f"{_spoken(entry)} is a controller; give it as {way}")
+            elif told := _controller(entry, what, ""):
+                faults.add(what, told)
             elif is_function(entry):
                 found.functions.append(("", entry))
             elif hasattr(entry, "keys"):
                 faults.add(what, f"{type(entry).__name__} has neither a column nor an index t, the times in s")
             else:
-                own = f"gains as {way}, or " * (_dimensions(entry) == 2) + "its .forces, or " * hasattr(entry, "forces")
+                gains = what == "forces" and _dimensions(entry) == 2
+                own = "gains as feedback=, or " * gains + "its .forces, or " * hasattr(entry, "forces")
                 faults.add(what, f"{_spoken(entry)} says no {what}; give {own}{KINDS} by name, text, or a table")
     found.texts += [(what, name, text) for name, text in words(plain, what, faults).items()]
     return found
@@ -119,9 +120,8 @@ def _by_name(entries: Mapping[Any, Any], what: str, specified_entries: Specified
                 faults.add(what, f"t = {text or 'a function'} is not what moves; t are the times of arrays")
         elif text is not None:
             specified_entries.texts.append((what, name, text))
-        elif _controls(value):
-            told = argument("feedback", python=f"feedback=symdyn.Feedback(CONTROLLER, {name!r})")
-            faults.add(f"{what}: {name}", f"{_spoken(value)} is a controller; give it as {told}")
+        elif told := _controller(value, what, f"symdyn.Feedback(CONTROLLER, {name!r})"):
+            faults.add(f"{what}: {name}", told)
         elif is_function(value):
             specified_entries.functions.append((name, value))
         elif entries.get(TIME) is not None and not isinstance(value, tuple):
@@ -138,11 +138,18 @@ def _by_name(entries: Mapping[Any, Any], what: str, specified_entries: Specified
             specified_entries.tables.append(columns_of(what, entries[TIME], over, every=True))
 
 
-def _controls(value: Any) -> bool:
-    """Tell whether something is a controller, ours or another library's."""
-    return any(hasattr(value, name) for name in ("feedback", "law", "num", "B")) or {"poles", "numerator"} <= {
-        *dir(value)
-    }
+CONTROLLERS, PARTS = ("symdyn.", "control.", "scipy.signal."), ("feedback", "law", "num", "B", "numerator", "to_tf")
+"""Modules of controllers, ours and others', and attributes of which one has some."""
+
+
+def _controller(value: Any, what: str, given: str) -> str:
+    """Return what is told of a controller, ours or another library's, "" of anything else; a run takes it `given`."""
+    ours = any(kind.__module__.startswith(CONTROLLERS) for kind in type(value).__mro__)
+    if not ours or not any(hasattr(value, name) for name in PARTS):
+        return ""
+    way = f"give it as {argument('feedback', python=f'feedback={given}')}"
+    told = way if what == "forces" else f"{what} takes a course over time: {KINDS}"
+    return f"{_spoken(value)} is a controller; {told}"
 
 
 def _over(value: Any) -> Any:
