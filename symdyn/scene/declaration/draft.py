@@ -162,9 +162,10 @@ def _numbers_of(where: str, joint: Joint, led: Mapping[str, str], straight: bool
     for use in _uses(where, FORCES[joint.dry.kind].parts, joint.dry, allowed, straight) if joint.dry else ():
         yield use._replace(key=f"friction.{use.key}")
     for k, x in enumerate(joint.start):
-        yield Use(where, f"start[{k}]", x, plain, "".join(places[k : k + 1]))
+        yield Use(where, f"start[{k}]" if joint.start[1:] else "start", x, plain, "".join(places[k : k + 1]))
     for k, x in enumerate(joint.start_rates):
-        yield Use(where, f"start_rates[{k}]", x, plain, "".join(f"{unit}/s" for unit in speeds[k : k + 1]))
+        key = f"start_rates[{k}]" if joint.start_rates[1:] else "start_rates"
+        yield Use(where, key, x, plain, "".join(f"{unit}/s" for unit in speeds[k : k + 1]))
 
 
 def _joint(

@@ -18,10 +18,11 @@ unknown dimensions by elimination.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from math import isfinite
 from numbers import Real
+from types import MappingProxyType
 from typing import NamedTuple
 
 from symdyn.errors import SceneError, listed
@@ -407,16 +408,19 @@ def _is_bare(text: str) -> bool:
     return not (found.unit or found.symbols or found == Quantity.ZERO)
 
 
-def fits(value: Quantity, unit: Unit | None, letters: Container[str] = ()) -> None:
+def fits(
+    value: Quantity, unit: Unit | None, letters: Mapping[str, Dimension | None] = MappingProxyType({}), key: str = ""
+) -> None:
     """Look whether a value, where it was written with a unit, is of the kind of another one.
 
     Args:
         value: any.
         unit: the unit of what it is for, None where nothing tells it.
-        letters: that a formula might name there, one of which may have been meant.
+        letters: that a formula might name there, one of which may have been meant, and what they measure.
+        key: under which it stands where `unit` is another key of its table, "" elsewhere.
 
     Raises:
-        UnitError: it is not; or it may be a product of letters, as 3m and, where no unit is known, 3 m.
+        UnitError: it is not; or a product of letters fits as well, which 3m may be and, where no unit is known, 3 m.
     """
     if not value.unit:
         return
@@ -429,9 +433,15 @@ def fits(value: Quantity, unit: Unit | None, letters: Container[str] = ()) -> No
         factors = re.sub(r"(?<=\w) (?=\w)", "*", value.unit).replace("^", "**")
         noun = "the symbol" if len(names) == 1 else "the symbols"
         told = f"; for {spell(size)} times {noun} write {spell(size)}*{factors}"
-        if not reason and (value.tight or unit is None):
+        product_of = Analysis(letters.get).of(quantity(factors))
+        either = unit is None or bool(product_of.letters) or product_of.dimension == unit.dimension
+        if not reason and either and (value.tight or unit is None):
             reason = f"is in {value.unit}, and {listed(names)} {'is' if len(names) == 1 else 'are'} named here as well"
-            told += f", for the unit {with_unit(value, value.unit) if unit else spell(value)}"
+            written = with_unit(value, value.unit) if unit or key else spell(value)
+            if key and unit is None:  # a state has the unit of its rate, in seconds
+                asked = (own.dimension * Unit.read("s").dimension).text if key == "rate" else own.si
+                written = f'{key} = "{written}", unit = "{asked}"'
+            told += f", for the unit {written}"
     if reason:
         raise UnitError(f"{reason}{told}")
 
