@@ -276,11 +276,6 @@ class SceneUnits:
         unit = self.letters.get(name, "")
         return next((one for one in letters if one.name == name), None) or Parameter(name, unit=unit)
 
-    def dimensions_of(self, names: Iterable[str]) -> dict[str, Dimension | None]:
-        """Return what symbols measure, None where it is not known."""
-        known = known_in(self.letters)
-        return {name: known(name) for name in names}
-
     @property
     def inferred(self) -> dict[str, str]:
         """The coherent unit of every parameter and input: as it says, or as where it stands tells; else ""."""

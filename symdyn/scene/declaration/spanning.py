@@ -56,14 +56,7 @@ class _Edge:
 
 
 def span(joints: Sequence[Entry], held: Sequence[str], cuts: Sequence[str] | None, faults: Faults) -> Span:
-    """Return the spanning tree of declared joints.
-
-    Args:
-        joints: as declared, in any order.
-        held: names of joints that must not be cut, since something acts at them.
-        cuts: names of the joints to cut, None to choose them.
-        faults: takes faults, and a note on every choice.
-    """
+    """Return the spanning tree without the joints `cuts`, None to choose and note them; none that is `held` is cut."""
     edges = [_edge(entry, k) for k, entry in enumerate(joints)]
     unknown = [name for name in cuts or () if name not in {edge.entry.name for edge in edges}]
     for name in unknown:
@@ -142,19 +135,16 @@ def _chosen(edges: Sequence[_Edge], held: set[str], faults: Faults) -> Span:
             ends = f'from "{edge.parent}" to "{edge.child}"'
             what = f"a {edge.kind} joint {ends} points towards ground and cannot be turned round"
             faults.add(edge.entry.where, f"{what}; swap parent and child")
-    span = _span(edges, tree, back)
     for edge in edges:
         if edge in tree or edge.parent == edge.child:
             continue
-        way = _other_cut(edges, tree, edge, held)
+        way, told = _other_cut(edges, tree, edge, held), "closes a loop and is cut"
         if keys := _kept(edge.entry, held):
-            advice = way or ELSEWHERE
-            faults.add(edge.entry.where, f"closes a loop and is cut, but a cut joint has no {listed(keys)}; {advice}")
+            faults.add(edge.entry.where, f"{told}, but a cut joint has no {listed(keys)}; {way or ELSEWHERE}")
         else:
-            told = f"closes a loop and is cut: it has no coordinates{_unused(edge.entry)}"
+            told += f": it has no coordinates{_unused(edge.entry)}"
             faults.note(edge.entry.where, "; ".join(filter(None, (told, way))))
-    _note_turned(tree, back, faults)
-    return span
+    return _span(edges, tree, back, faults)
 
 
 def _cut(edges: Sequence[_Edge], cuts: set[str], held: set[str], faults: Faults) -> Span:
@@ -173,9 +163,8 @@ def _cut(edges: Sequence[_Edge], cuts: set[str], held: set[str], faults: Faults)
         if unused := _unused(edge.entry):
             faults.note(edge.entry.where, f"is cut and has no coordinates{unused}")
         if keys := _kept(edge.entry, held):
-            way = _other_cut(edges, tree, edge, held)
-            advice = f"leave it out, or {way}" if way else ELSEWHERE
-            faults.add(edge.entry.where, f"is to be cut, but a cut joint has no {listed(keys)}; {advice}")
+            way = _other_cut(edges, tree, edge, held) or ELSEWHERE
+            faults.add(edge.entry.where, f"is to be cut, but a cut joint has no {listed(keys)}; {way}")
         for body in (edge.parent, edge.child):
             if body not in met:
                 faults.add("", f"{asked} leaves nothing that carries {body}; cut others")
@@ -184,21 +173,19 @@ def _cut(edges: Sequence[_Edge], cuts: set[str], held: set[str], faults: Faults)
         if edge.index in back and not turnable(edge.kind):
             why = f"a {edge.kind} joint cannot be turned round, as {argument('spanning_tree')} would need it"
             faults.add(edge.entry.where, f"{why}; cut it, or swap its parent and child")
-    _note_turned(tree, back, faults)
-    return _span(edges, tree, back)
+    return _span(edges, tree, back, faults)
 
 
 def _other_cut(edges: Sequence[_Edge], tree: Sequence[_Edge], closing: _Edge, held: Container[str]) -> str:
     """Return what cuts another joint of the loop that one closes: the one that loses least; "" where none can be."""
-    free = []
-    for other in [edge for name in _ring(tree, closing)[-2::-1] for edge in tree if edge.entry.name == name]:
+    ring = _ring(tree, closing)
+    free = [edge for edge in reversed(tree) if edge.entry.name in ring and not _kept(edge.entry, held)]
+    for other in sorted(free, key=lambda e: (not NAMING.isdisjoint(_lost(e.entry)), len(_lost(e.entry)))):
         rest = [closing, *(edge for edge in tree if edge is not other)]
-        back = _backwards(rest)
-        if not _kept(other.entry, held) and all(turnable(edge.kind) for edge in rest if edge.index in back):
-            free.append((not NAMING.isdisjoint(_lost(other.entry)), len(_lost(other.entry)), len(free), rest))
-    inside = min(free)[-1] if free else []
-    cuts = [edge.entry.name for edge in edges if edge not in inside]
-    return f"{argument('spanning_tree', cuts)} cuts another" if free else ""
+        if all(turnable(edge.kind) for edge in rest if edge.index in _backwards(rest)):
+            cuts = [edge.entry.name for edge in edges if edge not in rest]
+            return f"{argument('spanning_tree', cuts)} cuts another"
+    return ""
 
 
 def _kept(entry: Entry, held: Container[str]) -> list[str]:
@@ -271,7 +258,11 @@ def _ring(tree: Sequence[_Edge], closing: _Edge) -> list[str]:
     return [*path.get(closing.child, []), closing.entry.name]
 
 
-def _span(edges: Sequence[_Edge], tree: Sequence[_Edge], back: set[int]) -> Span:
+def _span(edges: Sequence[_Edge], tree: Sequence[_Edge], back: set[int], faults: Faults) -> Span:
+    for edge in tree:
+        if edge.index in back:
+            way = f"{show(edge.child)} carries {show(edge.parent)}; its coordinates stay what they are"
+            faults.note(edge.entry.where, f"is turned round: {way}")
     directed = [replace(e, parent=e.child, child=e.parent) if e.index in back else e for e in tree]
     inside = {edge.index for edge in tree}
     cut = []
@@ -282,13 +273,6 @@ def _span(edges: Sequence[_Edge], tree: Sequence[_Edge], back: set[int]) -> Span
             cut.append(replace(edge.entry, table=table))
     names = frozenset(edge.entry.name for edge in tree if edge.index in back)
     return Span(tuple(edge.entry for edge in _parents_first(directed)), tuple(cut), names)
-
-
-def _note_turned(tree: Sequence[_Edge], back: set[int], faults: Faults) -> None:
-    for edge in tree:
-        if edge.index in back:
-            way = f"{show(edge.child)} carries {show(edge.parent)}; its coordinates stay what they are"
-            faults.note(edge.entry.where, f"is turned round: {way}")
 
 
 def turnable(kind: str) -> bool:

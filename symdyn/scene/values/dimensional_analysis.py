@@ -411,13 +411,9 @@ def _is_bare(text: str) -> bool:
 def fits(
     value: Quantity, unit: Unit | None, letters: Mapping[str, Dimension | None] = MappingProxyType({}), key: str = ""
 ) -> None:
-    """Look whether a value, where it was written with a unit, is of the kind of another one.
+    """Look whether a value, where it was written with a unit, is of the kind of another one, None where none is told.
 
-    Args:
-        value: any.
-        unit: the unit of what it is for, None where nothing tells it.
-        letters: that a formula might name there, one of which may have been meant, and what they measure.
-        key: under which it stands where `unit` is another key of its table, "" elsewhere.
+    A formula may name `letters` there, each with what it measures; `key` is the value's where its table has a unit.
 
     Raises:
         UnitError: it is not; or a product of letters fits as well, which 3m may be and, where no unit is known, 3 m.
@@ -433,27 +429,20 @@ def fits(
         factors = re.sub(r"(?<=\w) (?=\w)", "*", value.unit).replace("^", "**")
         noun = "the symbol" if len(names) == 1 else "the symbols"
         told = f"; for {spell(size)} times {noun} write {spell(size)}*{factors}"
-        product_of = Analysis(letters.get).of(quantity(factors))
-        either = unit is None or bool(product_of.letters) or product_of.dimension == unit.dimension
-        if not reason and either and (value.tight or unit is None):
+        made = Analysis(letters.get).of(quantity(factors))
+        if not reason and (unit is None or (value.tight and (made.letters or made.dimension == unit.dimension))):
             reason = f"is in {value.unit}, and {listed(names)} {'is' if len(names) == 1 else 'are'} named here as well"
-            written = with_unit(value, value.unit) if unit or key else spell(value)
-            if key and unit is None:  # a state has the unit of its rate, in seconds
-                asked = (own.dimension * Unit.read("s").dimension).text if key == "rate" else own.si
-                written = f'{key} = "{written}", unit = "{asked}"'
-            told += f", for the unit {written}"
+            written = with_unit(value, value.unit)
+            both = f'{key} = "{written}", unit = "{own.si}{" s" * (key == "rate")}"' if key else spell(value)
+            told += f", for the unit {written if unit else both}"
     if reason:
         raise UnitError(f"{reason}{told}")
 
 
 def fits_place(table: EntryReader, key: str, value: Quantity, units: Sequence[str]) -> None:
-    """Report a value of a table, where it was written with a unit, that is in none of the units that may stand there.
-
-    For what is computed with when it is read, so that its unit is lost; what is kept is looked at in its scene.
-    """
+    """Report a value in none of the units that may stand there; for what loses its unit as it is read."""
     try:
-        if not value.unit or any(Unit.read(value.unit).misfit(Unit.read(one)) is None for one in units):
-            return
-        fits(value, Unit.read(units[0]))
+        if value.unit and all(Unit.read(value.unit).misfit(Unit.read(one)) for one in units):
+            fits(value, Unit.read(units[0]))
     except UnitError as error:
         table.refuse(key, error)
