@@ -457,7 +457,7 @@ def test_a_unit_without_a_space_is_one_where_no_product_of_that_letter_fits() ->
     assert spell(one.bodies[0].com[1]) == "-2"
     values = {x.name: spell(x.value) for x in (*one.parameters, *one.inputs) if x.value}
     assert [values[name] for name in ("l", "r", "V")] == ["2", "2", "2000"]
-    for formula, unit in ("2 m", "m"), ("2 t^2", "kg^2"), ("2m", "m"):
+    for formula, unit in ("2 m", "m"), ("2 t^2", "kg^2"), ("2m", "m"), ("2 % m", "m"), ("2 m (m/m)", "m"):
         assert read_text(f'{WHOLE}[outputs.s]\nformula = "{formula}"\nunit = "{unit}"\n').outputs
     assert read_text(f'{WHOLE}\n[states.s]\nrate = "2 m"\nunit = "m s"\n').states
     with pytest.raises(SceneError, match=r'joints.hinge: start = "3 m" is in m'):

@@ -420,13 +420,13 @@ def fits(
     """
     if not value.unit:
         return
-    own, names = Unit.read(value.unit), re.findall(r"[^\W\d]\w*", value.unit)
+    own, names = Unit.read(value.unit), re.findall(r"[^\W\d]\w*|[^\w\s*/^()-]", value.unit)
     size = out_of_si(value, own)
     number = fraction(size)
     reason = unit and own.misfit(unit, "" if number is None else spell(number))
     told = ""
     if names and all(name in letters for name in names):
-        factors = re.sub(r"(?<=\w) (?=\w)", "*", value.unit).replace("^", "**")
+        factors = re.sub(r"(?<=[\w)]) (?=[\w(])", "*", value.unit).replace("^", "**")
         noun = "the symbol" if len(names) == 1 else "the symbols"
         told = f"; for {spell(size)} times {noun} write {spell(size)}*{factors}"
         made = Analysis(letters.get).of(quantity(factors))
