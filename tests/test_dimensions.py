@@ -34,7 +34,7 @@ WRONG = [  # changed, and what is said; each of them was read without a word
     ("sin(phi - w*t)", "sin(w)", r"w is in rad/s, and sin takes a plain number"),
     ('force = "', 'motion = "w"\nforce = "', r"motion = w is in rad/s, and rad is asked for"),
     ('force = "', 'damping = "k"\nforce = "', r"damping = k is in N/m, and N m s/rad is asked for"),
-    ('force = "', 'start = "l"\nforce = "', r"start\[0\] = l is in m, and rad is asked for"),
+    ('force = "', 'start = "l"\nforce = "', r"start = l is in m, and rad is asked for"),
     ('at = [0, "-l", 0]', 'at = [0, 0, "sqrt(l)"]', r"at.Tz = sqrt\(l\) is in m\^\(1/2\), and m is asked for"),
     ('at = [0, "-l", 0]', 'at = [["Rz", "l"]]', "at.Rz = l is in m, and rad is asked for"),
     ('at = [0, "-l", 0]', 'at = [0, "atan2(m, l)", 0]', "m is in kg, and l is in m"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import re
 from fractions import Fraction
 from typing import Any
 
@@ -193,7 +194,7 @@ def test_a_declared_loop_is_kept_as_it_is():
         (
             FOUR_BAR.replace(joint("a", "ground", "crank"), joint("a", "ground", "crank", more="drive = true")),
             ("a",),
-            "joints.a: is to be cut, but a cut joint has no drive; leave it out, or cut another",
+            'joints.a: is to be cut, but a cut joint has no drive; spanning_tree=["d"] cuts another',
         ),
         (
             FOUR_BAR.replace(joint("b", "crank", "coupler"), joint("b", "crank", "coupler", "spherical")),
@@ -215,8 +216,8 @@ def test_a_declared_loop_is_kept_as_it_is():
                 line + ("\ndamping = 1" if line.startswith("child") else "") + "\n" for line in FOUR_BAR.splitlines()
             ),
             None,
-            "joints.c: closes a loop and is cut, but a cut joint has no damping; choose the joints to cut by "
-            "spanning_tree",
+            "joints.c: closes a loop and is cut, but a cut joint has no damping; take that from one joint of the loop; "
+            "a spring or damper also acts between points, by from and to",
         ),
         (
             BODIES + joint("a", "crank", "coupler") + joint("b", "coupler", "crank") + joint("c", "ground", "rocker"),
@@ -324,13 +325,43 @@ def test_a_joint_that_names_a_coordinate_or_has_limits_is_not_cut_where_another_
     assert [one.name for one in reading.scene.loops] == ["b"]
 
 
+def _springs(*names):
+    return "".join(f'[springs.{name}]\njoint = "{name}"\nstiffness = 3\n' for name in names)
+
+
+@pytest.mark.parametrize(("cuts", "springs", "way"), [
+    (["c"], "c", 'spanning_tree=["d"] cuts another'),
+    (["c"], "cd", 'spanning_tree=["b"] cuts another'),
+    (None, "abcd", "take that from one joint of the loop; a spring or damper also acts between points, by from and to"),
+])  # fmt: skip
+def test_a_cut_joint_with_a_spring_is_told_which_other_one_to_cut(cuts, springs, way, tmp_path):
+    (told,) = faults(FOUR_BAR + _springs(*springs), tmp_path, cuts)
+    assert told.startswith("joints.c: ")
+    assert told.endswith(way)
+    if cuts:
+        noting(FOUR_BAR + _springs(*springs), tmp_path, re.findall(r'\["(.)"\]', way))
+
+
+def test_a_note_of_a_cut_names_a_joint_that_can_be_cut(tmp_path):
+    """Also of two loops, and where each of the others has a start; none where each has a drive, which none can lose."""
+    each = FOUR_BAR.replace("type =", "MORE\ntype =").replace(CUT.replace("type =", "MORE\ntype ="), CUT)
+    (note,) = noting(each.replace("MORE", "drive = true"), tmp_path).notes
+    assert note.endswith("no coordinates")
+    more = f"[bodies.link]\nmass = 1\n{joint('e', 'ground', 'link')}{joint('f', 'link', 'coupler')}"
+    for text in (each.replace("MORE", "start = 0"), FOUR_BAR + more):
+        reading = noting(text, tmp_path)
+        for note in reading.notes:
+            way = re.search(r"spanning_tree=\[(.*)\] cuts another", note)
+            cuts = [one.strip(' "') for one in way[1].split(",")]
+            assert {one.name for one in noting(text, tmp_path, cuts).scene.loops} == {*cuts}
+            assert len(cuts) == len(reading.notes)
+
+
 def test_what_a_cut_joint_loses_is_told(tmp_path):
     named = FOUR_BAR.replace('type = "revolute"', 'type = "revolute"\ncoordinate = "NAME"').split("NAME")
     each = "".join(f"{part}q_{k}" for k, part in enumerate(named[:-1])) + named[-1]
     (note,) = noting(each.replace('"q_2"', '"q_2"\nfriction = 0.1'), tmp_path).notes
-    assert note.endswith(
-        'no coordinates, and its coordinate, friction are not used; spanning_tree=["NAME"] cuts another'
-    )
+    assert note.endswith('no coordinates, and its coordinate, friction are not used; spanning_tree=["d"] cuts another')
 
 
 CLOSED = FOUR_BAR.replace(CUT, "") + CUT.replace("[joints.c]", '[[loop]]\nname = "c"')
@@ -341,7 +372,10 @@ WAY = "write [joints.c] in its place, and [[loop]] for another joint of the loop
 @pytest.mark.parametrize(
     ("scene", "message"),
     [
-        (FOUR_BAR.replace(CUT, CUT + "foo = 1\n"), f'joints.c: unknown key "foo"; {KNOWN}'),
+        (
+            FOUR_BAR.replace(CUT, CUT + "limts = { lower = -1 }\n"),
+            'joints.c: unknown key "limts"; did you mean limits?',
+        ),
         (CLOSED + "limit = 1", f'loop.c: unknown key "limit"; {KNOWN}'),
         (
             f'{CLOSED}[springs.s]\njoint = "c"\nstiffness = 1',

@@ -434,10 +434,12 @@ def test_a_value_that_does_not_fit_its_place_is_refused(old: str, new: str, word
         ('start = "90 deg"', 'start = "1/3 m^2"', "; for 1/3 times the symbol write 1/3*m**2"),
         ('free = "3 m"', 'free = "3 t"', 'free = "3 t" is in t, and m is asked for'),
         ('mass = "m"', 'mass = "-3 m l"', "l is no unit"),
-        ('free = "3 m"', 'free = "3m"', "m is named here as well; for 3 times the symbol write 3*m, for the unit 3 m"),
-        ("[inputs.V]", '[outputs]\ns = "2t^2"\n[inputs.V]', "2 times the symbol write 2*t**2, for the unit 2000000"),
-        ('value = 20\nunit = "mV"', 'value = "2t^2"', '"2t^2" is in t^2, and t is named here as well; for 2 times'),
-        ('"3 rpm"\n', '"3 rpm"\nr = "2m"\n', "for 2 times the symbol write 2*m, for the unit 2 m"),
+        *(("[inputs.V]", f"{old}\n[inputs.V]", f"times the symbol write {told}") for old, told in (
+            ('[outputs]\ns = "2t^2"', '2*t**2, for the unit formula = "2 t^2", unit = "kg^2"'),
+            ('[outputs]\ns = "2 m"', '2*m, for the unit formula = "2 m", unit = "m"'),
+            ('[states]\ns = { rate = "2 m" }', '2*m, for the unit rate = "2 m", unit = "m s"'),
+            ('[outputs]\ns = { formula = "2t", unit = "N" }', "2*t"),
+        )),
     ],
 )  # fmt: skip
 def test_a_value_in_a_unit_that_is_called_like_a_letter_is_told_the_formula(old: str, new: str, words: str) -> None:
@@ -446,6 +448,20 @@ def test_a_value_in_a_unit_that_is_called_like_a_letter_is_told_the_formula(old:
         read_text(WHOLE.replace(old, new))
     assert words in str(raised.value)
     assert ("times" in words) == ("times the symbol" in str(raised.value))
+
+
+def test_a_unit_without_a_space_is_one_where_no_product_of_that_letter_fits() -> None:
+    told = WHOLE.replace('"3 m"', '"3m"').replace('"-20 cm"', '"-2m"').replace("[bodies.bob]", 'r = "2m"\n[bodies.bob]')
+    told = told.replace('value = 20\nunit = "mV"', 'value = "2t"').replace('"-9810 mm/s^2"', '"-9.81m/s^2"')
+    one = symdyn.scene.with_values(read_text(told), {"l": "2m"})
+    assert spell(one.bodies[0].com[1]) == "-2"
+    values = {x.name: spell(x.value) for x in (*one.parameters, *one.inputs) if x.value}
+    assert [values[name] for name in ("l", "r", "V")] == ["2", "2", "2000"]
+    for formula, unit in ("2 m", "m"), ("2 t^2", "kg^2"), ("2m", "m"), ("2 % m", "m"), ("2 m (m/m)", "m"):
+        assert read_text(f'{WHOLE}[outputs.s]\nformula = "{formula}"\nunit = "{unit}"\n').outputs
+    assert read_text(f'{WHOLE}\n[states.s]\nrate = "2 m"\nunit = "m s"\n').states
+    with pytest.raises(SceneError, match=r'joints.hinge: start = "3 m" is in m'):
+        read_text(WHOLE.replace('start = "90 deg"', 'start = "3 m"'))
 
 
 def test_a_force_in_a_unit_that_is_called_like_a_letter_is_told_the_formula() -> None:

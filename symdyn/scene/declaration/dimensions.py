@@ -92,18 +92,18 @@ def analysed(scene: Scene, uses: Iterable[Use], more: Mapping[str, str] | None =
 
 def check_units(draft: Draft, faults: Faults, dimensions: bool) -> None:
     """Every value that was written with a unit is in one that fits where it stands; and every formula fits there."""
-    formulas, parameters, own = [], {one.name for one in draft.scene.parameters}, []
-    for kind, letters in ("parameters", frozenset[str]()), ("inputs", frozenset((CLOCK,))):
-        places = zip(draft.where[kind], getattr(draft.scene, kind), strict=True)
-        own += [Use(where, "value", one.value, letters, one.unit) for where, one in places if one.value is not None]
-    for use in (*uses(draft), *own):
+    formulas, parameters = [], {one.name for one in draft.scene.parameters}
+    known = known_in(declared_units(draft.scene))
+    named = {where for kind in ("outputs", "states", "signals") for where in draft.where[kind]}
+    for use in uses(draft):
         if use.quantity.op is not Op.CONSTANT and use.quantity.symbols:
             formulas += [use] if parameters.union(use.allowed).issuperset(use.quantity.symbols) else []
         elif use.quantity.unit:
             either = use.other and Unit.read(use.quantity.unit).misfit(Unit.read(use.other)) is None
             unit = use.other if either else use.unit
             try:
-                fits(use.quantity, Unit.read(unit) if unit else None, parameters.union(use.allowed))
+                letters = {name: known(name) for name in parameters.union(use.allowed)}
+                fits(use.quantity, Unit.read(unit) if unit else None, letters, use.key if use.where in named else "")
             except UnitError as error:
                 asked = f"{use.unit} or {use.other}" if use.other else use.unit
                 why = str(error).replace(f"{use.unit} is asked", f"{asked} is asked")

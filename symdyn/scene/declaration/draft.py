@@ -161,10 +161,10 @@ def _numbers_of(where: str, joint: Joint, led: Mapping[str, str], straight: bool
     yield from _uses(where, (*RESISTING, *kind.keys), joint, allowed, straight)
     for use in _uses(where, FORCES[joint.dry.kind].parts, joint.dry, allowed, straight) if joint.dry else ():
         yield use._replace(key=f"friction.{use.key}")
-    for k, x in enumerate(joint.start):
-        yield Use(where, f"start[{k}]", x, plain, "".join(places[k : k + 1]))
-    for k, x in enumerate(joint.start_rates):
-        yield Use(where, f"start_rates[{k}]", x, plain, "".join(f"{unit}/s" for unit in speeds[k : k + 1]))
+    rates = [f"{unit}/s" for unit in speeds]
+    for key, values, units in ("start", joint.start, places), ("start_rates", joint.start_rates, rates):
+        for k, x in enumerate(values):
+            yield Use(where, f"{key}[{k}]" if values[1:] else key, x, plain, "".join(units[k : k + 1]))
 
 
 def _joint(

@@ -373,9 +373,9 @@ def read_loops(entries: Sequence[Entry], faults: Faults) -> tuple[Joint, ...]:
     """Return the joints that close loops; what is asked of a type that closes none would be advice for nothing."""
     loops = []
     for entry in entries:
-        raw = str(entry.table.get("type"))
-        own = [key.name for key in JOINTS[raw].keys] if raw in JOINTS else own_keys()
-        table = EntryReader(entry, faults, (*keys_of(place_keys()), *own), joint_keys())
+        own = keys_of(JOINTS[raw].keys) if (raw := str(entry.table.get("type"))) in JOINTS else own_keys()
+        known = joint_keys() if entry.where.startswith("joints.") else (*keys_of(place_keys()), *own)
+        table = EntryReader(entry, faults, known, joint_keys())
         kind = _type(table)
         joint = _placed(table, kind, () if JOINTS[kind].forbids is None else _shape(table, kind))
         for keys, what in meaningless(joint):

@@ -12,7 +12,7 @@ the like cannot be turned round, since their velocities are measured in the chil
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 
 from symdyn.arguments import argument
 from symdyn.errors import listed, suggestion
@@ -27,6 +27,9 @@ from symdyn.scene.values.model import Scene
 
 KEPT = ("force", "forces", "motion", "mimic", "armature", "rotor", "damping", "locked", "drive", "drives")
 """What a joint that closes a loop cannot say; what else it says beside its place is not used, as its `coordinate`."""
+
+NAMING = {"coordinate", "coordinates", "limits"}
+ELSEWHERE = "take that from one joint of the loop; a spring or damper also acts between points, by from and to"
 
 
 @dataclass(frozen=True)
@@ -53,14 +56,7 @@ class _Edge:
 
 
 def span(joints: Sequence[Entry], held: Sequence[str], cuts: Sequence[str] | None, faults: Faults) -> Span:
-    """Return the spanning tree of declared joints.
-
-    Args:
-        joints: as declared, in any order.
-        held: names of joints that must not be cut, since something acts at them.
-        cuts: names of the joints to cut, None to choose them.
-        faults: takes faults, and a note on every choice.
-    """
+    """Return the spanning tree without the joints `cuts`, None to choose and note them; none that is `held` is cut."""
     edges = [_edge(entry, k) for k, entry in enumerate(joints)]
     unknown = [name for name in cuts or () if name not in {edge.entry.name for edge in edges}]
     for name in unknown:
@@ -76,7 +72,7 @@ def span(joints: Sequence[Entry], held: Sequence[str], cuts: Sequence[str] | Non
         rest = span([edge.entry for edge in edges if edge not in adrift], held, cuts, faults)
         return replace(rest, joints=(*rest.joints, *(edge.entry for edge in adrift)))
     needed = {*held, *(name for edge in edges for name in _leaders(edge.entry))} - {""}
-    return _cut(edges, set(cuts), faults) if cuts else _chosen(edges, needed, faults)
+    return _cut(edges, set(cuts), needed, faults) if cuts else _chosen(edges, needed, faults)
 
 
 def _edge(entry: Entry, index: int) -> _Edge:
@@ -120,8 +116,8 @@ def _chosen(edges: Sequence[_Edge], held: set[str], faults: Faults) -> Span:
     order = sorted(
         edges,
         key=lambda e: (
-            e.entry.name not in held and not _kept(e.entry),
-            not {"coordinate", "coordinates", "limits"}.intersection(_lost(e.entry)),
+            not _kept(e.entry, held),
+            NAMING.isdisjoint(_lost(e.entry)),
             freedoms(e.entry),
             met.get(e.index, len(met)),
         ),
@@ -139,27 +135,19 @@ def _chosen(edges: Sequence[_Edge], held: set[str], faults: Faults) -> Span:
             ends = f'from "{edge.parent}" to "{edge.child}"'
             what = f"a {edge.kind} joint {ends} points towards ground and cannot be turned round"
             faults.add(edge.entry.where, f"{what}; swap parent and child")
-    span = _span(edges, tree, back)
-    pulls = ", ".join(kind.words["en"] for kind in FORCES.values() if isinstance(kind.law, Pull))
     for edge in edges:
         if edge in tree or edge.parent == edge.child:
             continue
-        keys = _kept(edge.entry) + [f"{pulls} or mimic at it"] * (edge.entry.name in held)
-        if keys:
-            advice = f"choose the joints to cut by {argument('spanning_tree')}"
-            faults.add(edge.entry.where, f"closes a loop and is cut, but a cut joint has no {listed(keys)}; {advice}")
+        way, told = _other_cut(edges, tree, edge, held), "closes a loop and is cut"
+        if keys := _kept(edge.entry, held):
+            faults.add(edge.entry.where, f"{told}, but a cut joint has no {listed(keys)}; {way or ELSEWHERE}")
         else:
-            said = {e.entry.name for e in tree if _kept(e.entry) or _lost(e.entry)} | held
-            others = [name for name in _ring(tree, edge)[:-1] if name not in said] or ["NAME"]
-            way = f"{argument('spanning_tree', others[-1:])} cuts another"
-            faults.note(
-                edge.entry.where, f"closes a loop and is cut: it has no coordinates{_unused(edge.entry)}; {way}"
-            )
-    _note_turned(tree, back, faults)
-    return span
+            told += f": it has no coordinates{_unused(edge.entry)}"
+            faults.note(edge.entry.where, "; ".join(filter(None, (told, way))))
+    return _span(edges, tree, back, faults)
 
 
-def _cut(edges: Sequence[_Edge], cuts: set[str], faults: Faults) -> Span:
+def _cut(edges: Sequence[_Edge], cuts: set[str], held: set[str], faults: Faults) -> Span:
     """Return the tree that is left without some joints."""
     left = [edge for edge in edges if edge.entry.name not in cuts]
     tree = _forest(left)
@@ -174,9 +162,9 @@ def _cut(edges: Sequence[_Edge], cuts: set[str], faults: Faults) -> Span:
             continue
         if unused := _unused(edge.entry):
             faults.note(edge.entry.where, f"is cut and has no coordinates{unused}")
-        if keys := _kept(edge.entry):
-            what = f"is to be cut, but a cut joint has no {listed(keys)}"
-            faults.add(edge.entry.where, f"{what}; leave it out, or cut another")
+        if keys := _kept(edge.entry, held):
+            way = _other_cut(edges, tree, edge, held) or ELSEWHERE
+            faults.add(edge.entry.where, f"is to be cut, but a cut joint has no {listed(keys)}; {way}")
         for body in (edge.parent, edge.child):
             if body not in met:
                 faults.add("", f"{asked} leaves nothing that carries {body}; cut others")
@@ -185,13 +173,26 @@ def _cut(edges: Sequence[_Edge], cuts: set[str], faults: Faults) -> Span:
         if edge.index in back and not turnable(edge.kind):
             why = f"a {edge.kind} joint cannot be turned round, as {argument('spanning_tree')} would need it"
             faults.add(edge.entry.where, f"{why}; cut it, or swap its parent and child")
-    _note_turned(tree, back, faults)
-    return _span(edges, tree, back)
+    return _span(edges, tree, back, faults)
 
 
-def _kept(entry: Entry) -> list[str]:
-    """Return the keys by which a joint says what one that closes a loop cannot."""
-    return [key for key in KEPT if _says(entry.table.get(key))] + ["friction"] * acts(entry.table.get("friction"))
+def _other_cut(edges: Sequence[_Edge], tree: Sequence[_Edge], closing: _Edge, held: Container[str]) -> str:
+    """Return what cuts another joint of the loop that one closes: the one that loses least; "" where none can be."""
+    ring = _ring(tree, closing)
+    free = [edge for edge in reversed(tree) if edge.entry.name in ring and not _kept(edge.entry, held)]
+    for other in sorted(free, key=lambda e: (not NAMING.isdisjoint(_lost(e.entry)), len(_lost(e.entry)))):
+        rest = [closing, *(edge for edge in tree if edge is not other)]
+        if all(turnable(edge.kind) for edge in rest if edge.index in _backwards(rest)):
+            cuts = [edge.entry.name for edge in edges if edge not in rest]
+            return f"{argument('spanning_tree', cuts)} cuts another"
+    return ""
+
+
+def _kept(entry: Entry, held: Container[str]) -> list[str]:
+    """Return what a joint has that one which closes a loop cannot: by keys, and by what names it."""
+    pulls = ", ".join(kind.words["en"] for kind in FORCES.values() if isinstance(kind.law, Pull))
+    keys = [key for key in KEPT if _says(entry.table.get(key))] + ["friction"] * acts(entry.table.get("friction"))
+    return keys + [f"{pulls} or mimic at it"] * (entry.name in held)
 
 
 def _lost(entry: Entry) -> list[str]:
@@ -257,7 +258,11 @@ def _ring(tree: Sequence[_Edge], closing: _Edge) -> list[str]:
     return [*path.get(closing.child, []), closing.entry.name]
 
 
-def _span(edges: Sequence[_Edge], tree: Sequence[_Edge], back: set[int]) -> Span:
+def _span(edges: Sequence[_Edge], tree: Sequence[_Edge], back: set[int], faults: Faults) -> Span:
+    for edge in tree:
+        if edge.index in back:
+            way = f"{show(edge.child)} carries {show(edge.parent)}; its coordinates stay what they are"
+            faults.note(edge.entry.where, f"is turned round: {way}")
     directed = [replace(e, parent=e.child, child=e.parent) if e.index in back else e for e in tree]
     inside = {edge.index for edge in tree}
     cut = []
@@ -268,13 +273,6 @@ def _span(edges: Sequence[_Edge], tree: Sequence[_Edge], back: set[int]) -> Span
             cut.append(replace(edge.entry, table=table))
     names = frozenset(edge.entry.name for edge in tree if edge.index in back)
     return Span(tuple(edge.entry for edge in _parents_first(directed)), tuple(cut), names)
-
-
-def _note_turned(tree: Sequence[_Edge], back: set[int], faults: Faults) -> None:
-    for edge in tree:
-        if edge.index in back:
-            way = f"{show(edge.child)} carries {show(edge.parent)}; its coordinates stay what they are"
-            faults.note(edge.entry.where, f"is turned round: {way}")
 
 
 def turnable(kind: str) -> bool:

@@ -198,6 +198,8 @@ class Ends(Part):
             if joint is None:
                 of = next((joint.name for joint in scene.joints if one.joint in joint.coordinates), one.joint)
                 way = suggestion(of, joints)
+                if faults.told(f"joints.{one.joint}"):  # that it is cut
+                    return
                 if one.joint in (loop.name for loop in scene.loops if loop.parent != loop.child):
                     way = f"{OF_THE_TREE.format(one.joint)}; or give two points by from and to"
                 stand.fault(f'joint = "{one.joint}" is not a joint of the tree; {way}')

@@ -18,10 +18,11 @@ unknown dimensions by elimination.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from math import isfinite
 from numbers import Real
+from types import MappingProxyType
 from typing import NamedTuple
 
 from symdyn.errors import SceneError, listed
@@ -407,43 +408,41 @@ def _is_bare(text: str) -> bool:
     return not (found.unit or found.symbols or found == Quantity.ZERO)
 
 
-def fits(value: Quantity, unit: Unit | None, letters: Container[str] = ()) -> None:
-    """Look whether a value, where it was written with a unit, is of the kind of another one.
+def fits(
+    value: Quantity, unit: Unit | None, letters: Mapping[str, Dimension | None] = MappingProxyType({}), key: str = ""
+) -> None:
+    """Look whether a value, where it was written with a unit, is of the kind of another one, None where none is told.
 
-    Args:
-        value: any.
-        unit: the unit of what it is for, None where nothing tells it.
-        letters: that a formula might name there, one of which may have been meant.
+    A formula may name `letters` there, each with what it measures; `key` is the value's where its table has a unit.
 
     Raises:
-        UnitError: it is not; or it may be a product of letters, as 3m and, where no unit is known, 3 m.
+        UnitError: it is not; or a product of letters fits as well, which 3m may be and, where no unit is known, 3 m.
     """
     if not value.unit:
         return
-    own, names = Unit.read(value.unit), re.findall(r"[^\W\d]\w*", value.unit)
+    own, names = Unit.read(value.unit), re.findall(r"[^\W\d]\w*|[^\w\s*/^()-]", value.unit)
     size = out_of_si(value, own)
     number = fraction(size)
     reason = unit and own.misfit(unit, "" if number is None else spell(number))
     told = ""
     if names and all(name in letters for name in names):
-        factors = re.sub(r"(?<=\w) (?=\w)", "*", value.unit).replace("^", "**")
+        factors = re.sub(r"(?<=[\w)]) (?=[\w(])", "*", value.unit).replace("^", "**")
         noun = "the symbol" if len(names) == 1 else "the symbols"
         told = f"; for {spell(size)} times {noun} write {spell(size)}*{factors}"
-        if not reason and (value.tight or unit is None):
+        made = Analysis(letters.get).of(quantity(factors))
+        if not reason and (unit is None or (value.tight and (made.letters or made.dimension == unit.dimension))):
             reason = f"is in {value.unit}, and {listed(names)} {'is' if len(names) == 1 else 'are'} named here as well"
-            told += f", for the unit {with_unit(value, value.unit) if unit else spell(value)}"
+            written = with_unit(value, value.unit)
+            both = f'{key} = "{written}", unit = "{own.si}{" s" * (key == "rate")}"' if key else spell(value)
+            told += f", for the unit {written if unit else both}"
     if reason:
         raise UnitError(f"{reason}{told}")
 
 
 def fits_place(table: EntryReader, key: str, value: Quantity, units: Sequence[str]) -> None:
-    """Report a value of a table, where it was written with a unit, that is in none of the units that may stand there.
-
-    For what is computed with when it is read, so that its unit is lost; what is kept is looked at in its scene.
-    """
+    """Report a value in none of the units that may stand there; for what loses its unit as it is read."""
     try:
-        if not value.unit or any(Unit.read(value.unit).misfit(Unit.read(one)) is None for one in units):
-            return
-        fits(value, Unit.read(units[0]))
+        if value.unit and all(Unit.read(value.unit).misfit(Unit.read(one)) for one in units):
+            fits(value, Unit.read(units[0]))
     except UnitError as error:
         table.refuse(key, error)

@@ -63,7 +63,8 @@ def read_formula(
     known = tuple(dict.fromkeys(allowed))
     try:
         formula = parse(formula_text(text))
-        fits(formula, Unit.read(unit) if unit else None, known)
+        measured = SceneUnits(scene).dimensions.letter if scene is not None and formula.unit else lambda _: None
+        fits(formula, Unit.read(unit) if unit else None, {one: measured(one) for one in known})
         bound(formula, {})
     except FormulaError as error:
         faults.add(where, f"{text} {error}" if str(error).startswith(("is in ", "divides ")) else str(error))
