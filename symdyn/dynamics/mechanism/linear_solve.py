@@ -25,6 +25,7 @@ from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.scene import Scene
+from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import spell
 
 
@@ -332,7 +333,8 @@ def moves_no_mass(scene: Scene, velocity: int, of: str = "") -> str:
     joint = next(joint for joint in scene.joints if scene.velocities[velocity] in joint.rates)
     axis = f"[{', '.join(map(spell, joint.axis))}]"
     unsaid = " (that of a joint without axis)" * (axis == "[0, 0, 1]")
-    needed = f" off the axis {axis}{unsaid} or an inertia about it" if joint.type == "revolute" else " or an inertia"
+    turns = JOINTS[joint.type].velocities(joint) == ("rad",)
+    needed = f" off the axis {axis}{unsaid} or an inertia about it" if turns else " or an inertia"
     return (
         f"{scene.name}: forward dynamics does not exist: a motion of the joint {joint.name}, which carries "
         f"{joint.child}, moves no mass, so that the mass matrix{of} is singular; give {joint.child} a mass"
