@@ -38,7 +38,7 @@ SIZES = {"kg": 2.0, "m": 1.0}
 """What other parameters without a value start from; each takes another share of it, so that no two are alike."""
 TURNS = [math.pi * x for x in (0, 0.5, 1, -0.5, 0.2, 0.7, -0.2, -0.7)]  # rad: where zeros are looked for
 FAR = 100.0  # of the largest length: a slide that is looked at beside those where it is one
-TIMES = np.array([0.0, *np.geomspace(1e-3, 1e2, 200)])  # s
+TIMES = np.array([0.0, *(10 ** (5 * k / 199 - 3) for k in range(200))])  # s
 NOTHING = 1e-13  # of the largest value at a time: what is one
 MOMENTS = (0.4, 0.2, 0.1, 0.0)
 """s: times, the first of which is shown at which the prescribed motions are possible."""
@@ -70,9 +70,9 @@ class Chosen:
     def meets_zero(self, node: Expr, scene: Scene, q: Sequence[Expr]) -> bool:
         """Whether a node of up to three of the coordinates q, and of time, is zero somewhere or has both signs."""
         inside = {str(x.value): x for x in reachable([node]) if x.op is Op.SYMBOL}
-        sizes = [self.parameters[x.name] for x in scene.parameters if x.unit == "m" and x.name in inside]
-        far = FAR * (max(map(abs, sizes), default=0.0) or 1.0)
-        ways = {"m": [0.0, far, -far, *sizes, *(-x for x in sizes)]}
+        lengths = [self.parameters[x.name] for x in scene.parameters if x.unit == "m" and x.name in inside]
+        far = FAR * (max(map(abs, lengths), default=0.0) or 1.0)
+        ways = {"m": [0.0, far, -far, *lengths, *(-x for x in lengths)]}
         own = {x: ways.get(unit, TURNS) for x, unit in zip(q, SceneUnits(scene).coordinates, strict=True)}
         own = {x: values for x, values in own.items() if str(x.value) in inside}
         timed = {inside[TIME]: TIMES[:, None]} if TIME in inside else {}
@@ -82,7 +82,8 @@ class Chosen:
         with np.errstate(all="ignore"):
             (found,) = evaluate([node], Batches(), {**self.values, **timed, **at})
         values = np.where(np.isfinite(found), found, np.nan)
-        few = NOTHING * np.fmax.reduce(np.abs(np.atleast_1d(values)), axis=-1, keepdims=True)
+        sizes = np.abs(np.where(np.isfinite(found), found, 0.0))
+        few = NOTHING * (np.max(sizes, axis=1)[:, None] if timed else np.max(sizes))
         return bool(np.any(values <= few) and np.any(values >= -few))
 
 
