@@ -46,7 +46,7 @@ from symdyn.verify.certificate import taken
 from symdyn.verify.building import files_of
 from symdyn.verify.written import languages, printed, prove_texts
 workspace = Workspace(symdyn.read(sys.argv[1]))
-_, functions, _ = taken(workspace, None, None)
+_, functions, *_ = taken(workspace, None, None)
 numbers = printed(lower(Equations(workspace.scene, workspace.graph, functions)), "double")
 start = time.process_time()
 for option in ("", *TARGETS[sys.argv[2]].options):
