@@ -10,6 +10,8 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import suppress
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -19,6 +21,7 @@ import programs
 import pytest
 from browser import chromium
 from hypothesis import HealthCheck, settings
+from hypothesis.internal.conjecture import providers
 from hypothesis.internal.entropy import deterministic_PRNG
 from patience import HANG
 
@@ -38,6 +41,7 @@ settings.register_profile(
     "always the same", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]
 )
 settings.load_profile("always the same")  # what a machine is busy with fails no test, and new cases are the fuzzer's
+providers._get_local_constants = lambda: providers._local_constants  # else a number in any file changes what is tried
 with deterministic_PRNG():
     pass  # it collects garbage the first time: here there is none yet, and later seconds of looking for some
 
@@ -103,7 +107,16 @@ def pytest_collection(session: pytest.Session) -> Iterator[None]:
 
         sooner.begin(well=session.config.getoption("markexpr") == "slow")
     with programs.starting(False):
+        if worker := os.environ.get("PYTEST_XDIST_WORKER"):
+            _compile_first(int(worker.removeprefix("gw")), int(os.environ["PYTEST_XDIST_WORKER_COUNT"]))
         return (yield)
+
+
+def _compile_first(worker: int, workers: int) -> None:
+    """Import the tests of each n-th file: what one worker has compiled so the others find, instead of doing it too."""
+    for path in sorted(Path(__file__).parent.glob("test_*.py"))[worker::workers]:
+        with suppress(Exception, pytest.skip.Exception):  # whoever collects it tells
+            import_module(path.stem)
 
 
 @pytest.hookimpl(wrapper=True)
