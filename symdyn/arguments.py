@@ -18,7 +18,7 @@ from contextvars import ContextVar
 from functools import cache, wraps
 from operator import index
 from types import UnionType
-from typing import Any, Protocol, TypeAlias, TypeGuard, TypeVar, cast, get_origin
+from typing import Any, Protocol, TypeGuard, TypeVar, cast, get_origin
 
 from symdyn.errors import HELD, ArgumentError, SymdynError, choice, hint, listed, names_of, quoted, with_own_names
 from symdyn.frozen import dataclass
@@ -30,10 +30,6 @@ class SympyExpression(Protocol):
     @property
     def free_symbols(self) -> set[Any]:
         """Return its symbols."""
-
-
-Name: TypeAlias = Any
-"""The key of a value by name: text or a symbol of SymPy; a mapping of one of them is for type checkers none of both."""
 
 
 def is_sympy(value: object) -> bool:

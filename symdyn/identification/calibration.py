@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import Name, argument, check_arguments, checked
+from symdyn.arguments import argument, check_arguments, checked
 from symdyn.draw import FilledFigure
 from symdyn.errors import IdentifyError, UnknownNameError, choice, listed
 from symdyn.frozen import dataclass, field, replace
@@ -221,7 +221,7 @@ def calibrate(
     parameters: str | Sequence[str] | None = None,
     outliers: bool = True,
     units: Mapping[str, str] | None = None,
-    values: Mapping[Name, object] | None = None,
+    values: Mapping[str, object] | None = None,
 ) -> Calibration:
     """Calibrate the geometry of a scene by measured poses of a point, with standard errors.
 

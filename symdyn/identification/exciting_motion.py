@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import Name, checked, native
+from symdyn.arguments import checked, native
 from symdyn.errors import IdentifyError, SimulateError, choice, suggestion
 from symdyn.frozen import dataclass
 from symdyn.identification.bounds import Bound, Box, fits, read_bounds, usual_notes
@@ -221,7 +221,7 @@ def excite(
     starts: int = 4,
     seed: int = 0,
     every: float = 0.01,
-    values: Mapping[Name, object] | None = None,
+    values: Mapping[str, object] | None = None,
     progress: Callable[[float], None] | None = None,
     say: Callable[[str], None] | None = None,
 ) -> Excitation:

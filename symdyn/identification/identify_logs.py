@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.arguments import Name, argument, checked, native
+from symdyn.arguments import argument, checked, native
 from symdyn.errors import IdentifyError, listed
 from symdyn.frozen import dataclass
 from symdyn.identification.delay import delay, words as delay_words
@@ -32,7 +32,7 @@ def identify(
     hold_back: float = 0.0,
     outliers: bool = True,
     units: Mapping[str, str] | None = None,
-    values: Mapping[Name, object] | None = None,
+    values: Mapping[str, object] | None = None,
     payloads: Payload | Sequence[Payload] = (),
     say: Callable[[str], None] | None = None,
 ) -> Identification:

@@ -34,7 +34,7 @@ import numpy as np
 from flint import fmpq, fmpq_mat
 
 from symdyn.algebra import Array, TrigonometricRing
-from symdyn.arguments import Name, SympyExpression, argument, checked, native, suggesting, with_fields
+from symdyn.arguments import SympyExpression, argument, checked, native, suggesting, with_fields
 from symdyn.errors import DerivationError, LinearizeError, SimulateError
 from symdyn.graph import Expr, evaluate, substitute
 from symdyn.linear.contact_mode import read_mode
@@ -210,7 +210,7 @@ def linearize_at_rest(
     forces: Forces | Entries = (),
     outputs: str | Sequence[str | SympyExpression] = (),
     independent: str | Sequence[str] = (),
-    values: Mapping[Name, object] | None = None,
+    values: Mapping[str, object] | None = None,
 ) -> tuple[tuple[Linearization, ...], Equilibria]:
     """Return the systems at all positions of rest that seeded starts lead to, and how these were found.
 

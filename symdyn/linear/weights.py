@@ -13,7 +13,7 @@ from zipfile import BadZipFile, ZipFile, ZipInfo
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import Name, argument
+from symdyn.arguments import argument
 from symdyn.bounds import BOUNDS
 from symdyn.errors import LinearizeError, listed, quoted, suggestion
 from symdyn.frozen import dataclass
@@ -78,7 +78,7 @@ def places(
     return outputs.place(output, "output"), inputs.place(input, "input")
 
 
-Weights: TypeAlias = Mapping[Name, float | str] | Sequence[Sequence[float]] | Sequence[float] | float | Array
+Weights: TypeAlias = Mapping[str, float | str] | Sequence[Sequence[float]] | Sequence[float] | float | Array
 
 SYMMETRIC = 1e-9
 """Differences from symmetry, and eigenvalues below zero, over the largest entry of a weight, that are rounding."""

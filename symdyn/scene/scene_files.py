@@ -12,7 +12,7 @@ from os import PathLike
 from pathlib import Path
 from typing import ClassVar, Literal
 
-from symdyn.arguments import Name, argument, checked
+from symdyn.arguments import argument, checked
 from symdyn.errors import SceneError, choice, suggestion
 from symdyn.frozen import dataclass, replace
 from symdyn.graph import growing
@@ -69,7 +69,7 @@ SceneLike = Scene | FileLike
 
 
 @checked(SceneError)
-def scene_of(source: SceneLike, values: Mapping[Name, object] | None = None) -> Scene:
+def scene_of(source: SceneLike, values: Mapping[str, object] | None = None) -> Scene:
     """Return a scene as it is, or the one in a file, as `read` does, bound where values are given.
 
     Args:

@@ -28,7 +28,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import fields, replace
 from fractions import Fraction
 
-from symdyn.arguments import Name, argument, checked
+from symdyn.arguments import argument, checked
 from symdyn.errors import SceneError, suggestion
 from symdyn.scene.declaration.draft import draft_of, slides
 from symdyn.scene.declaration.reading import value_for
@@ -286,7 +286,7 @@ def _gravity(gravity: Vector, names: Names) -> Vector:
 
 
 @checked(SceneError)
-def bind(scene: Scene, values: Mapping[Name, object]) -> Scene:
+def bind(scene: Scene, values: Mapping[str, object]) -> Scene:
     """Return the scene with values for some of its parameters, in place of values they may have.
 
     Args:
@@ -302,7 +302,7 @@ def bind(scene: Scene, values: Mapping[Name, object]) -> Scene:
     return with_values(scene, values)
 
 
-def with_values(scene: Scene, values: Mapping[Name, object]) -> Scene:
+def with_values(scene: Scene, values: Mapping[str, object]) -> Scene:
     """Return the scene of `bind`, which asks, at values that were asked for or computed."""
     faults = Faults(scene.source or scene.name)
     names = {parameter.name: parameter for parameter in scene.parameters}

@@ -23,7 +23,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra import Array
-from symdyn.arguments import Name, argument, check_arguments, suggesting
+from symdyn.arguments import argument, check_arguments, suggesting
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.errors import DerivationError, SimulateError
 from symdyn.extras import install
@@ -334,7 +334,7 @@ def inverse_kinematics(
     path: ScenePath | Entries,
     motion: SceneMotion | Entries = (),
     start: Values | None = None,
-    values: Mapping[Name, object] | None = None,
+    values: Mapping[str, object] | None = None,
     time: float = 0.0,
 ) -> Branches:
     """Return all postures in which an arm has a pose, by closed forms, each held against the scene's own pose.

@@ -19,7 +19,6 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from symdyn.algebra import Array, Floats, constants
-from symdyn.arguments import Name
 from symdyn.dynamics.loops import Assembly, Numbers, free_motions
 from symdyn.dynamics.mechanism import TIME, prescribed, quaternions
 from symdyn.errors import DerivationError, SimulateError, suggestion
@@ -189,7 +188,7 @@ class Start:
         return opened(scene).numbers().normalised(q)
 
 
-Values: TypeAlias = Mapping[Name, Any] | str
+Values: TypeAlias = Mapping[str, Any] | str
 """Formulas or numbers by name, or as in a shell, "q1=0.3,q2=pi/2"."""
 
 

@@ -23,7 +23,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra import Array
-from symdyn.arguments import Name, suggesting
+from symdyn.arguments import suggesting
 from symdyn.dynamics.mechanism import TIME, quaternions
 from symdyn.errors import SimulateError, quoted
 from symdyn.scene import Scene, SceneLike
@@ -64,7 +64,7 @@ def inverse(
     times: npt.ArrayLike = (),
     reactions: bool | str = False,
     say: Callable[[str], None] | None = None,
-    values: Mapping[Name, object] | None = None,
+    values: Mapping[str, object] | None = None,
     path: ScenePath | Entries = (),
     start: Values | None = None,
     forces: Forces | Entries = (),

@@ -13,7 +13,7 @@ from typing import Any, TypedDict
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import Name, SympyExpression, check_arguments, native, suggesting
+from symdyn.arguments import SympyExpression, check_arguments, native, suggesting
 from symdyn.errors import SimulateError
 from symdyn.frozen import InitVar, dataclass, replace
 from symdyn.scene import Quantity, Scene, scene_of, with_values
@@ -62,15 +62,15 @@ class Problem(Suggesting):
         forces: Forces | Entries
         start: Values | Start | None
         start_rates: Values | None
-        values: Mapping[Name, object] | None
+        values: Mapping[str, object] | None
 
     scene: Scene
     forces: Forces | Entries = ()
     start: Values | Start | None = None
     start_rates: Values | None = None
-    values: InitVar[Mapping[Name, object] | None] = None
+    values: InitVar[Mapping[str, object] | None] = None
 
-    def __post_init__(self, values: Mapping[Name, object] | None) -> None:
+    def __post_init__(self, values: Mapping[str, object] | None) -> None:
         check_arguments(Problem, {**vars(self), "values": values}, SimulateError)
         _check_one({"start": self.start, "start rates": self.start_rates, "values": values})
         if self.whole is not None and self.start_rates is not None:

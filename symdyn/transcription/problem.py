@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import Name, SympyExpression, argument, suggesting
+from symdyn.arguments import SympyExpression, argument, suggesting
 from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.outputs import unilaterals_of, with_modes
 from symdyn.errors import SimulateError, hint, listed, suggestion, with_own_names
@@ -269,15 +269,15 @@ def collocation(
     method: str = "hermite_simpson",
     cost: str | SympyExpression = "",
     final_cost: str | SympyExpression = "",
-    start: Mapping[Name, Number] | Start | None = None,
-    start_rates: Mapping[Name, Number] | None = None,
-    end: Mapping[Name, Number] | None = None,
-    end_rates: Mapping[Name, Number] | Literal["free"] | None = None,
-    bounds: Mapping[Name, Range] | None = None,
-    path: Mapping[Name, Range] | None = None,
+    start: Mapping[str, Number] | Start | None = None,
+    start_rates: Mapping[str, Number] | None = None,
+    end: Mapping[str, Number] | None = None,
+    end_rates: Mapping[str, Number] | Literal["free"] | None = None,
+    bounds: Mapping[str, Range] | None = None,
+    path: Mapping[str, Range] | None = None,
     free: str | Sequence[str] = (),
     phases: Sequence[Mapping[str, object]] | None = None,
-    values: Mapping[Name, object] | None = None,
+    values: Mapping[str, object] | None = None,
 ) -> Collocation:
     """Return an optimal control problem in numbers: the equations of a motion from a start to an end.
 

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from symdyn.algebra import Form
-from symdyn.arguments import Name, argument, check_arguments, checked
+from symdyn.arguments import argument, check_arguments, checked
 from symdyn.dynamics import ClosedForm, closed_form
 from symdyn.emit.print.formula_text import Latex, rounded, text_of
 from symdyn.emit.print.printable import ENTRYWISE, Printable
@@ -294,7 +294,7 @@ class EquationsOfMotion(Shown, BySympy):
 
 @checked(EmitError)
 def equations(
-    scene: SceneLike, formulation: str = "lagrange", values: Mapping[Name, object] | None = None
+    scene: SceneLike, formulation: str = "lagrange", values: Mapping[str, object] | None = None
 ) -> EquationsOfMotion:
     """Return the equations of motion of a scene: `.latex()`, `.text()`, `.sympy()`, `.state_space()`.
 
