@@ -396,9 +396,8 @@ def _usual_end(one: StateSpace) -> float:
     else:
         ends = (-SETTLED / one.real if way else ROUNDS * 2 * math.pi / abs(one) for one, way in each)
         end = max(ends, default=ROUNDS)
-    if one.period is None:
-        return end
-    return max(end, ROUNDS * one.period) if end <= LONGEST * one.period else MOST * one.period
+    step = one.period or 0.0
+    return MOST * step if end > LONGEST * (step or math.inf) else max(end, ROUNDS * step)
 
 
 GAINS, DECADES = 300, 8
