@@ -57,7 +57,7 @@ def _even(A: Array) -> tuple[Array, Array, Array]:
 def _beside(A: Array) -> Array:
     """Return the largest entry of the rows and columns of both states of each entry, shape (n, n)."""
     most = np.maximum(np.abs(A).max(axis=0, initial=0.0), np.abs(A).max(axis=1, initial=0.0))
-    return np.maximum(most[:, None], most)
+    return np.asarray(np.maximum(most[:, None], most))
 
 
 def balance(A: Array) -> Array:
