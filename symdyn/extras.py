@@ -5,7 +5,9 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from importlib.util import find_spec
+from typing import Any
 
 from symdyn.frozen import dataclass
 
@@ -60,3 +62,12 @@ def install(extra: str) -> str:
     if extra not in EXTRAS:
         raise KeyError(f"no extra {extra}; there are {', '.join(EXTRAS)}")
     return f'pip install "symdyn[{extra}]"'
+
+
+def package(name: str, error: type[Exception], instead: str = ".table() and .to_csv()") -> Any:
+    """Return a package of its own that `to_` and its name hands data to; the error where it is not installed."""
+    try:
+        return import_module(name)
+    except ImportError:
+        cure = f"pip install {name}, or take {instead}"
+        raise error(f"to_{name}() needs {name}, which is not installed; {cure}") from None

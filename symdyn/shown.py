@@ -11,6 +11,9 @@ _BUNDLES: list[Callable[[object], dict[str, str]]] = []
 OF_ARRAYS = ("ndim", "strides", "dtype")
 """What arguments are asked for, to tell arrays from nouns: often, and by no user."""
 
+NAMED = ("parameters", "joints", "bodies", "points")
+"""What has entries in brackets by their names, of a scene."""
+
 
 def shown_by(bundle: Callable[[object], dict[str, str]]) -> None:
     """Take what returns the text of a noun by media type; it is above all nouns, and says so itself."""
@@ -46,8 +49,11 @@ class Suggesting:
             keys = self.keys() if hasattr(kind, "keys") and not isinstance(self, str) else ()
             known = [one for one in dir(self) if not one.startswith("_")]
             told = with_own_names(hint("attributes", name, known), self).replace("$", name)
+            has = [one for one in NAMED if one in known and name in getattr(getattr(self, one), "keys", tuple)()]
             if name in keys:
                 told = f'write ["{name}"]'
+            elif has and not told:
+                told = f'write .{has[0]}["{name}"]'
             elif not told and (near := nearest(name, [*known, *keys])) not in known and near:
                 told = f'did you mean ["{near}"]?'
             told = told or suggestion(name, known) + (f"; brackets take {listed(keys, 4)}" if keys else "")

@@ -105,11 +105,15 @@ def in_complex_numbers(problem: Collocation, formulas: dict[str, list[str]]) -> 
 
 
 WHAT = {  # a tree, loops, rolling, quaternions, a prescribed motion, parameters that are looked for
-    "cart_pole": {"free": ("l", "mp"), "cost": "F**2 + 2*t*x**2", "final_cost": "2*theta**2*t + point_tip_x"},
+    "cart_pole": {
+        "free": ("l", "mp"),
+        "cost": "F**2 + 2*t*x_ddot*point_tip_x_ddot",
+        "final_cost": "2*theta**2*t + point_tip_x_dot",
+    },
     "four_bar": {"cost": "M**2"},
     "rolling_disc": {},
     "free_body": {"final_cost": "t**2"},
-    "led_cart": {"cost": "t*theta_dot**2"},
+    "led_cart": {"cost": "t*theta_dot**2 + 2*x_ddot*theta_ddot"},
     "warm": {"free": ("l", "V"), "cost": "V**2*i + 2*t*warmth**2", "final_cost": "t*i*theta"},
 }
 

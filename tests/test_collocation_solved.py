@@ -147,6 +147,22 @@ def test_the_cost_goes_to_that_of_the_minimum_principle_with_the_order():
     assert abs(off[2]) < 1e-5 * PONTRYAGIN
 
 
+@pytest.mark.targets
+def test_accelerations_have_a_cost_and_bounds_and_velocities_of_points_a_path():
+    """Of all motions of a cart over d in T from rest to rest ∫ ẍ² is least for a cubic: 12 d²/T³."""
+    given = {"end": {"x": 1}, "cost": "x_ddot**2"}
+
+    found = symdyn.collocation(symdyn.example("cart_pole"), 2, 10, **given).solve()
+    assert found.objective == pytest.approx(12 / 8, rel=1e-6)
+    slow = symdyn.collocation(symdyn.example("cart_pole"), 2, 20, **given, path={"point_tip_x_dot": 0.7}).solve()
+    tip = symdyn.lambdify(slow.run.scene, "jacobian:tip")
+    speed = np.array([tip(q)[0] @ u for q, u in zip(slow.run.q, slow.run.qd, strict=True)])
+    assert np.abs(speed[::2]).max() == pytest.approx(0.7, abs=1e-6)
+    held = symdyn.collocation(symdyn.example("cart_pole"), 2, 10, **given, bounds={"x_ddot": 1.2}).solve()
+    assert np.abs(held.z[held.problem.place["a"][:, 0]]).max() < 1.2 + 1e-6
+    assert 12 / 8 < held.objective < 2
+
+
 MESHES = ((100, "trapezoidal"), (200, "trapezoidal"), (60, "hermite_simpson"))
 
 
@@ -200,11 +216,16 @@ def test_without_casadi_it_is_said_what_to_install(monkeypatch):
         ({"start": {"q1": 3}}, "start: q1 = 3 is beyond its bounds -2 … 2"),
         ({"bounds": {"q1": (1, 0)}}, "^bounds: q1: nothing lies between 1 and 0; give the smaller value first$"),
         ({"bounds": {"q1": "-19"}}, "bounds: q1: '-19' is neither a size above 0 nor a smallest and a largest value"),
-        ({"bounds": {"l": (0, 1)}}, "bounds: l is not known; known are q1, q2, q1_dot, q2_dot, u"),
+        ({"bounds": {"l": (0, 1)}}, "bounds: l is not known; known are q1, q2, q1_dot, q2_dot, q1_ddot, q2_ddot, u"),
         ({"bounds": {"u": (30, 40)}}, "^bounds: u: 30 … 40 leaves nothing of its joint's limits, -20 … 20$"),
         ({"bounds": {"q1": (5, None)}}, "^bounds: q1: 5 … inf leaves nothing of its joint's limits, -2 … 2$"),
         ({"end_rates": {"q1": 0, "q1_dot": 1}}, "^end rates: q1_dot is given twice, as 0 and as 1$"),
         ({"path": {"zz": (0, 1)}}, "path: .* uses zz"),
+        (
+            {"bounds": {"point_tip_x_dot": 1}},
+            'point_tip_x_dot follows from unknowns; give it by path={"point_tip_x_dot": 1}',
+        ),
+        ({"path": {"point_tip_x_ddot": 1}}, "and no force or acceleration; bounds limits those of joints"),
         ({"free": "zz"}, "free: zz is not known; known are m1, m2, l, g"),
         ({"until": -1, "method": "x", "end": {"q9": 1}}, "(?s)method x is not known.*until = -1"),
     ],

@@ -135,10 +135,10 @@ RATED = MOTOR.replace("value = 2", "value = 2\nrates = 1").replace(
     ("text", "given", "told"),
     [
         (MOTOR, {"cost": "V**2"}, 'cost: "V**2" uses V, which is not known here; known are t, theta, theta_dot, i, k, '
-            "L, back, and no inputs, V: they keep their values; what is to be found are drives, and inputs that are "
-            'free: free="V"'),
+            "L, back, theta_ddot, and no inputs, V: they keep their values; what is to be found are drives, and inputs "
+            'that are free: free="V"'),
         (MOTOR, {"free": "W"}, "free: W is not known; known are k, L, V"),
-        (MOTOR, {"bounds": {"V": (0, 1)}}, "bounds: V is not known; known are theta, i, theta_dot"),
+        (MOTOR, {"bounds": {"V": (0, 1)}}, "bounds: V is not known; known are theta, i, theta_dot, theta_ddot"),
         (MOTOR, {"bounds": {"i": (1, 2)}}, "start: i = 0 is beyond its bounds 1 … 2"),
         (MOTOR, {"end": {"j": 1}}, "end: j is not known; known are theta, i"),
         (MOTOR, {"end": {"i": "1 V"}}, "end: i: 1 V is in V, and A is asked for"),

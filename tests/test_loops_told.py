@@ -83,17 +83,105 @@ def test_a_loop_without_a_freedom_is_not_sent_to_where_a_key_is_refused_again() 
     assert "[springs.NAME] with from and to" in told
 
 
+YOKE = """
+gravity = [0, -9.81, 0]
+[bodies]
+crank = { mass = 1, inertia = [0.01, 0.01, 0.01] }
+block = { mass = 0.2, inertia = [0.001, 0.001, 0.001] }
+yoke = { mass = 2 }
+[joints]
+main = { type = "revolute", parent = "ground", child = "crank", coordinate = "phi", drive = "M", start = 0.7 }
+[joints.pin]
+drive = false
+type = "revolute"
+parent = "crank"
+child = "block"
+coordinate = "psi"
+origin = [0.1, 0, 0]
+start = -0.7
+[joints.guide]
+drive = false
+type = "prismatic"
+parent = "ground"
+child = "yoke"
+coordinate = "x"
+axis = [1, 0, 0]
+start = 0.08
+[[loop]]
+name = "slot"
+type = "prismatic"
+parent = "yoke"
+child = "block"
+axis = [0.5, 1, 0]
+"""
+"""A Scotch yoke whose slot leans."""
+
+OTHER_WAY = YOKE.replace('parent = "yoke"', 'parent = "block"').replace('child = "block"\naxis', 'child = "yoke"\naxis')
+
+CRANK = """
+gravity = [0, -9.81, 0]
+[bodies]
+crank = { mass = 1, inertia = [0.01, 0.01, 0.01] }
+rod = { mass = 0.5, com = [0.2, 0, 0], inertia = [0.01, 0.01, 0.01], inertia_about = "com" }
+piston = { mass = 0.8, inertia = [0.01, 0.01, 0.01] }
+[joints]
+main = { type = "revolute", parent = "ground", child = "crank", coordinate = "phi", drive = "M", start = 0.7 }
+[joints.pin]
+drive = false
+type = "revolute"
+parent = "crank"
+child = "rod"
+coordinate = "psi"
+origin = [0.1, 0, 0]
+start = -0.8
+[joints.wrist]
+drive = false
+type = "revolute"
+parent = "rod"
+child = "piston"
+coordinate = "eta"
+origin = [0.4, 0, 0]
+AXIS
+[[loop]]
+name = "bore"
+type = "prismatic"
+parent = "ground"
+child = "piston"
+axis = [1, 0, 0]
+origin = [0, 0.03, 0]
+"""
+"""A slider-crank, its cylinder aside of the crank's axis."""
+
+CUT_AT_A_SLIDE = {
+    "swinging cylinder": AT_THE_SLIDE,
+    "yoke": YOKE,
+    "yoke from the block": OTHER_WAY,
+    "slider-crank": CRANK.replace("AXIS", "start = 0.1"),
+    "slider-crank, axes opposite": CRANK.replace("AXIS", "axis = [0, 0, -1]\nstart = -0.1"),
+    "the other branch": CRANK.replace("AXIS", "start = 3.3").replace("start = -0.8", "start = 2.6"),
+}
+
+
 @pytest.mark.runs("cc")
-def test_positions_without_a_closed_form_say_why_and_what_has_them() -> None:
-    scene = read_text(AT_THE_SLIDE)
-    with pytest.raises(DerivationError, match=r"the loop bore is cut at a prismatic joint \(cut at a rev") as caught:
-        symdyn.lambdify(scene, "positions")
-    (call,) = re.findall(r"symdyn\.inverse\(.*\)\.q", str(caught.value))
-    phi, psi, beta = eval(call)[0]
-    assert phi == 0.698
-    closed = symdyn.lambdify(read_text(AT_THE_PIN), "positions")([phi])
-    assert closed[1] == pytest.approx(beta, abs=1e-9)
-    assert np.sin(psi + phi - beta) == pytest.approx(0, abs=1e-9)
+@pytest.mark.parametrize("name", CUT_AT_A_SLIDE)
+def test_positions_of_a_loop_that_is_cut_at_a_slide_are_those_of_numbers(name: str) -> None:
+    scene = read_text(CUT_AT_A_SLIDE[name])
+    led = symdyn.inverse(scene, {"phi": "0.7 + t"}, times=np.linspace(0, 2 * np.pi, 50)).q
+
+    positions, residual = symdyn.lambdify(scene, ("positions", "constraint_residual"))
+    found = positions(led[:, :1])
+
+    assert np.abs(residual(found)).max() < 1e-14
+    turns = [not name.startswith("x") for name in scene.coordinates]
+    assert np.abs(np.where(turns, np.sin((found - led) / 2), found - led)).max() < 1e-8
+
+
+@pytest.mark.runs("cc")
+def test_positions_are_those_of_another_cut() -> None:
+    phi = 0.698
+    by_slide, by_pin = (symdyn.lambdify(read_text(text), "positions")([phi]) for text in (AT_THE_SLIDE, AT_THE_PIN))
+    assert by_slide[2] == pytest.approx(by_pin[1], abs=1e-12)
+    assert np.sin(by_slide[1] + phi - by_slide[2]) == pytest.approx(0, abs=1e-12)
 
 
 @pytest.mark.runs("cc")

@@ -248,6 +248,7 @@ TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
         AttributeError,
         lambda: CART.equations,  # type: ignore[attr-defined]
     ),
+    "Scene has no attribute 'l'; write .parameters[\"l\"]": (AttributeError, lambda: CART.l),  # type: ignore[attr-defined]
     "'saturation'; did you mean feedback?": (
         ArgumentError,
         lambda: symdyn.simulate(CART, saturation=8),  # type: ignore[call-arg]

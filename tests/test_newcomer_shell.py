@@ -136,7 +136,7 @@ def test_what_was_silent_is_told(capsys: pytest.CaptureFixture[str], tmp_path: P
 
     assert "no cost: any motion" in repr(symdyn.collocation(CART, until=1, end={"x": 1}, intervals=4))
     assert "no cost" not in repr(symdyn.collocation(CART, until=1, end={"x": 1}, cost="F**2", intervals=4))
-    with pytest.raises(SimulateError, match="and no force, whose cost is over time: cost"):
+    with pytest.raises(SimulateError, match="and no force or acceleration, whose cost is over time: cost"):
         symdyn.collocation(CART, until=1, end={"x": 1}, final_cost="F**2", intervals=4)
 
     path = str(tmp_path / "cart.toml")

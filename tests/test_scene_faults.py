@@ -100,7 +100,7 @@ EDITS = [
     ("mass = 1\n", "mass = -1\n", "bodies.link2: mass = -1 is negative; give a mass of zero or more"),
     ("mass = 1\n", 'mass = "g - 10"\n', "bodies.link2: mass = g - 10 = -0.19 is negative; correct g"),
     ("mass = 1\n", 'particles = [{ mass = -1, at = [0, 0, 0] }]\n',
-     "bodies.link2: particles: mass 1 = -1 is negative; give a mass of zero or more"),
+     "bodies.link2: particles[0]: mass = -1 is negative; give a mass of zero or more"),
     ("mass = 1\n", "particles = [{ mass = 1 }]\n",
      'bodies.link2: particles[0]: at is missing; give a list such as [{ mass = "m1", at = [0, 0, 0] }]'),
     ("mass = 1\n", "mass = inf\n", "bodies.link2: mass = Infinity is not a finite number; give one such as 9.81"),

@@ -106,6 +106,24 @@ child = "barr"
     assert next(place for told, place in found.items() if "particles[1]: unknown" in told) == (2, "mas")
 
 
+def test_a_negative_mass_is_told_at_its_own_key() -> None:
+    text = """[bodies.bar]
+mass = -3
+particles = [
+    { mass = 1, at = [0, 0, 1] },
+    { at = [0, 0, 2], mass = -2 },
+]
+[joints.pin]
+type = "revolute"
+parent = "ground"
+child = "bar"
+"""
+    (whole, at), (part, there) = faults(text)
+    assert "bodies.bar: mass = -3 is negative" in whole
+    assert "bodies.bar: particles[1]: mass = -2 is negative" in part
+    assert [(one.line, under(text, one)) for one in (at, there)] == [(2, "mass"), (5, "mass")]
+
+
 def test_bytes_that_are_no_text_have_their_line(tmp_path: Path) -> None:
     path = tmp_path / "arm.toml"
     path.write_bytes(b"name = 'a'\ntext = '\xff'\n")

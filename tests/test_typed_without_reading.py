@@ -53,6 +53,7 @@ lin.x0 lin.K lin.lqi lin.observer lin.eigenvalues lin.eigs lin.bandwidth lin.sen
 lin.symbolic lin.minreal lin.text step.y step.overshoot step.to_csv bode.to_csv bode.to_pandas lqr.P lqr.E lqr.Q
 lqr.step lqr.simulate lqg.K eq.M eq.T eq.V eq.forcing eq.lagrangian eq.qdd eq.solve eq.linearize eq.pdf eq.coordinates
 scene.dof scene.mass scene.start scene.forces scene.fk scene.latex scene.with_values scene.replace scene.save scene.plot
+scene.l scene.rail lin.to_pandas
 """
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.arguments import argument, check_arguments, native
 from symdyn.errors import IdentifyError, UnknownNameError, choice
+from symdyn.extras import package
 from symdyn.frozen import dataclass
 from symdyn.identification.bounds import fits
 from symdyn.identification.filtered import Flags, Motion
@@ -302,12 +303,7 @@ class Identification(Shown):
         Raises:
             IdentifyError: pandas is not installed.
         """
-        try:
-            import pandas
-        except ImportError:
-            raise IdentifyError(
-                "to_pandas() needs pandas, which is not installed; pip install pandas, or take .as_dict()"
-            ) from None
+        pandas = package("pandas", IdentifyError, ".as_dict()")
         columns = {
             "value": self.after,
             "standard_error": self.errors,

@@ -281,7 +281,7 @@ def _written(
     resting = [
         one - p - r for one, p, r in zip(substitute(forces, still), push, substitute(pulled, still), strict=True)
     ]
-    moving = [c + graph.total(x * y for x, y in zip(row, a, strict=True)) for c, row in zip(bias, G, strict=True)]
+    moving = [c + graph.dot(row, a) for c, row in zip(bias, G, strict=True)]
     along_q = [along_k.get(one, zero) for one in state.q for along_k in along]
     led = [[zero] * (len(G) - len(x)) + [-one for one in x] for x in (w.prescribed.position, w.prescribed.velocity)]
     apart, slides = (substitute(some, {one: acting[one] for one in letters}) for some in led)

@@ -5,7 +5,6 @@ A run becomes a table as CSV, a data frame of pandas, or a data set of xarray; t
 
 from __future__ import annotations
 
-import importlib
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -21,6 +20,7 @@ from symdyn.dynamics.reactions import unknown_forces, why_no_reactions
 from symdyn.emit import in_latex
 from symdyn.emit.print import PrintName, latex_symbols
 from symdyn.errors import SimulateError, choice, listed, quoted
+from symdyn.extras import package
 from symdyn.frozen import dataclass, replace
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.values import LETTERS, Faults, acceleration_name, force_unit
@@ -233,9 +233,10 @@ def in_full(high: float, low: float) -> str:
 
 def frame(columns: Sequence[Column], table: Array, about: Mapping[str, Any]) -> pandas.DataFrame:
     """Return a data frame over the index t, s; units by column stand in `attrs`, beside what is known of the run."""
-    found: pandas.DataFrame = _package("pandas").DataFrame(
+    pandas = package("pandas", SimulateError)
+    found = pandas.DataFrame(
         table[:, 1:],
-        index=_package("pandas").Index(table[:, 0], name=columns[0].name),
+        index=pandas.Index(table[:, 0], name=columns[0].name),
         columns=[one.name for one in columns[1:]],
     )
     found.attrs |= {"units": {one.name: one.unit for one in columns}, **about}
@@ -250,18 +251,8 @@ def data_set(columns: Sequence[Column], table: Array, about: Mapping[str, Any]) 
         for one, values in zip(others, table[:, 1:].T, strict=True)
     }
     at = {time.name: (time.name, table[:, 0], {"units": time.unit, "long_name": time.kind})}
-    found: xarray.Dataset = _package("xarray").Dataset(variables, at, dict(about))
+    found: xarray.Dataset = package("xarray", SimulateError).Dataset(variables, at, dict(about))
     return found
-
-
-def _package(name: str) -> Any:
-    """Return a package; SimulateError where it is not installed."""
-    try:
-        return importlib.import_module(name)
-    except ImportError:
-        raise SimulateError(
-            f"to_{name}() needs {name}, which is not installed; pip install {name}, or take .table() and .to_csv()"
-        ) from None
 
 
 def axes_of(reactions: bool | str, faults: Faults, scene: Scene | None = None) -> str:

@@ -13,6 +13,7 @@ from symdyn.algebra import Array
 from symdyn.arguments import check_arguments, native, walked
 from symdyn.emit import write_file
 from symdyn.errors import EmitError, SimulateError, UnknownNameError, choice, listed, quoted
+from symdyn.extras import package
 from symdyn.frozen import dataclass, field
 from symdyn.rounding import in_digits
 from symdyn.shown import Shown
@@ -329,12 +330,7 @@ class Runs(Shown):
         Raises:
             SimulateError: pandas is not installed.
         """
-        try:
-            import pandas
-        except ImportError:
-            raise SimulateError(
-                "to_pandas() needs pandas, which is not installed; pip install pandas, or take .table() and .to_csv()"
-            ) from None
+        pandas = package("pandas", SimulateError)
         found = pandas.DataFrame({name: self[name] for name in self.columns})
         found["ended"] = pandas.Categorical([WORDS[int(code)] for code in self.codes], list(WORDS.values()))
         found.attrs |= {"units": dict(self.units), "scene": self.scene, "reasons": dict(self.reasons), **self.about}

@@ -36,14 +36,14 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.dynamics import Argument, LoopChoices, Workspace
 from symdyn.dynamics.mechanism import TIME, cost, quaternions, refuse_ideal_friction
-from symdyn.dynamics.outputs import dot, inverse_derivatives, kinks
+from symdyn.dynamics.outputs import Moving, dot, inverse_derivatives, kinks
 from symdyn.errors import listed
 from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Op, gradient, reachable, substitute, tangents
 from symdyn.scene import Quantity, Scene, parse
 from symdyn.scene.joints import start_of
 from symdyn.scene.values import Faults
-from symdyn.simulation import compiled_entries, points
+from symdyn.simulation import compiled_entries
 from symdyn.simulation.prescribed import drive_names, number_of, parameter_values
 from symdyn.transcription.contact_entries import Contacts
 
@@ -203,10 +203,8 @@ def symbols_of(w: Workspace, name: str, count: int) -> tuple[Expr, ...]:
 
 
 def _expressed(w: Workspace, formulas: Sequence[Quantity]) -> list[Expr]:
-    """Return formulas on the graph: drives and points by the names that trajectories give them."""
-    meant = {w.graph.symbol(name): tau for name, tau in zip(drive_names(w.scene), w.state.tau, strict=True)}
-    meant |= zip(map(w.graph.symbol, w.scene.point_names), points(w).entries, strict=True)
-    return substitute([one.express(w.graph) for one in formulas], meant)
+    """Return formulas on the graph: drives, accelerations and points by the names that trajectories give them."""
+    return Moving(w, lambda: w.state.qdd, lambda: w.state.tau, lambda _: (), lambda: ()).expressed(formulas)
 
 
 def partials(entries: Sequence[Expr], inputs: Sequence[Expr]) -> dict[tuple[int, int], Expr]:

@@ -6,7 +6,7 @@ It says where unknowns and equations stand, and what is known of them: bounds, e
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -19,11 +19,13 @@ from symdyn.dynamics.outputs import unilaterals_of, with_modes
 from symdyn.errors import SimulateError, hint, listed, suggestion, with_own_names
 from symdyn.scene import Quantity, Scene, SceneLike, SceneUnits
 from symdyn.scene.values import (
+    LETTERS,
     Faults,
     FormulaError,
     Input,
     Parameter,
     Unilateral,
+    acceleration_name,
     formula_text,
     spell,
     substituted,
@@ -108,9 +110,13 @@ class Layout:
         columns = {name: place["q"][:, k] for k, name in enumerate(scene.coordinates)}
         columns |= {name: place["s"][:, k] for k, name in enumerate(self.states)}
         columns |= {name: place["u"][:, k] for k, name in enumerate(scene.velocities)}
+        columns |= {acceleration_name(name): place["a"][:, k] for k, name in enumerate(scene.velocities)}
         columns |= {self.names[k]: place["force"][:, i] for i, k in enumerate(self.written.driven)}
         columns |= {name: place["free"][k] for k, name in enumerate(self.free)}
-        known_names("bounds", bounds, columns, faults, scene)
+        odd = [name for name in bounds if name in _of_points(scene, slice(6))]
+        for name in odd:
+            faults.add("bounds", f"{name} follows from unknowns; give it by {argument('path', {name: bounds[name]})}")
+        known_names("bounds", [name for name in bounds if name not in odd], columns, faults, scene)
         units, known = SceneUnits(scene), [name for name in bounds if name in columns]
         given = [
             (name, read_range(bounds[name], f"bounds: {name}", faults, units.letter(name), values, scene))
@@ -216,6 +222,11 @@ class Layout:
         return z
 
 
+def _of_points(scene: Scene, some: slice) -> tuple[str, ...]:
+    """Return some of the nine names of every point."""
+    return tuple(name for one in scene.points for name in LETTERS.of_point(one.name)[some])
+
+
 def _limits(
     scene: Scene, drives: Sequence[str], values: Mapping[str, Quantity]
 ) -> list[tuple[str, tuple[float, float]]]:
@@ -270,8 +281,8 @@ def collocation(
 ) -> Collocation:
     """Return an optimal control problem in numbers: the equations of a motion from a start to an end.
 
-    Formulas are in t, coordinates, velocities, states, parameters, drives by their names (`tau_` and the coordinate
-    for one without), inputs that are free, signals, and points of the scene as `point_tip_x`.
+    Formulas are in t, coordinates, velocities, states, parameters, drives, inputs that are free, signals, and points of
+    the scene as `point_tip_x` and `point_tip_x_dot`; of the cost also in accelerations, `x_ddot`, `point_tip_x_ddot`.
 
     >>> import symdyn
     >>> problem = symdyn.collocation(symdyn.example("cart_pole"), until=2, intervals=10, cost="F**2",
@@ -293,9 +304,9 @@ def collocation(
         end: coordinates, which come to rest there as the start is at rest, and states that are given at the end; the
             others are free, and so are their velocities.
         end_rates: velocities there that are another, {"x": 1}, or "free", {"x": "free"}; "free" alone leaves all free.
-        bounds: smallest and largest value by the name of a coordinate, velocity, state, drive, or of a parameter or an
-            input that is free, "5 deg" too; None for none; one alone is the largest size. They narrow joints' limits.
-        path: likewise of formulas without drives and inputs, held at all ends of intervals.
+        bounds: smallest and largest value by the name of a coordinate, its rates, a state, a drive, or of what is
+            free, "5 deg" too; None for none; one alone is the largest size. They narrow joints' limits.
+        path: likewise of formulas without drives, inputs and accelerations, held at all ends of intervals.
         free: names of parameters that are unknown, and of inputs that are so over time; a scene's values are the guess.
         phases: of a scene with contacts, stops or dry friction, what they do one phase after another, mappings such as
             {"closed": "foot"}, {} where all is open: `closed`, a name or names, which stick where there is friction;
@@ -408,17 +419,21 @@ def _read(
     values: Mapping[str, Quantity],
     faults: Faults,
 ) -> dict[str, tuple[Quantity, ...]]:
-    inputs, states = (tuple(one.name for one in some) for some in (scene.inputs, scene.states))
-    state = (TIME, *scene.coordinates, *scene.velocities, *states, *values, *scene.definitions, *scene.point_names)
+    states, points = [one.name for one in scene.states], _of_points(scene, slice(6))
+    state = (TIME, *scene.coordinates, *scene.velocities, *states, *values, *scene.definitions, *points)
+    rates, check = (*map(acceleration_name, scene.velocities), *_of_points(scene, slice(6, 9))), SceneUnits(scene).check
     way = f"what is to be found are drives, and inputs that are free: {argument('free', *[x.name for x in kept[:1]])}"
-    held = f"and no inputs, {listed(one.name for one in kept)}: they keep their values; {way}" if kept else ""
-    last = f"and no force, whose cost is over time: {argument('cost')}{'; ' * bool(held)}"
-    words, forces = {"running": "cost", "final": "final cost"}, zip(drive_names(scene), scene.drives, strict=True)
-    more, check, found = {"running": (*(name for name, drive in forces if drive), *inputs)}, SceneUnits(scene).check, {}
-    drives = f"and drives are {listed(more['running'])}" if more["running"] else ""
-    advice = (lambda _: ", ".join(filter(None, (drives, held))), lambda _: last + held)
+    held = f"; and no inputs, {listed(one.name for one in kept)}: they keep their values; {way}" if kept else ""
+    acting = (*filter(None, scene.drives), *(one.name for one in scene.inputs))
+    drives, neither = f"and drives are {listed(acting)}" if acting else "", "and no force or acceleration"
+    advice: dict[str, Callable[[str], str]] = {
+        "path": lambda _: f"{neither}; {argument('bounds')} limits those of joints{held}",
+        "running": lambda _: f"{drives}{held}".lstrip("; "),
+        "final": lambda _: f"{neither}, whose cost is over time: {argument('cost')}{held}",
+    }
+    words, found = {"running": "cost", "final": "final cost"}, dict[str, tuple[Quantity, ...]]()
     for name, texts in given.items():
-        where, allowed = words.get(name, name), (*state, *more.get(name, ()))
+        where, allowed = words.get(name, name), (*state, *((*acting, *rates) if name == "running" else ()))
         told = [formula_text(one) for one in texts if one]
         begun = [one.partition("(")[0].replace(" ", "_") for one in told if name in words]
         alien = [one.rstrip("0123456789_") for one in re.findall(r"[A-Za-z_]\w*", " ".join(told)) if one not in allowed]
@@ -427,7 +442,7 @@ def _read(
         if said := [one for one in meant if one and (name == "running" or "DRIVE" not in one)]:
             faults.add(where, with_own_names(said[0], scene))
             told = []
-        read = [read_formula(text, allowed, where, faults, advice[name == "final"], scene=scene) for text in told]
+        read = [read_formula(text, allowed, where, faults, advice[name], scene=scene) for text in told]
         found[name] = tuple(substituted(one, scene.definitions) for one in read if one is not None)
         for one in found[name]:
             check(one, where, faults)

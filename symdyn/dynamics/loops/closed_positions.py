@@ -13,8 +13,9 @@ Two turns make a triangle J U V with known sides l0, l1, l2. Its angle at U is �
 
 which keeps all digits at the folds, where the cosine of γ would leave half of them. A turn and a slide along s make a
 line that meets a circle of radius l: x = -s·d ± sqrt((l - h) (l + h)), h = z·(s × d). The second unknown follows from
-the direction that remains. Which of two signs is the branch is read off the assembled position, and stays. Angles are
-found modulo a turn.
+the direction that remains. A cut that slides along s adds an unknown x and tells the sum of the turns, A B R = 1: of
+two turns d0 + Rᵀ d2 - s x = -A d1 is a line and a circle again; a turn is known, and a slide beside it has two lines
+meet. Which of two signs is the branch is read off the assembled position, and stays. Angles are found modulo a turn.
 
 In numbers Newton's method from the last position keeps the branch as long as steps are short: a step is halved where
 the loops do not close from it, or where it takes a joint further than its tangent says. Velocities solve G u = 0.
@@ -27,6 +28,7 @@ move independent positions.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import chain, groupby
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -43,7 +45,7 @@ from symdyn.errors import DerivationError, choice, listed
 from symdyn.frozen import dataclass
 from symdyn.graph import Expr, Op, evaluate, substitute
 from symdyn.scene import Scene
-from symdyn.spatial import Transform, Vec, add, cross, dot, neg, scale, sub, zero_vector
+from symdyn.spatial import Mat, Transform, Vec, add, cross, dot, neg, scale, sub, zero_vector
 
 if TYPE_CHECKING:
     from symdyn.dynamics.outputs.workspace import Workspace
@@ -62,6 +64,10 @@ class _Unknown:
     axis: Vec
 
 
+FORCE, COUPLE = (True, False), (False, True)
+"""What the wrench of a row has: two forces hold a pin in the plane, a force and a couple a slide."""
+
+
 def positions(w: Workspace) -> list[Expr]:
     """Return q, shape (nq,), by independent coordinates; DerivationError where a loop has no closed form."""
     values: dict[Expr, Expr] = {}
@@ -69,15 +75,20 @@ def positions(w: Workspace) -> list[Expr]:
     by_name = {cut.owner: cut for cut in cuts(w.scene, w.graph) if cut.joint}
     if any(q not in w.state.q for q in w.loops.coordinates) or w.state.n != len(w.state.q):
         raise _none(w, "a joint of it is described by a quaternion")
-    for block in w.loops.decisions.partition.blocks:
+    every = w.loops.decisions.partition.blocks
+    for _, some in groupby(every, lambda block: {labels[basis[r]].words for r in block.rows}):
+        parts = zip(*((one.rows, one.velocities) for one in some), strict=True)
+        block = LoopBlock(*(tuple(chain(*one)) for one in parts))  # of a slide each row may tell one unknown
         rows = [labels[basis[r]] for r in block.rows]
         ties = list(dict.fromkeys(one.words for one in rows))
         if len(rows) != 2 or len(ties) != 1 or not all(one.loop for one in rows):
             raise _none(w, f"they need a loop with two unknowns, against {len(rows)} from {listed(ties)}")
-        if any(not x.is_zero for one in rows for x in (one.wrench or ((), ()))[1]):
+        wrenches = [tuple(any(not x.is_zero for x in part) for part in one.wrench or ((), ())) for one in rows]
+        if sorted(wrenches) not in ([FORCE, FORCE], [COUPLE, FORCE]):
             kind = next(one.type for one in w.scene.loops if one.name == rows[0].owner)
             raise _none(w, f"{ties[0]} is cut at a {kind} joint (cut at a revolute one it may have one)")
-        values |= _solve(w, by_name[rows[0].owner], block, values)
+        slide = rows[wrenches.index(FORCE)].wrench if COUPLE in wrenches else None
+        values |= _solve(w, by_name[rows[0].owner], block, values, slide and slide[0])
     return [values.get(q, q) for q in w.state.q]
 
 
@@ -90,19 +101,25 @@ def _none(w: Workspace, why: str) -> DerivationError:
     return DerivationError(f"{told}; symdyn.{call}.q has them in numbers")
 
 
-def _solve(w: Workspace, cut: Cut, block: LoopBlock, known: dict[Expr, Expr]) -> dict[Expr, Expr]:
-    """Return the two coordinates of a block's velocities, with `known` ones put in."""
-    unknowns, ways, z = _way_round(w, w.tree, cut, block)
+def _solve(w: Workspace, cut: Cut, block: LoopBlock, known: dict[Expr, Expr], across: Vec | None) -> dict[Expr, Expr]:
+    """Return the two coordinates of a block's velocities, with `known` ones put in; `across` is to a cut's slide."""
+    unknowns, ways, z, R = _way_round(w, w.tree, cut, block)
     d0, d1, d2 = (sub(way, scale(dot(way, z), z)) for way in ways)  # bodies may lie in planes one above the other
     q = [w.loops.coordinates[one.velocity] for one in unknowns]
     first, second = unknowns
-    candidates = [_with_sign(w.graph.constant(sign), first, second, d0, d1, d2, z) for sign in (1, -1)]
+    signs = [w.graph.constant(sign) for sign in (1, -1)]
+    if across is None:
+        candidates = [_with_sign(sign, first, second, d0, d1, d2, z) for sign in signs]
+    else:
+        s = cross(z, across)
+        s = scale(w.graph.one / w.graph.sqrt(dot(s, s)), s)
+        candidates = [_with_slide(sign, first, second, d0, d1, d2, z, s, R) for sign in signs]
     settled = [tuple(substitute(pair, known)) for pair in candidates]
     return dict(zip(q, _branch(w, unknowns, settled), strict=True))
 
 
-def _way_round(w: Workspace, tree: Tree, cut: Cut, block: LoopBlock) -> tuple[list[_Unknown], list[Vec], Vec]:
-    """Return the unknown joints in the order of the walk, and d0, d1, d2."""
+def _way_round(w: Workspace, tree: Tree, cut: Cut, block: LoopBlock) -> tuple[list[_Unknown], list[Vec], Vec, Mat]:
+    """Return the unknown joints in the order of the walk, d0, d1, d2, z, and the axes at P while unknowns are zero."""
     graph = tree.graph
     i, at_parent = tree.home[cut.parent]
     j, at_child = tree.home[cut.child]
@@ -145,7 +162,7 @@ def _way_round(w: Workspace, tree: Tree, cut: Cut, block: LoopBlock) -> tuple[li
     ways[-1] = add(ways[-1], T.R @ last.p)
     if len(unknowns) != 2 or normal is None or all(one.slides for one in unknowns):
         raise _none(w, f"the loop {cut.owner} has no two unknowns of which one turns")
-    return unknowns, ways, normal
+    return unknowns, ways, normal, T.R @ last.R
 
 
 def _with_sign(sign: Expr, first: _Unknown, second: _Unknown, d0: Vec, d1: Vec, d2: Vec, z: Vec) -> tuple[Expr, Expr]:
@@ -171,6 +188,27 @@ def _with_sign(sign: Expr, first: _Unknown, second: _Unknown, d0: Vec, d1: Vec, 
     to_v = add(d0, _turned(d1, phi, first.axis))
     at_zero = _turned(d2, phi, first.axis)
     return first.sense * phi, second.sense * _angle(at_zero, neg(to_v), second.axis)
+
+
+def _with_slide(
+    sign: Expr, first: _Unknown, second: _Unknown, d0: Vec, d1: Vec, d2: Vec, z: Vec, s: Vec, R: Mat
+) -> tuple[Expr, Expr]:
+    """Return the two coordinates on one branch where the cut slides along s: d0 + A (d1 + B d2) = x s, A B R = 1."""
+
+    def on_line(d: Vec, way: Vec) -> Expr:  # d + y way is along s
+        return -dot(z, cross(s, d)) / dot(z, cross(s, way))
+
+    if first.slides:
+        y = on_line(add(add(d0, d1), R.T @ d2), scale(first.sense, first.axis))
+        return y, second.sense * _angle(R @ s, s, second.axis)
+    if second.slides:
+        y = on_line(add(d0, R.T @ add(d1, d2)), R.T @ scale(second.sense, second.axis))
+        return first.sense * _angle(R @ s, s, first.axis), y
+    d = add(d0, R.T @ d2)
+    x = _on_circle(d, s, z, dot(d1, d1), sign)
+    phi = _angle(d1, neg(add(d, scale(x, s))), first.axis)
+    rest = -phi if first.axis == second.axis else phi
+    return first.sense * phi, second.sense * (_angle(R @ s, s, second.axis) + rest)
 
 
 def _on_circle(d: Vec, s: Vec, z: Vec, square: Expr, sign: Expr) -> Expr:

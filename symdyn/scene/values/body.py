@@ -172,7 +172,7 @@ both: beside that it may be rounding of a zero."""
 def mass_faults(body: Body, values: Mapping[str, Value]) -> list[str]:
     """Return what is wrong with the masses of a body, as far as the values are known."""
     faults = []
-    masses = [("mass", body.mass)] + [(f"particles: mass {k + 1}", p.mass) for k, p in enumerate(body.particles)]
+    masses = [("mass", body.mass)] + [(f"particles[{k}]: mass", p.mass) for k, p in enumerate(body.particles)]
     for label, quantity in masses:
         mass = _known([quantity], values)
         if mass and mass[0] < 0:

@@ -367,7 +367,7 @@ def _written(system: StateEquations, parameters: tuple[str, ...], sweep: str) ->
         functions = [plain(ALONG, tangents(entries, seeds), (*f.arguments, dq, du, dp))]
     else:
         covector = argument(graph, "covector", nq + nu)
-        total = graph.total(x * y for x, y in zip(covector.symbols, entries, strict=True))
+        total = graph.dot(covector.symbols, entries)
         functions = [plain(AGAINST, gradient(total, inputs), (*f.arguments, covector))]
     v = argument(graph, "v", nv)
     rates = substitute(substitute(w.state.rates, {}, graph), dict(zip(known["qd"].symbols, v.symbols, strict=False)))

@@ -209,14 +209,14 @@ def _places(
     for row, one in zip(rows, systems, strict=False):  # there may be none
         states = zip(scene.states, one.point.u[len(scene.velocities) :], strict=True)
         row += [_with_unit(lesson, float(x), state.unit or "1") for state, x in states]
-        row += [lesson.say(f"closed.{_kind(one)}"), eigenvalues(_moving(one), lesson.written)]
+        row += [lesson.say(f"closed.{kind_near(one)}"), eigenvalues(_moving(one), lesson.written)]
     heads: list[str | Symbol] = [*(Symbol(scene.coordinates[k]) for k in shown), *["closed.attitude"] * len(told)]
     if systems:
         heads += [*(Symbol(one.name) for one in scene.states), "table.kind", "closed.values"]
     return lesson.table(heads, rows)
 
 
-def _kind(one: linear.Linearization) -> str:
+def kind_near(one: linear.Linearization) -> str:
     """Return whether motions beside a place, to first order, are "unstable", "undecided", "stable" or "oscillating"."""
     found = one.spectrum
     calm = "stable" if 0 < len(found.modes) == len(found.decaying) else "oscillating"
@@ -266,7 +266,7 @@ def _steady(lesson: Prose, idle: Sequence[str]) -> Step | None:
     u = [k for k, x in enumerate(one.point.u) if abs(x) > MOVES]
     rows = [(Symbol(scene.coordinates[k]), _with_unit(lesson, float(one.point.q[k]), units[k])) for k in q]
     rows += [(Symbol(scene.velocities[k]), f"{lesson.written(float(one.point.u[k]))} {rates[k]}/s") for k in u]
-    verdict = lesson.say(f"closed.{_kind(one)}")
+    verdict = lesson.say(f"closed.{kind_near(one)}")
     how = "led" if scene.prescribed_velocities else "driven" if any(scene.drives) else ""
     key = f"closed.next.{how}".rstrip(".")
     told = lesson.say(key, kind=verdict, values=eigenvalues(_moving(one), lesson.written))

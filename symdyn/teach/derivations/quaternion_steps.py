@@ -35,7 +35,7 @@ from symdyn.scene.joints import unit
 from symdyn.scene.values import Contact, Joint
 from symdyn.spatial import Vec, add, cross, dot, scale, sub
 from symdyn.teach.derivations.constrained import Condition, Constrained
-from symdyn.teach.derivations.equation_steps import supplied
+from symdyn.teach.derivations.equation_steps import node_of, supplied
 from symdyn.teach.derivations.multiplier_steps import valued
 from symdyn.teach.derivations.rotations import angular_velocity
 from symdyn.teach.derivations.velocities import HALF, MOST_TERMS, folded, kinetic_form, length
@@ -151,7 +151,7 @@ class Turning(Constrained):
             return []
         keys = [f"n:{row.name},{k}" for k in (1, 2, 3)]
         blocks: list[Block] = [self.say("wheel.normal", parent=self.body(row.plane.body), child=row.place.body)]
-        blocks += [Formula(key, self.shape(self.node(key))) for key in keys]
+        blocks += [Formula(key, self.shape(node_of(self, key))) for key in keys]
         letters = together([Symbol(key) for key in keys])
         return [*blocks, self.say("wheel.turns", normal=letters, child=row.place.body)]
 
@@ -209,12 +209,6 @@ class Turning(Constrained):
         return [a + b for a, b in zip(self.drives, self.acting, strict=True)]
 
     # Forms
-
-    def node(self, key: str) -> Expr:
-        """Return the value of a name."""
-        node = self.names[key].node
-        assert node is not None, f"{key} has no value"
-        return node
 
     def without_inertia(self, i: int, j: int) -> bool:
         """Tell whether entry ij of the mass matrix vanishes."""
@@ -274,7 +268,7 @@ def _kinetic(lesson: Turning, mass: Mass) -> tuple[Block, ...]:
     """Return K of one mass: ½ m v², ½ ω·I ω, and the mixed term of a first moment."""
     tag, terms, blocks = mass.tag, list[Form](), list[Block]()
     v, w = ([Symbol(f"{letter}:{tag}{axis}") for axis in AXES] for letter in ("v", "omega"))
-    squares = Form.sum(one.power(2) for one in v if lesson.shape(lesson.node(one.name)).terms)
+    squares = Form.sum(one.power(2) for one in v if lesson.shape(node_of(lesson, one.name)).terms)
     if not mass.m.is_zero and squares.terms:
         terms.append(Form.product((HALF, lesson.short(mass.m), squares)))
     for a in range(3):
@@ -283,7 +277,7 @@ def _kinetic(lesson: Turning, mass: Mass) -> tuple[Block, ...]:
                 pair: list[Form] = [HALF, w[a].power(2)] if a == b else [w[a], w[b]]
                 terms.append(Form.product((lesson.short(mass.inertia[a][b]), *pair)))
     if mass.h is not None:
-        x, y, z = (lesson.node(one.name) for one in v)
+        x, y, z = (node_of(lesson, one.name) for one in v)
         a1, a2, a3 = lesson.twist(mass.body.name)[1]
         mixed = dot((x, y, z), cross((a1, a2, a3), lesson.placed[mass.body.name].R.T @ mass.h))
         if not lesson.vanishes(mixed):

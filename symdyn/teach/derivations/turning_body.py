@@ -21,6 +21,7 @@ from symdyn.scene import Quantity, Scene
 from symdyn.scene.joints import start_of
 from symdyn.scene.values import Body, Joint, Pose
 from symdyn.spatial import Mat
+from symdyn.teach.derivations.equation_steps import node_of
 from symdyn.teach.derivations.precession import NO_FORM, lowest, precession_steps, shortened
 from symdyn.teach.derivations.quaternion_steps import Turning
 from symdyn.teach.derivations.reduced import reduced, zero
@@ -140,7 +141,7 @@ def _spin(lesson: Turning, own: range, k: int, chosen: Chosen) -> tuple[str, For
     slopes = [names.get(key("k_C", row, x, own[k])) for row, x in ((i, j), (j, i))]
     a, b = (lesson.graph.zero if x is None or x.node is None else x.node for x in slopes)
     try:
-        square = a * b / (lesson.node(key("k_z", i, i)) * lesson.node(key("k_z", j, j)))
+        square = a * b / (node_of(lesson, key("k_z", i, i)) * node_of(lesson, key("k_z", j, j)))
         form = Ratios.form_of(lesson.shape(square).express(lesson.graph))
     except NO_FORM:
         return None
@@ -184,7 +185,7 @@ def _top(lesson: Turning, chosen: Chosen) -> list[Step]:
         lesson.say("turning.angles", **places),
         Formula("", named(spin), right=shortened(twin, twin.state.qd[2] + twin.state.qd[0] * turn)),
         Formula("p:euler", shortened(twin, momentum)),
-        _start(lesson, lesson.node(f"R:{joint.name},{up + 1}{axis + 1}"), own[axis], named(theta), chosen),
+        _start(lesson, node_of(lesson, f"R:{joint.name},{up + 1}{axis + 1}"), own[axis], named(theta), chosen),
     ]
     claim = lesson.say("turning.top", axis=AXES[axis])
     first = Step("euler", claim, tuple(blocks), lesson.say("turning.top.reason", momentum=Symbol("p:euler")))

@@ -22,7 +22,7 @@ from symdyn.graph import Expr, Op, gradient, reachable, substitute
 from symdyn.scene import SceneUnits
 from symdyn.scene.values import force_unit
 from symdyn.teach.derivations.equation_steps import coefficient_unit
-from symdyn.teach.derivations.equilibria import FAULTS, QUARTERS, Rests, places_of_rest
+from symdyn.teach.derivations.equilibria import FAULTS, QUARTERS, Rests, kind_near, places_of_rest
 from symdyn.teach.derivations.forced import forced
 from symdyn.teach.derivations.limits import forgotten, lightened, vanishing
 from symdyn.teach.derivations.precession import shortened
@@ -141,7 +141,7 @@ class PhysicsQuestions:
         options = list[Option]()
         for place, system in zip(places, systems, strict=False):
             grows = max((mode.value.real for mode in system.modes), default=0.0)
-            calm = not system.spectrum.growing and "undecided" not in system.zero_eigenvalues
+            calm = kind_near(system) not in ("unstable", "undecided")
             why = Words(()) if calm else self.say("stable.grows", rate=self.prose.written(grows))
             options.append(Option(place, calm, why))
         yield from self.choice("stable", self.say("stable.of", several=self.say("several")), options[:MOST])
