@@ -23,7 +23,8 @@ from symdyn.teach.lesson import called
 from symdyn.teach.mathematics import inner
 from symdyn.teach.practice.exercises import ENOUGH, ROUNDED, is_given, quantities
 from symdyn.teach.student import mistakes, parts
-from symdyn.teach.student.diagnosis import BOUND, DRAWN, SCALED, SCALES, TWINS, Diagnosis, Points, points_of
+from symdyn.teach.student.answer import settled
+from symdyn.teach.student.diagnosis import BOUND, DRAWN, SCALED, SCALES, TWINS, Diagnosis, Points
 from symdyn.teach.student.differences import KINDS
 from symdyn.teach.student.evidence import PAIRED, Column
 from symdyn.teach.student.grammar import PAGE, Names
@@ -63,9 +64,10 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         points on the motions, with what questions are worth there; grammar, words.
     """
     scene = scene.as_parameters()
+    requested = {key: (left, settled(form, scene)) for key, (left, form) in requested.items()}
     multipliers = beside(scene)
-    names, points = Names(scene, tuple(multipliers)), points_of(scene, multipliers)
-    diagnosis = Diagnosis(scene, multipliers)
+    names, diagnosis = Names(scene, tuple(multipliers)), Diagnosis(scene, multipliers)
+    points = diagnosis.points
     few = MOST_WRONG if len(scene.velocities) <= SMALL else max(20, BUDGET // max(1, len(requested)))
     balanced = not scene.is_constrained and diagnosis.course is not None
     columns: dict[tuple[Any, ...], int] = {}
@@ -97,7 +99,7 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         "unit": [
             key
             for key, (left, _) in requested.items()
-            if left.startswith(BALANCED) and diagnosis.has_unit(int(left.partition(":")[2]) - 1)
+            if left.startswith(BALANCED) and diagnosis.has_unit(_joint(left))
         ],
         "free": [key for key, (left, _) in requested.items() if left.startswith(FREE)],
         "rounded": [key for key, (left, _) in requested.items() if left.startswith(ROUNDED)],
@@ -115,6 +117,7 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         "seen": {
             key: sorted(diagnosis.seen(x, None if x.startswith(BALANCED) else y)) for key, (x, y) in requested.items()
         },
+        "laws": {key: [x[0], _row(x[1])] for key, left in balances.items() if (x := diagnosis.law(_joint(left)))},
         "balances": {key: _balance(diagnosis, points, left) for key, left in balances.items()},
         "mistakes": {
             key: _marked(diagnosis, points, left, form, key in balances, few) for key, (left, form) in requested.items()
@@ -139,6 +142,11 @@ BALANCED = ("tau:", "solved:")
 """What keys of equations begin with: with a drive, or solved for the acceleration of its joint."""
 
 
+def _joint(left: str) -> int:
+    """Return the number of a joint, from 0, of whose equation this is the key."""
+    return int(left.partition(":")[2]) - 1
+
+
 def _motions(diagnosis: Diagnosis, requested: Mapping[str, tuple[str, Form]]) -> dict[str, Any] | None:
     """Return what answers are judged by on the motions of the scene; None where none are drawn."""
     motions, scene = diagnosis.motions, diagnosis.scene
@@ -150,7 +158,7 @@ def _motions(diagnosis: Diagnosis, requested: Mapping[str, tuple[str, Form]]) ->
         if left.startswith(ROUNDED):  # a number that is right to a part of itself is no value on the motions
             continue
         if left.startswith(BALANCED):
-            i = int(left.partition(":")[2]) - 1
+            i = _joint(left)
             before = front(diagnosis, left)
             asked[key] = {"equation": i, "front": _on(motions.values(before, i))}
             asked[key]["before"] = text_of(before)
@@ -246,7 +254,7 @@ def _apart(diagnosis: Diagnosis) -> dict[str, Any] | None:
 
 def front(diagnosis: Diagnosis, left: str) -> Form:
     """Return what stands in front of the answer to an equation: drive, loads, multipliers; or the acceleration."""
-    i = int(left.partition(":")[2]) - 1
+    i = _joint(left)
     if left.startswith("solved"):
         return Symbol(acceleration_name(diagnosis.scene.velocities[i]))
     assert diagnosis.course is not None, "an equation of a lesson has a course"
@@ -265,7 +273,7 @@ def _digits(value: float, count: int = 12) -> float:
 
 
 def _balance(diagnosis: Diagnosis, points: Points, left: str) -> dict[str, Any]:
-    course, i = diagnosis.course, int(left.partition(":")[2]) - 1
+    course, i = diagnosis.course, _joint(left)
     assert course is not None, "an equation of a lesson has a course"
     tau = course.value(f"tau:{i + 1}", course.right)
     assert tau is not None, "every joint has a drive or none"

@@ -18,7 +18,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from symdyn.algebra import Form
+from symdyn.algebra import Array, Form, Number
 from symdyn.dynamics.mechanism import TIME, prescribed
 from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass, replace
@@ -92,15 +92,22 @@ def _is_product(ratio: float) -> bool:
     return any(abs(_scale((a, b, c)) / ratio - 1) < 1e-9 for a in span for b in span for c in span)
 
 
-def points_of(scene: Scene, others: Mapping[str, str] = NONE) -> Points:
-    """Return the points of a scene; `others` are symbols beside it, such as multipliers, with their units."""
+def points_of(scene: Scene, others: Mapping[str, str] = NONE, senses: Sequence[int] = (1,)) -> Points:
+    """Return the points of a scene.
+
+    Args:
+        scene: the mechanism.
+        others: symbols beside it, such as multipliers, with their units.
+        senses: signs of rates.
+    """
+    signs = dict.fromkeys(scene.velocities, senses)
     names = Names(scene, tuple(others))
     every = [name for name in dict.fromkeys(names.symbols.values()) if name not in names.formulas]
     parameters = {p.name for p in scene.parameters}
     resting = {*parameters, *scene.coordinates}
-    drawn = [in_reach(scene, {name: _drawn(name, k) for name in every}) for k in range(DRAWN)]
-    twins = [in_reach(scene, _mixed(point, k, parameters)) for k, point in enumerate(drawn[:TWINS])]
-    movers = [_mixed(point, k, resting) for k, point in enumerate(drawn[:MOVERS])]
+    drawn = [in_reach(scene, {name: _drawn(name, k, signs) for name in every}) for k in range(DRAWN)]
+    twins = [in_reach(scene, _mixed(point, k, parameters, signs)) for k, point in enumerate(drawn[:TWINS])]
+    movers = [_mixed(point, k, resting, signs) for k, point in enumerate(drawn[:MOVERS])]
     values = {p.name: p.value.known_at({}) for p in scene.parameters if p.value is not None and p.name in every}
     bound = {name: float(value) for name, value in values.items() if value is not None}
     scales = _scales(scene, others)
@@ -155,14 +162,15 @@ def powers_of(unit: str) -> tuple[int, int, int] | None:
     return None if any(others) else (int(kg), int(m), int(s))
 
 
-def _mixed(point: Mapping[str, float], k: int, kept: set[str]) -> dict[str, float]:
+def _mixed(point: Mapping[str, float], k: int, kept: set[str], signs: Mapping[str, Sequence[int]]) -> dict[str, float]:
     """Return a point with other values of all but those that are kept."""
-    return {name: value if name in kept else _drawn(name, DRAWN + k) for name, value in point.items()}
+    return {name: value if name in kept else _drawn(name, DRAWN + k, signs) for name, value in point.items()}
 
 
-def _drawn(name: str, k: int) -> float:
-    """Return the value of a symbol at a point: between 1/4 and 2."""
-    return round(random.Random(f"{k}:{name}").uniform(0.25, 2.0), 6)
+def _drawn(name: str, k: int, signs: Mapping[str, Sequence[int]]) -> float:
+    """Return the value of a symbol at a point: between 1/4 and 2, times one of its signs if it has such."""
+    rng = random.Random(f"{k}:{name}")
+    return round(rng.uniform(0.25, 2.0), 6) * rng.choice(signs.get(name, (1,)))
 
 
 CLOSE = 1e-9
@@ -187,7 +195,7 @@ class Diagnosis:
     @cached_property
     def points(self) -> Points:
         """Return the points of the scene."""
-        return points_of(self.scene, self.others)
+        return points_of(self.scene, self.others, self.motions.senses if self.motions else (1,))
 
     @cached_property
     def motions(self) -> Motions | None:
@@ -222,7 +230,8 @@ class Diagnosis:
         at = [0, SCALED]
         nodes = [form.express(self._graph), right.express(self._graph)]
         values, own = (list(row) for row in zip(*self.points.values(nodes, at), strict=True))
-        return None if self.points.fits(values, own) else Mistake("dimension", nodes[0])
+        fits = key.startswith("tau:") or self.points.fits(values, own)  # terms of equations: see `mixed`
+        return None if fits else Mistake("dimension", nodes[0])
 
     def number(self, key: str, right: Form, typed: Expr, enough: float) -> str:
         """Return the rule that a wrong answer forgets where a number is one, right to a part of itself; "" for none."""
@@ -252,16 +261,50 @@ class Diagnosis:
         return None
 
     def mixed(self, i: int, form: Form) -> Mistake | None:
-        """Return the mistake of an equation whose terms differ in units; None where that cannot be told.
+        """Return the mistake of an equation whose terms differ in units, or in the law of friction alone; else None.
 
         What has numbers of the scene in place of its parameters has no units that can be told.
         """
         if not self.has_unit(i) or not self.named(i) <= set(form.symbols):
-            return None
+            return self.other_law(i, form)
         node = form.express(self._graph)
         (first,), (other,) = self.points.values([node], [0, SCALED])
         told = isfinite(other) and first * other != 0 and not self.points.united([first, other])
-        return Mistake("dimension", node) if told else None
+        return Mistake("dimension", node) if told else self.other_law(i, form)
+
+    def law(self, i: int) -> tuple[list[str], list[float]] | None:
+        """Return the coefficients of friction and what is left of an equation without them, at four of `pairs`.
+
+        None where there is no friction, or it is not taken away so: then nothing tells that all but it is right.
+        """
+        if self.course is None or self.scene.is_constrained or self.course.beside["friction"][i].is_zero:
+            return None
+        course, at = self.course, [self.points.at[k] for k in self.points.pairs[:4]]
+        beside = course.beside["friction"]
+        total = course.value(f"tau:{i + 1}", course.right)
+        assert total is not None, "a joint with friction has an equation"
+
+        def values(times: float, of: Sequence[str]) -> Array:
+            points = [{**point, **{name: times * point[name] for name in of}} for point in at]
+            return np.array(at_points([total + beside[i] - self.drive(i), *beside], points))
+
+        own, names = values(1, ()), list[str]()
+        for name in (p.name for p in self.scene.parameters):
+            more, still = values(2, [name]), np.allclose(values(2, [name])[0], own[0], CLOSE)
+            if still and not np.allclose(more, own, CLOSE) and np.isfinite(values(0, [name])).all():
+                names.append(name)
+        left = values(0, names)
+        return (names, left[0].tolist()) if names and np.abs(left[1 + i]).max() <= CLOSE else None
+
+    def other_law(self, i: int, form: Form) -> Mistake | None:
+        """Return that friction acts by another law, where all but it is right, times what is free of rates."""
+        if not self.evidence(f"tau:{i + 1}") or (law := self.law(i)) is None:
+            return None
+        names, left = law
+        node = form.substitute(dict.fromkeys(names, Number.ZERO)).express(self._graph)
+        mine = [x for (x,) in self.points.values([node], self.points.pairs[:4])]
+        held = all(mine[k] * left[k] != 0 and _close(mine[k] * left[k + 1], mine[k + 1] * left[k]) for k in (0, 2))
+        return Mistake("law", node) if held else None
 
     def has_unit(self, i: int) -> bool:
         """Whether the equation of a joint has a unit that can be found: it has none where gravity is a number."""

@@ -211,6 +211,19 @@ def _known(node: Expr | None) -> Expr:
 
 VAGUE = ("term", "termgravity", "termsign", "termfactor", "turned")
 """Rules that say less than another one of the same result."""
+LEAVES_OUT = (
+    "weightless",
+    "body",
+    "carried",
+    "product",
+    "slope",
+    "velocities",
+    "coupling",
+    "spring",
+    "force",
+    "friction",
+)
+"""Rules that tell why a result is zero: what is not there has no wrong symbol, distance or angle."""
 
 STATES: Mapping[str, tuple[str, str, str]] = {
     "gravity": ("termgravity", "gravity", "termfactor"),
@@ -264,6 +277,8 @@ FREE = ("P:", "L:")
 
 MOST = 600
 """Wrong results of one quantity."""
+NOISE = 1e-12
+"""What is left of zero in doubles, where symbols are drawn between 1/4 and 2."""
 
 
 @dataclass(frozen=True)
@@ -294,7 +309,7 @@ def mistakes(course: Course, key: str, right: Expr | None = None, most: int = MO
     found: dict[tuple[float, ...], Mistake] = {}
     for mistake in islice(_all(course, key, right), 2 * most):  # many of them give the same
         mark = marked(mistake.node)
-        if mark is None or mark == own:
+        if mark is None or mark == own or (not any(mark) and mistake.rule not in LEAVES_OUT):
             continue
         first = found.get(mark)
         if first is None:
@@ -322,7 +337,7 @@ def _mark(course: Course, node: Expr, free: bool) -> tuple[float, ...] | None:
         except (ArithmeticError, ValueError):
             return None
     marks = [values[k + 2] - values[k] for k in range(2)] if free else values
-    return tuple(float(f"{value:.9g}") + 0.0 for value in marks)
+    return tuple(float(f"{value:.9g}") if abs(value) > NOISE else 0.0 for value in marks)
 
 
 def _moved_by_others(course: Course, i: int) -> bool:
