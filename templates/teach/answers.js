@@ -136,10 +136,9 @@ const Answers = (() => {
   }
   // Whether all but friction is right, times any factor that is free of rates
   function otherLaw(key, of) {
-    if (!has(QUESTIONS.laws, key)) return false;
-    const [names, left] = QUESTIONS.laws[key], none = Object.fromEntries(names.map(name => [name, 0]));
+    const [names, left] = has(balances, key) ? balances[key].law : [[], []], none = Object.fromEntries(names.map(name => [name, 0]));
     const mine = left.map((_, k) => of({...points[pairs[k]], ...none}));
-    return [0, 2].every(k => mine[k] * left[k] !== 0 && close(mine[k] * left[k + 1], mine[k + 1] * left[k]));
+    return names.length > 0 && [0, 2].every(k => mine[k] * left[k] !== 0 && close(mine[k] * left[k + 1], mine[k + 1] * left[k]));
   }
   function compared(key, formulas, lettered) {
     const told = has(balances, key) ? balanced(key, formulas, lettered) : formulas.map(mine => valued(key, mine, lettered));

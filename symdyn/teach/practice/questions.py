@@ -99,7 +99,7 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         "unit": [
             key
             for key, (left, _) in requested.items()
-            if left.startswith(BALANCED) and diagnosis.has_unit(_joint(left))
+            if left.startswith(BALANCED) and diagnosis.has_unit(int(left.partition(":")[2]) - 1)
         ],
         "free": [key for key, (left, _) in requested.items() if left.startswith(FREE)],
         "rounded": [key for key, (left, _) in requested.items() if left.startswith(ROUNDED)],
@@ -117,7 +117,6 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         "seen": {
             key: sorted(diagnosis.seen(x, None if x.startswith(BALANCED) else y)) for key, (x, y) in requested.items()
         },
-        "laws": {key: [x[0], _row(x[1])] for key, left in balances.items() if (x := diagnosis.law(_joint(left)))},
         "balances": {key: _balance(diagnosis, points, left) for key, left in balances.items()},
         "mistakes": {
             key: _marked(diagnosis, points, left, form, key in balances, few) for key, (left, form) in requested.items()
@@ -142,11 +141,6 @@ BALANCED = ("tau:", "solved:")
 """What keys of equations begin with: with a drive, or solved for the acceleration of its joint."""
 
 
-def _joint(left: str) -> int:
-    """Return the number of a joint, from 0, of whose equation this is the key."""
-    return int(left.partition(":")[2]) - 1
-
-
 def _motions(diagnosis: Diagnosis, requested: Mapping[str, tuple[str, Form]]) -> dict[str, Any] | None:
     """Return what answers are judged by on the motions of the scene; None where none are drawn."""
     motions, scene = diagnosis.motions, diagnosis.scene
@@ -158,7 +152,7 @@ def _motions(diagnosis: Diagnosis, requested: Mapping[str, tuple[str, Form]]) ->
         if left.startswith(ROUNDED):  # a number that is right to a part of itself is no value on the motions
             continue
         if left.startswith(BALANCED):
-            i = _joint(left)
+            i = int(left.partition(":")[2]) - 1
             before = front(diagnosis, left)
             asked[key] = {"equation": i, "front": _on(motions.values(before, i))}
             asked[key]["before"] = text_of(before)
@@ -254,7 +248,7 @@ def _apart(diagnosis: Diagnosis) -> dict[str, Any] | None:
 
 def front(diagnosis: Diagnosis, left: str) -> Form:
     """Return what stands in front of the answer to an equation: drive, loads, multipliers; or the acceleration."""
-    i = _joint(left)
+    i = int(left.partition(":")[2]) - 1
     if left.startswith("solved"):
         return Symbol(acceleration_name(diagnosis.scene.velocities[i]))
     assert diagnosis.course is not None, "an equation of a lesson has a course"
@@ -273,14 +267,16 @@ def _digits(value: float, count: int = 12) -> float:
 
 
 def _balance(diagnosis: Diagnosis, points: Points, left: str) -> dict[str, Any]:
-    course, i = diagnosis.course, _joint(left)
+    course, i = diagnosis.course, int(left.partition(":")[2]) - 1
     assert course is not None, "an equation of a lesson has a course"
     tau = course.value(f"tau:{i + 1}", course.right)
     assert tau is not None, "every joint has a drive or none"
     zero = [_digits(row[0]) for row in points.values([tau - diagnosis.drive(i)])]
     alone = acceleration_name(diagnosis.scene.velocities[i]) if left.startswith("solved") else ""
     beside = not alone and not course.right.Q[i].is_zero  # the box has them in front of it, with the drive
-    return {"zero": zero, "drive": diagnosis.scene.drives[i] if not alone else None, "alone": alone, "beside": beside}
+    names, rest = diagnosis.law(i)
+    told = {"zero": zero, "law": [names, _row(rest)], "alone": alone, "beside": beside}
+    return told | {"drive": diagnosis.scene.drives[i] if not alone else None}
 
 
 def _marked(diagnosis: Diagnosis, points: Points, left: str, form: Form, balanced: bool, few: int) -> list[list[Any]]:

@@ -18,7 +18,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from symdyn.algebra import Array, Form, Number
+from symdyn.algebra import Form
 from symdyn.dynamics.mechanism import TIME, prescribed
 from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass, replace
@@ -41,6 +41,7 @@ SCALES = (1.7, 1.3, 0.6)
 STEP, TELLS = 1e-3, 1e-5
 """How far a parameter is moved, and what part of that a value moves by at least, if it tells that one is there."""
 NONE: Mapping[str, str] = MappingProxyType({})
+Signs = Mapping[str, Sequence[int]]
 
 
 @dataclass(frozen=True)
@@ -93,13 +94,7 @@ def _is_product(ratio: float) -> bool:
 
 
 def points_of(scene: Scene, others: Mapping[str, str] = NONE, senses: Sequence[int] = (1,)) -> Points:
-    """Return the points of a scene.
-
-    Args:
-        scene: the mechanism.
-        others: symbols beside it, such as multipliers, with their units.
-        senses: signs of rates.
-    """
+    """Return the points of a scene: `others` are symbols beside it, with their units, `senses` the signs of rates."""
     signs = dict.fromkeys(scene.velocities, senses)
     names = Names(scene, tuple(others))
     every = [name for name in dict.fromkeys(names.symbols.values()) if name not in names.formulas]
@@ -162,12 +157,12 @@ def powers_of(unit: str) -> tuple[int, int, int] | None:
     return None if any(others) else (int(kg), int(m), int(s))
 
 
-def _mixed(point: Mapping[str, float], k: int, kept: set[str], signs: Mapping[str, Sequence[int]]) -> dict[str, float]:
+def _mixed(point: Mapping[str, float], k: int, kept: set[str], signs: Signs) -> dict[str, float]:
     """Return a point with other values of all but those that are kept."""
     return {name: value if name in kept else _drawn(name, DRAWN + k, signs) for name, value in point.items()}
 
 
-def _drawn(name: str, k: int, signs: Mapping[str, Sequence[int]]) -> float:
+def _drawn(name: str, k: int, signs: Signs) -> float:
     """Return the value of a symbol at a point: between 1/4 and 2, times one of its signs if it has such."""
     rng = random.Random(f"{k}:{name}")
     return round(rng.uniform(0.25, 2.0), 6) * rng.choice(signs.get(name, (1,)))
@@ -251,12 +246,7 @@ class Diagnosis:
         lettered = self.named(i) <= set(form.symbols)  # what is wrong in letters is not excused by numbers
         for first in (0,) if lettered else (0, 4):
             for one, row in zip(known, rows, strict=True):
-                held = [
-                    mine[j] * row[j] != 0 and _close(mine[j] * row[j + 1], mine[j + 1] * row[j])
-                    for j in (first, first + 2)
-                    if j < len(mine)
-                ]
-                if held and all(held):
+                if _alike(mine, row, first):
                     return one
         return None
 
@@ -265,46 +255,33 @@ class Diagnosis:
 
         What has numbers of the scene in place of its parameters has no units that can be told.
         """
-        if not self.has_unit(i) or not self.named(i) <= set(form.symbols):
-            return self.other_law(i, form)
+        if self.course is None:
+            return None
         node = form.express(self._graph)
-        (first,), (other,) = self.points.values([node], [0, SCALED])
-        told = isfinite(other) and first * other != 0 and not self.points.united([first, other])
-        return Mistake("dimension", node) if told else self.other_law(i, form)
+        if self.has_unit(i) and self.named(i) <= set(form.symbols):
+            (first,), (other,) = self.points.values([node], [0, SCALED])
+            if isfinite(other) and first * other != 0 and not self.points.united([first, other]):
+                return Mistake("dimension", node)
+        names, left = self.law(i) if self.evidence(f"tau:{i + 1}") else ([], [])
+        return Mistake("law", node) if names and _alike(self._without(names, node), left, 0) else None
 
-    def law(self, i: int) -> tuple[list[str], list[float]] | None:
-        """Return the coefficients of friction and what is left of an equation without them, at four of `pairs`.
-
-        None where there is no friction, or it is not taken away so: then nothing tells that all but it is right.
-        """
+    def law(self, i: int) -> tuple[list[str], list[float]]:
+        """Return the coefficients of friction, and an equation without it at four of `pairs`; none if none."""
         if self.course is None or self.scene.is_constrained or self.course.beside["friction"][i].is_zero:
-            return None
-        course, at = self.course, [self.points.at[k] for k in self.points.pairs[:4]]
-        beside = course.beside["friction"]
-        total = course.value(f"tau:{i + 1}", course.right)
-        assert total is not None, "a joint with friction has an equation"
+            return [], []
+        e, beside, total = self.course.right, self.course.beside, self._graph.total
+        given = [x + y - z for x, y, z in zip(beside["force"], e.Q, self.course.loads, strict=True)]
+        left = self.course.balance(i, total(e.K.values()), total(e.P.values()), given) - self.drive(i)
+        own, whole, acts = set(reachable(beside["friction"])), self._without([], left), beside["friction"][i]
+        every = [p.name for p in self.scene.parameters if self._graph.symbol(p.name) in own]
+        every = [x for x in every if all(map(_close, self._without([x], left), whole))]
+        names = [x for x in every if all(map(isfinite, self._without([x], acts)))]
+        return (names, whole) if max(map(abs, self._without(names, acts))) <= CLOSE else ([], [])
 
-        def values(times: float, of: Sequence[str]) -> Array:
-            points = [{**point, **{name: times * point[name] for name in of}} for point in at]
-            return np.array(at_points([total + beside[i] - self.drive(i), *beside], points))
-
-        own, names = values(1, ()), list[str]()
-        for name in (p.name for p in self.scene.parameters):
-            more, still = values(2, [name]), np.allclose(values(2, [name])[0], own[0], CLOSE)
-            if still and not np.allclose(more, own, CLOSE) and np.isfinite(values(0, [name])).all():
-                names.append(name)
-        left = values(0, names)
-        return (names, left[0].tolist()) if names and np.abs(left[1 + i]).max() <= CLOSE else None
-
-    def other_law(self, i: int, form: Form) -> Mistake | None:
-        """Return that friction acts by another law, where all but it is right, times what is free of rates."""
-        if not self.evidence(f"tau:{i + 1}") or (law := self.law(i)) is None:
-            return None
-        names, left = law
-        node = form.substitute(dict.fromkeys(names, Number.ZERO)).express(self._graph)
-        mine = [x for (x,) in self.points.values([node], self.points.pairs[:4])]
-        held = all(mine[k] * left[k] != 0 and _close(mine[k] * left[k + 1], mine[k + 1] * left[k]) for k in (0, 2))
-        return Mistake("law", node) if held else None
+    def _without(self, names: Sequence[str], node: Expr) -> list[float]:
+        """Return the values of a node with some parameters zero, at four of `pairs`."""
+        points = [{**self.points.at[k], **dict.fromkeys(names, 0.0)} for k in self.points.pairs[:4]]
+        return at_points([node], points)[0]
 
     def has_unit(self, i: int) -> bool:
         """Whether the equation of a joint has a unit that can be found: it has none where gravity is a number."""
@@ -421,6 +398,13 @@ class Diagnosis:
             }
             node = substitute([node], values)[0]
         return Form.of(node)
+
+
+def _alike(mine: Sequence[float], right: Sequence[float], first: int) -> bool:
+    """Whether what vanishes is another one times a factor, by its values at `pairs` from that one on."""
+    at = [j for j in (first, first + 2) if j < len(mine)]
+    held = (mine[j] * right[j] != 0 and _close(mine[j] * right[j + 1], mine[j + 1] * right[j]) for j in at)
+    return bool(at) and all(held)
 
 
 def _close(a: float, b: float) -> bool:

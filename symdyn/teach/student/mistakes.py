@@ -211,19 +211,6 @@ def _known(node: Expr | None) -> Expr:
 
 VAGUE = ("term", "termgravity", "termsign", "termfactor", "turned")
 """Rules that say less than another one of the same result."""
-LEAVES_OUT = (
-    "weightless",
-    "body",
-    "carried",
-    "product",
-    "slope",
-    "velocities",
-    "coupling",
-    "spring",
-    "force",
-    "friction",
-)
-"""Rules that tell why a result is zero: what is not there has no wrong symbol, distance or angle."""
 
 STATES: Mapping[str, tuple[str, str, str]] = {
     "gravity": ("termgravity", "gravity", "termfactor"),
@@ -271,14 +258,14 @@ ALL_OF_IT = ("turned", "factor", "half", "ratio")
 """Rules found otherwise that say more than terms do."""
 OF_RATES = ("slope", "velocities", "product")
 """Rules found otherwise by which rates are lost that a relative rate may explain as well."""
+LEAVES_OUT = (*OF_RATES, "weightless", "body", "carried", "coupling", "spring", "force", "friction")
+"""Rules that tell why a result is zero: what is not there has no wrong symbol, distance or angle."""
 
 FREE = ("P:", "L:")
 """What keys of quantities begin with that hold a constant which is free."""
 
 MOST = 600
 """Wrong results of one quantity."""
-NOISE = 1e-12
-"""What is left of zero in doubles, where symbols are drawn between 1/4 and 2."""
 
 
 @dataclass(frozen=True)
@@ -337,7 +324,7 @@ def _mark(course: Course, node: Expr, free: bool) -> tuple[float, ...] | None:
         except (ArithmeticError, ValueError):
             return None
     marks = [values[k + 2] - values[k] for k in range(2)] if free else values
-    return tuple(float(f"{value:.9g}") if abs(value) > NOISE else 0.0 for value in marks)
+    return tuple(float(f"{value:.9g}") if abs(value) > 1e-12 else 0.0 for value in marks)  # 0 in doubles
 
 
 def _moved_by_others(course: Course, i: int) -> bool:
