@@ -285,7 +285,7 @@ def _diagnosed(answer: Answer, form: Form, right: Form, key: str, diagnosis: Dia
         foreign = {p.name for p in scene.parameters} & set(form.symbols) - set(right.symbols)
         rest = form.substitute(dict.fromkeys(foreign, Number.ZERO))
         told = Mistake("extra", Graph().zero) if any(_equal(x, right, scene) for x in (Number.ZERO, rest)) else None
-    if not told and _equal(form, Number.ZERO, scene):
+    if not told and _equal(form, Number.ZERO, scene) and (moved.symbols or not key.startswith("tau:")):
         told = Mistake("nothing", Graph().zero)
     return replace(answer, mistake=told)
 

@@ -303,7 +303,7 @@ def mistakes(course: Course, key: str, right: Expr | None = None, most: int = MO
             found[mark] = mistake
             if len(found) == most:
                 break
-        elif not first.other and mistake.rule not in (first.rule, *VAGUE):
+        elif not first.other and mistake.rule not in (first.rule, *VAGUE) and (any(mark) or mistake.rule in OF_RATES):
             found[mark] = replace(first, other=mistake.rule)
     return list(found.values())
 
