@@ -222,9 +222,8 @@ class Diagnosis:
                 held = bool(pairs) and all(_close(a, b) for a, b in pairs)
                 if held and (by_value or equal(form, self._form(one.node, first))):
                     return one
-        at = [0, SCALED]
         nodes = [form.express(self._graph), right.express(self._graph)]
-        values, own = (list(row) for row in zip(*self.points.values(nodes, at), strict=True))
+        values, own = (list(row) for row in zip(*self.points.values(nodes, [0, SCALED]), strict=True))
         fits = key.startswith("tau:") or self.points.fits(values, own)  # terms of equations: see `mixed`
         return None if fits else Mistake("dimension", nodes[0])
 
@@ -255,9 +254,7 @@ class Diagnosis:
 
         What has numbers of the scene in place of its parameters has no units that can be told.
         """
-        if self.course is None:
-            return None
-        node = form.express(self._graph)
+        node = form.express(Graph())
         if self.has_unit(i) and self.named(i) <= set(form.symbols):
             (first,), (other,) = self.points.values([node], [0, SCALED])
             if isfinite(other) and first * other != 0 and not self.points.united([first, other]):
@@ -317,11 +314,8 @@ class Diagnosis:
         letters, group = self.letters(key, right), self.motions.groups[-1] if self.motions else None
         if self.course is None or group is None or not group.declared:
             return letters
-        node = (
-            right.express(Graph())
-            if right is not None
-            else self.course.value(key.replace("solved:", "tau:"), self.course.right)
-        )
+        left = key.replace("solved:", "tau:")
+        node = self.course.value(left, self.course.right) if right is None else right.express(Graph())
         if node is None:
             return letters
         # without a drive an equation is zero on the motions
