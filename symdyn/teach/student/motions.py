@@ -253,8 +253,8 @@ def _motions(drawing: _Drawing) -> Motions | None:
     every = [along, *(one for group in groups for one in (group.on, *group.off))]
     finite = all(isfinite(x) for one in every for p in one for x in p.values())
     names = tuple(map(acceleration_name, scene.velocities))
-    each = map(tuple, (groups, along, ways, masses, inverses))
-    return Motions(*each, rows_of(scene), names, drawing.senses) if finite else None
+    kept = tuple(groups), tuple(along), tuple(ways), tuple(masses), tuple(inverses), rows_of(scene), names
+    return Motions(*kept, drawing.senses) if finite else None
 
 
 class _Drawing:
