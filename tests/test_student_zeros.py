@@ -9,9 +9,11 @@ import pytest
 from test_student_answers import _benchmark
 
 from symdyn.errors import TeachError
+from symdyn.graph import Graph, Op
 from symdyn.scene import read_text
 from symdyn.teach.languages import language_of
 from symdyn.teach.student.derivation_check import check_derivation
+from symdyn.teach.student.diagnosis import DRAWN, Diagnosis
 
 FLYWHEELS = """
 gravity = "none"
@@ -44,8 +46,25 @@ coordinate = "x"
 drive = "F"
 force = "-(f + s*exp(-x_dot**2/v**2))*sign(x_dot)"
 """
-CLUTCH = (Path(__file__).parents[1] / "examples/gallery/clutch.toml").read_text()
+VISCOUS = """
+gravity = "none"
+parameters = { m = "2 kg", b = "3 N*s/m", d = "4 N*s^2/m^2", k = "5 N/m" }
+bodies.b.mass = "m"
+[joints.j]
+type = "prismatic"
+parent = "ground"
+child = "b"
+axis = [1, 0, 0]
+coordinate = "x"
+drive = "F"
+force = "-b*x_dot - d*x_dot*abs(x_dot) - k*x"
+"""
+CLUTCH, CART, TWO_LINK = (
+    (Path(__file__).parents[1] / f"examples/{name}.toml").read_text()
+    for name in ("gallery/clutch", "cart_pole", "two_link")
+)
 RIGHT, EXTRA, PARALLEL = (True, ()), (False, ("extra",)), (False, ("extra", "steiner"))
+LAW = (False, ("law",))
 TYPED = {
     FLYWHEELS: [
         *(("P:", text, RIGHT) for text in ("0", "P = 0", "5", "J1 - J2")),
@@ -74,13 +93,39 @@ TYPED = {
     CLUTCH: [
         ("tau:2", "J2 (phi'' + psi'') = -(Tc + Ts exp(-psi'^2)) sign(psi')", (False, ("term",))),
         ("tau:2", "J2 (phi'' + psi'') = 0", (False, ("friction",))),
+        ("tau:2", "J2 (phi'' + psi'') = -Tc psi'", LAW),
     ],
     DRAG: [
         ("tau:1", "F = m x'' + (f + s exp(-x'^2/v^2)) sign(x')", RIGHT),
         ("tau:1", "F = m x'' + f sign(x')", (False, ("term",))),
-        ("tau:1", "F = m x'' + f + s exp(-x'^2/v^2)", (False, ())),
+        ("tau:1", "F = m x'' + f + s exp(-x'^2/v^2)", LAW),
+        ("tau:1", "F = m x'' + (f + s exp(-x'^2/v^2)) sign(x)", LAW),
+        ("tau:1", "x'' = (F - f sign(x))/m", LAW),
+        ("tau:1", "F = m x'' + f x'", LAW),
+        ("tau:1", "F = 2 m x'' + f sign(x)", (False, ())),
+        ("tau:1", "F = m x'' + s exp(f/s) sign(x')", (False, ())),
         ("tau:1", "F = 2 x'' + (3 + 4 exp(-x'^2/0.01)) sign(x')", RIGHT),
         ("K:", "1/2 m x'^2", RIGHT),
+    ],
+    VISCOUS: [
+        ("tau:1", "F = m x'' + b x' + d x'^2 + k x", LAW),
+        ("tau:1", "F = m x'' + b x' + d x' + k x", (False, ("friction", "extra"))),
+        ("tau:1", "F = m x'' + b x' + k x", (False, ("friction",))),
+        ("solved:1", "(F - k x - b x' - d x'^2)/m", LAW),
+        ("solved:1", "(F - k x - b x' - d |x'|^2 sign(x'))/m", RIGHT),
+    ],
+    CART: [
+        *((key, "0", (False, ("weightless",))) for key in ("P:", "k_G:2")),
+        *((key, "0", (False, ("body",))) for key in ("K:", "k_z:1,1", "k_z:2,2")),
+        ("k_z:1,2", "0", (False, ("carried", "coupling"))),
+        ("k_D:1,2", "0", (False, ("product", "slope"))),
+        ("dL:/dtheta", "0", (False, ("term",))),
+        ("k_G:1", "0", RIGHT),
+    ],
+    TWO_LINK: [
+        *((key, "0", RIGHT) for key in ("k_D:1,1", "k_D:2,2", "k_C:2,1,2")),
+        *((key, "m1 h1", EXTRA) for key in ("k_D:1,1", "k_C:2,1,2")),
+        ("dL:/dq2", "0", (False, ("carried", "term"))),
     ],
     FRICTION: [("tau:1", "M = I phi'' + c phi", (False, ("index", "dimension")))],
 }
@@ -91,8 +136,11 @@ TYPED = {
 @pytest.mark.skipif(shutil.which("node") is None, reason="the page's program runs in node")
 @pytest.mark.parametrize(
     "text",
-    [FLYWHEELS, FRAME, DRAG, *(pytest.param(x, marks=pytest.mark.slow) for x in (LED, DISC, CENTRE, CLUTCH, FRICTION))],
-    ids=["flywheels", "frame", "drag", "led", "disc", "centre", "clutch", "friction"],
+    [
+        *(FLYWHEELS, FRAME, DRAG, VISCOUS, CART),
+        *(pytest.param(x, marks=pytest.mark.slow) for x in (LED, DISC, CENTRE, CLUTCH, FRICTION, TWO_LINK)),
+    ],
+    ids=["flywheels", "frame", "drag", "viscous", "cart", "led", "disc", "centre", "clutch", "friction", "two_link"],
 )  # fmt: skip
 def test_zeros_and_terms_too_much_are_told_alike_at_both_doors(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
     benchmark, scene, rows = _benchmark(monkeypatch), read_text(text, "scene.toml").as_parameters(), TYPED[text]
@@ -114,6 +162,25 @@ def test_a_parallel_axis_term_too_much_is_no_forgotten_one(language: str) -> Non
     assert says["extra.steiner"] in added.in_words(language)[0]
     assert says["steiner"] not in added.in_words(language)[0]
     assert says["steiner"] in lost.in_words(language)[0]
+
+
+def test_the_size_of_a_rate_is_not_the_rate_at_the_points_of_the_first_comparison() -> None:
+    """All rates were positive there: only the motions told them apart."""
+    diagnosis = Diagnosis(read_text(DRAG, "scene.toml"))
+    rate = Graph().symbol("x_dot")
+
+    rates, sizes = zip(*diagnosis.points.values([rate, rate.graph.function(Op.ABS, rate)])[:DRAWN], strict=True)
+
+    assert min(rates) < 0 < max(rates)
+    assert sizes == tuple(map(abs, rates))
+
+
+def test_rates_are_positive_where_a_law_has_no_value_else() -> None:
+    scene = read_text(DRAG.replace("exp(-x_dot**2/v**2)", "sqrt(x_dot/v)"), "scene.toml")
+
+    points = Diagnosis(scene).points
+
+    assert min(point["x_dot"] for point in points.at) > 0
 
 
 def test_what_divides_by_zero_is_told_with_its_place() -> None:

@@ -29,7 +29,7 @@ const Terms = (() => {
     const beside = rule && (found.rules.includes("absolute") || (rule === "index" && found.rules.join() === "trig")) ? [rule] : [];
     if (rule && !found.sure && !found.rules.includes(rule) && !beside.length) return null;
     const of_ = found.columns.flatMap(k => (rows[k][5] || [k]).map(n => rows[n])).filter(row => row[1]), loose = !tied && found.sure && ways.some(([one]) => one.multipliers), rules = [...new Set([...(found.sure ? [] : beside), ...found.rules, ...(loose ? ["untied"] : [])])];
-    if (rule && rules.every(one => apart.vague.includes(one)) && !(rule === "cross" && rules.join() === "termsign") && of_.some(([kind]) => (apart.suits[kind] || []).includes(rule))) rules.unshift(rule);
+    if (rule && rules.every(one => apart.vague.includes(one)) && !(rule === "cross" && rules.join() === "termsign") && found.columns.some(k => (apart.suits[rows[k][0]] || []).includes(rule))) rules.unshift(rule);
     const changes = (found.changes || []).map(([change, k]) => [change, ...(rows[k] ? [(rows[k][5] || [k]).map(n => rows[n][1]).join("<mo>,</mo>"), rows[k][0]] : [""])]).filter(([change, term, kind]) => term || change !== "missing" || !apart.angles.includes(kind));
     return {rules, kinds: [...new Set(of_.map(([kind]) => kind))], changes};
   }
