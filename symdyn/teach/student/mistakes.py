@@ -258,6 +258,8 @@ ALL_OF_IT = ("turned", "factor", "half", "ratio")
 """Rules found otherwise that say more than terms do."""
 OF_RATES = ("slope", "velocities", "product")
 """Rules found otherwise by which rates are lost that a relative rate may explain as well."""
+KEPT = ("extra", "chain", *OF_RATES)
+"""Rules that say why a term is too much."""
 
 FREE = ("P:", "L:")
 """What keys of quantities begin with that hold a constant which is free."""
