@@ -67,7 +67,7 @@ coordinate = "s"
 drive = false
 damping = "d"
 """
-BOOM = FLYWHEELS.replace('parent = "ground", child = "b"', 'parent = "a", child = "b"').replace("J2", "J1")
+BOOM = FLYWHEELS.replace('parent = "ground", child = "b"', 'parent = "a", child = "b"').replace(', J2 = "2 kg*m^2"', "")
 BOOM = BOOM.replace("bodies.b = {", 'bodies.b = { mass = "m", com = ["l", 0, 0],').replace(
     "{ J1", "{ m = 2, l = 0.5, J1", 1
 )
