@@ -68,9 +68,8 @@ drive = false
 damping = "d"
 """
 BOOM = FLYWHEELS.replace('parent = "ground", child = "b"', 'parent = "a", child = "b"').replace(', J2 = "2 kg*m^2"', "")
-BOOM = BOOM.replace("bodies.b = {", 'bodies.b = { mass = "m", com = ["l", 0, 0],').replace(
-    "{ J1", "{ m = 2, l = 0.5, J1", 1
-)
+BOOM = BOOM.replace("{ J1", "{ m = 2, l = 0.5, J1", 1).replace("J2", "J1")
+BOOM = BOOM.replace("bodies.b = {", 'bodies.b = { mass = "m", com = ["l", 0, 0],')
 SPIN = "1/2 m l^2 (phi' + psi')^2"
 CRANK = (Path(__file__).parents[1] / "examples/spatial_slider_crank.toml").read_text()
 CLUTCH = (Path(__file__).parents[1] / "examples/gallery/clutch.toml").read_text()

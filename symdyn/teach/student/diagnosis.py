@@ -29,7 +29,7 @@ from symdyn.teach.student.course import Course
 from symdyn.teach.student.evidence import Evidence, common, evidence_of
 from symdyn.teach.student.grammar import Names
 from symdyn.teach.student.mistakes import ALL_OF_IT, FREE, KEPT, MOST, OF_RATES, SUITS, VAGUE, Mistake, mistakes
-from symdyn.teach.student.motions import Motions, Point, at_points, in_reach, motions_of, numbers
+from symdyn.teach.student.motions import Motions, at_points, in_reach, motions_of, numbers
 from symdyn.teach.student.parts import Atoms, atoms_of, explained, surplus
 from symdyn.unlocked import cached_property
 
@@ -128,9 +128,8 @@ def _scales(scene: Scene, others: Mapping[str, str]) -> dict[str, float]:
         if powers is None:
             return {}
         found[parameter.name] = _scale(powers)
-    rates = zip(scene.velocities, SceneUnits(scene).velocities, strict=True)
     second = SCALES[2]
-    for velocity, unit in rates:
+    for velocity, unit in zip(scene.velocities, SceneUnits(scene).velocities, strict=True):
         found[velocity] = _scale(powers_of(unit)) / second
         found[acceleration_name(velocity)] = found[velocity] / second
     for coordinate, unit in zip(scene.coordinates, SceneUnits(scene).coordinates, strict=True):
@@ -221,9 +220,8 @@ class Diagnosis:
                 held = bool(pairs) and all(_close(a, b) for a, b in pairs)
                 if held and (by_value or equal(form, self._form(one.node, first))):
                     return one
-        at = [0, SCALED]
         nodes = [form.express(self._graph), right.express(self._graph)]
-        values, own = (list(row) for row in zip(*self.points.values(nodes, at), strict=True))
+        values, own = (list(row) for row in zip(*self.points.values(nodes, [0, SCALED]), strict=True))
         return None if self.points.fits(values, own) else Mistake("dimension", nodes[0])
 
     def number(self, key: str, right: Form, typed: Expr, enough: float) -> str:
@@ -299,11 +297,8 @@ class Diagnosis:
         letters, group = self.letters(key, right), self.motions.groups[-1] if self.motions else None
         if self.course is None or group is None or not group.declared:
             return letters
-        node = (
-            right.express(Graph())
-            if right is not None
-            else self.course.value(key.replace("solved:", "tau:"), self.course.right)
-        )
+        own, key = self.course.right, key.replace("solved:", "tau:")
+        node = right.express(Graph()) if right is not None else self.course.value(key, own)
         if node is None:
             return letters
         # without a drive an equation is zero on the motions
@@ -336,20 +331,14 @@ class Diagnosis:
             return found
         node = form.express(self._graph)
         tied = bool(set(form.symbols) & set(self.others))
-        weak = found if found and found.rule == "dimension" and key.startswith("tau:") else None
-        found = None if weak else found
-
-        def value(point: Point) -> float:
-            return numbers([node], point)[0]
-
-        kept = found is not None and found.rule in KEPT
-        over = [] if kept else [surplus(one, form, value) for one in every if (one.how == "rows") == tied]
+        free = () if found and found.rule in KEPT else every
+        over = [surplus(one, form, node) for one in free if (one.how == "rows") == tied]
         if found and found.rule in ALL_OF_IT and 1 not in over:
             return found
         ways = [
             (one, told)
             for one in every
-            if (one.how == "rows" or not tied) and (told := explained(one, self.atoms, value))
+            if (one.how == "rows" or not tied) and (told := explained(one, self.atoms, node))
             if tied or one.how != "rows" or (told.sure and "untied" in told.rules)
         ]
         loose = any(one.how == "rows" and not tied for one, _ in ways)
@@ -359,7 +348,7 @@ class Diagnosis:
         unlike = found is not None and told is not None and not told.sure and found.rule not in told.rules
         swapped = told is not None and told.rules == ("trig",) and found is not None and found.rule == "index"
         if told is None or (unlike and "absolute" not in told.rules and not swapped):
-            return found or (Mistake("extra", node) if any(over) else weak)
+            return found or (Mistake("extra", node) if any(over) else None)
         if found and found.rule in OF_RATES and told.rules == ("relative",):  # rates that are lost turn nothing
             return found
         rules = list(dict.fromkeys((*told.rules, *(["untied"] if loose and told.sure else []))))
@@ -384,13 +373,9 @@ class Diagnosis:
 
     def _form(self, node: Expr, bound: int) -> Form:
         """Return a node as a form, with the scene's numbers of parameters or without."""
-        if bound:
-            graph = node.graph
-            values = {
-                graph.symbol(p.name): p.value.express(graph) for p in self.scene.parameters if p.value is not None
-            }
-            node = substitute([node], values)[0]
-        return Form.of(node)
+        graph, known = node.graph, self.scene.parameters if bound else ()
+        values = {graph.symbol(p.name): p.value.express(graph) for p in known if p.value is not None}
+        return Form.of(substitute([node], values)[0])
 
 
 def _close(a: float, b: float) -> bool:
