@@ -65,6 +65,35 @@ CLUTCH, CART, TWO_LINK = (
 )
 RIGHT, EXTRA, PARALLEL = (True, ()), (False, ("extra",)), (False, ("extra", "steiner"))
 LAW = (False, ("law",))
+TABLE = """
+gravity = "none"
+parameters = { m = "2 kg", J = "1 kg*m^2", a = "0.3 m", c = "1 N*m*s", d = "1 N*s/m" }
+bodies.t = { inertia = ["J", "J", "J"], inertia_about = "com" }
+bodies.b = { mass = "m" }
+[joints.p]
+type = "revolute"
+parent = "ground"
+child = "t"
+axis = [0, 0, 1]
+coordinate = "phi"
+drive = "M"
+damping = "c"
+[joints.q]
+type = "prismatic"
+parent = "t"
+child = "b"
+axis = [1, 0, 0]
+origin = ["a", 0, 0]
+coordinate = "s"
+drive = false
+damping = "d"
+"""
+BOOM = FLYWHEELS.replace('parent = "ground", child = "b"', 'parent = "a", child = "b"').replace(', J2 = "2 kg*m^2"', "")
+BOOM = BOOM.replace("{ J1", "{ m = 2, l = 0.5, J1", 1).replace("J2", "J1")
+BOOM = BOOM.replace("bodies.b = {", 'bodies.b = { mass = "m", com = ["l", 0, 0],')
+SPIN = "1/2 m l^2 (phi' + psi')^2"
+CRANK = (Path(__file__).parents[1] / "examples/spatial_slider_crank.toml").read_text()
+FACTOR = (False, ("termfactor",))
 TYPED = {
     FLYWHEELS: [
         *(("P:", text, RIGHT) for text in ("0", "P = 0", "5", "J1 - J2")),
@@ -127,6 +156,25 @@ TYPED = {
         *((key, "m1 h1", EXTRA) for key in ("k_D:1,1", "k_C:2,1,2")),
         ("dL:/dq2", "0", (False, ("carried", "term"))),
     ],
+    TABLE: [
+        ("K:", "1/2 J phi'^2 + 1/2 m (s'^2 + (s + a)^2 phi'^2 + a^2 phi'^2)", EXTRA),
+        ("K:", "1/2 J phi'^2 + 1/2 m (s'^2 + (s^2 + 2 s a + 2 a^2) phi'^2)", FACTOR),
+        ("tau:2", "m s'' - m (s + a) phi'^2 + d s' = -d s'", EXTRA),
+        ("tau:2", "m s'' - m (s + a) phi'^2 + 2 d s' = 0", FACTOR),
+        ("tau:1", "(J + m (s + a)^2) phi'' + 2 m (s + a) s' phi' + c phi' + m s'^2 = M", EXTRA),
+        ("tau:1", "M = (J + m (s + a)^2) phi'' + 2 m (s + a) s' phi' + c phi' + m s' phi'", EXTRA),
+    ],
+    BOOM: [
+        ("K:", f"{SPIN} + J1 phi'^2 + J1 phi' psi' + 1/2 J1 psi'^2", RIGHT),
+        ("K:", f"{SPIN} + J1 phi'^2 + 2 J1 phi' psi' + J1 psi'^2", FACTOR),  # no body is left out
+    ],
+    CRANK: [
+        (
+            "tau:2",  # the term that is lost is small beside the multiplier
+            "2.5 x'' + 0.075 (α'' sin α cos β + β'' cos α sin β) + 0.075 (α'² + β'²) cos α cos β = λ1",
+            (False, ("velocities",)),
+        )
+    ],
     FRICTION: [("tau:1", "M = I phi'' + c phi", (False, ("index", "dimension")))],
 }
 """By scene: what is asked, an answer, whether it is right, and the rules that both doors tell."""
@@ -137,10 +185,13 @@ TYPED = {
 @pytest.mark.parametrize(
     "text",
     [
-        *(FLYWHEELS, FRAME, DRAG, VISCOUS, CART),
-        *(pytest.param(x, marks=pytest.mark.slow) for x in (LED, DISC, CENTRE, CLUTCH, FRICTION, TWO_LINK)),
+        *(FLYWHEELS, FRAME, DRAG, VISCOUS, CART, TABLE),
+        *(pytest.param(x, marks=pytest.mark.slow) for x in (LED, DISC, CENTRE, CLUTCH, FRICTION, TWO_LINK, BOOM, CRANK)),
     ],
-    ids=["flywheels", "frame", "drag", "viscous", "cart", "led", "disc", "centre", "clutch", "friction", "two_link"],
+    ids=[
+        *("flywheels", "frame", "drag", "viscous", "cart", "table"),
+        *("led", "disc", "centre", "clutch", "friction", "two_link", "boom", "crank"),
+    ],
 )  # fmt: skip
 def test_zeros_and_terms_too_much_are_told_alike_at_both_doors(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
     benchmark, scene, rows = _benchmark(monkeypatch), read_text(text, "scene.toml").as_parameters(), TYPED[text]
@@ -181,6 +232,13 @@ def test_rates_are_positive_where_a_law_has_no_value_else() -> None:
     points = Diagnosis(scene).points
 
     assert min(point["x_dot"] for point in points.at) > 0
+
+
+def test_a_rate_too_much_is_another_power_and_no_lost_term() -> None:
+    text = "m s'' - m (s + a) phi'^2 s' + d s' = 0"
+    (answer,) = check_derivation(text, read_text(TABLE, "scene.toml"), target="tau2")
+
+    assert {one.kind for one in answer.differences} == {"power"}
 
 
 def test_what_divides_by_zero_is_told_with_its_place() -> None:

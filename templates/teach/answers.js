@@ -113,11 +113,14 @@ const Answers = (() => {
     const rule = told.rule === "nothing" ? "" : told.rule;  // it gives way to every reason
     const [first, second] = formulas, {before} = motions.asked[key], front = before ? formula_of(before) : null;
     const whole = p => first.of(p) - (second ? second.of(p) : front ? front(p) : 0), found = Terms.told(key, whole, rule);
-    const reason = found && told.whole === "answer.factor" && found.rules.some(one => !QUESTIONS.apart.vague.includes(one));
+    const minus = ({terms = []}) => terms.map(one => p => -one(p)), typed = [...first.of.terms || [first.of], ...minus(second ? second.of : front || {})];
+    const {kept, vague} = QUESTIONS.apart, over = kept.includes(told.rule) ? 0 : Terms.surplus(key, whole, typed);
+    if (over === 1 && !(found && found.sure && found.rules.some(one => kept.includes(one)))) return {...forgot(["extra", "", ""]), changes: [["extra", ""]], kinds: []};
+    const reason = found && told.whole === "answer.factor" && found.rules.some(one => !vague.includes(one));
     if ((told.whole && !reason) || QUESTIONS.apart.whole.includes(told.rule)) return found ? {...told, kinds: found.kinds, changes: found.changes} : told;
     if (!found) {
-      const minus = ({terms = []}) => terms.map(one => p => -one(p)), changes = told.rule === "nothing" ? [] : Terms.listed(key, whole, [...first.of.terms || [first.of], ...minus(second ? second.of : front || {})]);
-      const reason = told.rule ? "" : mixed(key, whole) ? "dimension" : otherLaw(key, whole) ? "law" : "";
+      const changes = told.rule === "nothing" ? [] : Terms.listed(key, whole, typed);
+      const reason = told.rule ? "" : over ? "extra" : mixed(key, whole) ? "dimension" : otherLaw(key, whole) ? "law" : "";
       return {...(reason ? forgot([reason, "", ""]) : told), changes, kinds: changes.map(one => one[2]).filter(Boolean)};
     }
     if (QUESTIONS.apart.rates.includes(told.rule) && found.rules.join() === "relative") return {...told, kinds: found.kinds, changes: found.changes};

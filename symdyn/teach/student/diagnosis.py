@@ -28,9 +28,9 @@ from symdyn.scene.values import Unit, UnitError, acceleration_name
 from symdyn.teach.student.course import Course
 from symdyn.teach.student.evidence import Evidence, common, evidence_of
 from symdyn.teach.student.grammar import Names
-from symdyn.teach.student.mistakes import ALL_OF_IT, FREE, MOST, OF_RATES, SUITS, VAGUE, Mistake, mistakes
+from symdyn.teach.student.mistakes import ALL_OF_IT, FREE, KEPT, MOST, OF_RATES, SUITS, VAGUE, Mistake, mistakes
 from symdyn.teach.student.motions import Motions, at_points, in_reach, motions_of, numbers
-from symdyn.teach.student.parts import Atoms, atoms_of, explained
+from symdyn.teach.student.parts import Atoms, atoms_of, explained, surplus
 from symdyn.unlocked import cached_property
 
 DRAWN, TWINS, MOVERS = 6, 4, 3
@@ -130,9 +130,8 @@ def _scales(scene: Scene, others: Mapping[str, str]) -> dict[str, float]:
         if powers is None:
             return {}
         found[parameter.name] = _scale(powers)
-    rates = zip(scene.velocities, SceneUnits(scene).velocities, strict=True)
     second = SCALES[2]
-    for velocity, unit in rates:
+    for velocity, unit in zip(scene.velocities, SceneUnits(scene).velocities, strict=True):
         found[velocity] = _scale(powers_of(unit)) / second
         found[acceleration_name(velocity)] = found[velocity] / second
     for coordinate, unit in zip(scene.coordinates, SceneUnits(scene).coordinates, strict=True):
@@ -216,8 +215,10 @@ class Diagnosis:
         free = key.startswith(FREE)
         mine, *rows = self.points.marked([form.express(self._graph), *(one.node for one in known)], free)
         by_value = free or bool(prescribed(self.scene, self._graph).place)  # a prescribed motion may be put in
+        of = None if key.startswith("tau:") else right
+        lettered = bool(self.letters(key, of)) and self.seen(key, of) <= set(form.symbols)
         for one, row in zip(known, rows, strict=True):
-            for first in (0, 2):
+            for first in (0,) if lettered else (0, 2):  # what is wrong in letters is not excused by numbers
                 pairs = list(zip(mine[first : first + 2], row[first : first + 2], strict=True))
                 held = bool(pairs) and all(_close(a, b) for a, b in pairs)
                 if held and (by_value or equal(form, self._form(one.node, first))):
@@ -344,23 +345,28 @@ class Diagnosis:
         every, names = self.evidence(key), set(form.symbols)
         if key.startswith(FREE) and names and names <= {p.name for p in self.scene.parameters}:
             return None  # a constant, which is free: nothing is known of what its writer forgot
-        if not every or (found and found.rule in ALL_OF_IT):
+        if not every:
             return found
         node = form.express(self._graph)
         tied = bool(set(form.symbols) & set(self.others))
+        free = () if found and found.rule in KEPT else every
+        over = [surplus(one, form, node) for one in free if (one.how == "rows") == tied]
+        if found and found.rule in ALL_OF_IT and 1 not in over:
+            return found
         ways = [
             (one, told)
             for one in every
-            if (one.how == "rows" or not tied)
-            and (told := explained(one, self.atoms, lambda point: numbers([node], point)[0]))
+            if (one.how == "rows" or not tied) and (told := explained(one, self.atoms, node))
             if tied or one.how != "rows" or (told.sure and "untied" in told.rules)
         ]
         loose = any(one.how == "rows" and not tied for one, _ in ways)
         evidence, told = min(ways, key=lambda way: way[1].price, default=(every[0], None))
+        if 1 in over and not (told and told.sure and set(KEPT) & set(told.rules)):
+            return Mistake("extra", node)
         unlike = found is not None and told is not None and not told.sure and found.rule not in told.rules
         swapped = told is not None and told.rules == ("trig",) and found is not None and found.rule == "index"
         if told is None or (unlike and "absolute" not in told.rules and not swapped):
-            return found
+            return found or (Mistake("extra", node) if any(over) else None)
         if found and found.rule in OF_RATES and told.rules == ("relative",):  # rates that are lost turn nothing
             return found
         rules = list(dict.fromkeys((*told.rules, *(["untied"] if loose and told.sure else []))))
@@ -385,13 +391,9 @@ class Diagnosis:
 
     def _form(self, node: Expr, bound: int) -> Form:
         """Return a node as a form, with the scene's numbers of parameters or without."""
-        if bound:
-            graph = node.graph
-            values = {
-                graph.symbol(p.name): p.value.express(graph) for p in self.scene.parameters if p.value is not None
-            }
-            node = substitute([node], values)[0]
-        return Form.of(node)
+        graph, known = node.graph, self.scene.parameters if bound else ()
+        values = {graph.symbol(p.name): p.value.express(graph) for p in known if p.value is not None}
+        return Form.of(substitute([node], values)[0])
 
 
 def _alike(mine: Sequence[float], right: Sequence[float], first: int) -> bool:
