@@ -44,8 +44,31 @@ coordinate = "x"
 drive = "F"
 force = "-(f + s*exp(-x_dot**2/v**2))*sign(x_dot)"
 """
+GEARED = """
+gravity = "none"
+parameters = { J1 = "1 kg*m^2", J2 = "2 kg*m^2", J3 = "3 kg*m^2", n = "4" }
+bodies.motor = { inertia = ["J1", "J1", "J1"], inertia_about = "com" }
+bodies.wheel = { inertia = ["J2", "J2", "J2"], inertia_about = "com" }
+bodies.load = { inertia = ["J3", "J3", "J3"], inertia_about = "com" }
+[joints]
+p = { type = "revolute", parent = "ground", child = "motor", axis = [0, 0, 1], coordinate = "phi", drive = "M" }
+q = { type = "revolute", parent = "ground", child = "wheel", axis = [0, 0, 1], mimic = { joint = "p", ratio = "1/n" } }
+r = { type = "revolute", parent = "wheel", child = "load", axis = [0, 0, 1], coordinate = "psi", drive = "N" }
+"""
+LINKS = """
+gravity = "none"
+parameters = { m = "2 kg", l = "0.5 m", M = "3 kg", L = "0.7 m", k = "4 N*m", b0 = "0.3 rad" }
+bodies.near = { mass = "M", com = ["L/2", 0, 0], inertia = [0, "M*L**2/12", "M*L**2/12"], inertia_about = "com" }
+bodies.far = { mass = "m", com = ["l/2", 0, 0], inertia = [0, "m*l**2/12", "m*l**2/12"], inertia_about = "com" }
+springs.s = { joint = "q", stiffness = "k", free = "b0" }
+[joints]
+p = { type = "revolute", parent = "ground", child = "near", axis = [0, 0, 1], coordinate = "alpha", drive = "T" }
+q = { type = "revolute", parent = "near", child = "far", axis = [0, 0, 1], origin = ["L", 0, 0], coordinate = "beta" }
+"""
 CLUTCH = (Path(__file__).parents[1] / "examples/gallery/clutch.toml").read_text()
 RIGHT, EXTRA, PARALLEL = (True, ()), (False, ("extra",)), (False, ("extra", "steiner"))
+LOST = "(M/3 + m) L^2 α'' + 1/2 m l L ((2 α'' + β'') cos β - (2 α' + β') β' sin β) = T"
+"""Without m l^2/3 (α'' + β''), what the far link has by its own turning."""
 TYPED = {
     FLYWHEELS: [
         *(("P:", text, RIGHT) for text in ("0", "P = 0", "5", "J1 - J2")),
@@ -82,6 +105,16 @@ TYPED = {
         ("tau:1", "F = 2 x'' + (3 + 4 exp(-x'^2/0.01)) sign(x')", RIGHT),
         ("K:", "1/2 m x'^2", RIGHT),
     ],
+    GEARED: [
+        ("K:", "1/2 J1 phi'^2 + 1/2 J2 phi'^2/n^2 + 1/2 J3 (phi'/n + psi')^2", RIGHT),
+        ("K:", "1/2 J1 phi'^2 + 1/2 J2 phi'^2/n^2 + 1/2 J3 (phi' + psi')^2", (False, ("ratio",))),
+        ("k_z:1,2", "J3/n^2", (False, ("index", "power"))),  # the share that the load has in k_z11, too
+    ],
+    LINKS: [
+        ("P:", "1/2 k (beta - b0)^2", RIGHT),
+        ("P:", "1/2 k (alpha + beta - b0)^2", (False, ("absolute",))),
+        ("tau:1", LOST, (False, ("carried", "relative"))),
+    ],
     FRICTION: [("tau:1", "M = I phi'' + c phi", (False, ("index", "dimension")))],
 }
 """By scene: what is asked, an answer, whether it is right, and the rules that both doors tell."""
@@ -91,8 +124,11 @@ TYPED = {
 @pytest.mark.skipif(shutil.which("node") is None, reason="the page's program runs in node")
 @pytest.mark.parametrize(
     "text",
-    [FLYWHEELS, FRAME, DRAG, *(pytest.param(x, marks=pytest.mark.slow) for x in (LED, DISC, CENTRE, CLUTCH, FRICTION))],
-    ids=["flywheels", "frame", "drag", "led", "disc", "centre", "clutch", "friction"],
+    [
+        *(FLYWHEELS, FRAME, DRAG, GEARED, LINKS),
+        *(pytest.param(x, marks=pytest.mark.slow) for x in (LED, DISC, CENTRE, CLUTCH, FRICTION)),
+    ],
+    ids=["flywheels", "frame", "drag", "geared", "links", "led", "disc", "centre", "clutch", "friction"],
 )  # fmt: skip
 def test_zeros_and_terms_too_much_are_told_alike_at_both_doors(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
     benchmark, scene, rows = _benchmark(monkeypatch), read_text(text, "scene.toml").as_parameters(), TYPED[text]

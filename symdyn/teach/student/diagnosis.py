@@ -166,6 +166,8 @@ def _drawn(name: str, k: int) -> float:
 
 
 CLOSE = 1e-9
+SWAPPED = (("trig",), ("power",), ("power", "dimension"))
+"""What terms tell that is told with another symbol, or entry, that makes the same."""
 
 
 class Diagnosis:
@@ -344,7 +346,7 @@ class Diagnosis:
         loose = any(one.how == "rows" and not tied for one, _ in ways)
         evidence, told = min(ways, key=lambda way: way[1].price, default=(every[0], None))
         unlike = found is not None and told is not None and not told.sure and found.rule not in told.rules
-        swapped = told is not None and told.rules == ("trig",) and found is not None and found.rule == "index"
+        swapped = told is not None and told.rules in SWAPPED and found is not None and found.rule == "index"
         if told is None or (unlike and "absolute" not in told.rules and not swapped):
             return found
         if found and found.rule in OF_RATES and told.rules == ("relative",):  # rates that are lost turn nothing
