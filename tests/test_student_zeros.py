@@ -94,6 +94,29 @@ BOOM = BOOM.replace("bodies.b = {", 'bodies.b = { mass = "m", com = ["l", 0, 0],
 SPIN = "1/2 m l^2 (phi' + psi')^2"
 CRANK = (Path(__file__).parents[1] / "examples/spatial_slider_crank.toml").read_text()
 FACTOR = (False, ("termfactor",))
+GEARED = """
+gravity = "none"
+parameters = { J1 = "1 kg*m^2", J2 = "2 kg*m^2", J3 = "3 kg*m^2", n = "4" }
+bodies.motor = { inertia = ["J1", "J1", "J1"], inertia_about = "com" }
+bodies.wheel = { inertia = ["J2", "J2", "J2"], inertia_about = "com" }
+bodies.load = { inertia = ["J3", "J3", "J3"], inertia_about = "com" }
+[joints]
+p = { type = "revolute", parent = "ground", child = "motor", axis = [0, 0, 1], coordinate = "phi", drive = "M" }
+q = { type = "revolute", parent = "ground", child = "wheel", axis = [0, 0, 1], mimic = { joint = "p", ratio = "1/n" } }
+r = { type = "revolute", parent = "wheel", child = "load", axis = [0, 0, 1], coordinate = "psi", drive = "N" }
+"""
+LINKS = """
+gravity = "none"
+parameters = { m = "2 kg", l = "0.5 m", M = "3 kg", L = "0.7 m", k = "4 N*m", b0 = "0.3 rad" }
+bodies.near = { mass = "M", com = ["L/2", 0, 0], inertia = [0, "M*L**2/12", "M*L**2/12"], inertia_about = "com" }
+bodies.far = { mass = "m", com = ["l/2", 0, 0], inertia = [0, "m*l**2/12", "m*l**2/12"], inertia_about = "com" }
+springs.s = { joint = "q", stiffness = "k", free = "b0" }
+[joints]
+p = { type = "revolute", parent = "ground", child = "near", axis = [0, 0, 1], coordinate = "alpha", drive = "T" }
+q = { type = "revolute", parent = "near", child = "far", axis = [0, 0, 1], origin = ["L", 0, 0], coordinate = "beta" }
+"""
+LOST = "(M/3 + m) L^2 α'' + 1/2 m l L ((2 α'' + β'') cos β - (2 α' + β') β' sin β) = T"
+"""Without m l^2/3 (α'' + β''), what the far link has by its own turning."""
 TYPED = {
     FLYWHEELS: [
         *(("P:", text, RIGHT) for text in ("0", "P = 0", "5", "J1 - J2")),
@@ -175,6 +198,16 @@ TYPED = {
             (False, ("velocities",)),
         )
     ],
+    GEARED: [
+        ("K:", "1/2 J1 phi'^2 + 1/2 J2 phi'^2/n^2 + 1/2 J3 (phi'/n + psi')^2", RIGHT),
+        ("K:", "1/2 J1 phi'^2 + 1/2 J2 phi'^2/n^2 + 1/2 J3 (phi' + psi')^2", (False, ("ratio",))),
+        ("k_z:1,2", "J3/n^2", (False, ("index", "power"))),  # the share that the load has in k_z11, too
+    ],
+    LINKS: [
+        ("P:", "1/2 k (beta - b0)^2", RIGHT),
+        ("P:", "1/2 k (alpha + beta - b0)^2", (False, ("absolute",))),
+        ("tau:1", LOST, (False, ("carried", "relative"))),
+    ],
     FRICTION: [("tau:1", "M = I phi'' + c phi", (False, ("index", "dimension")))],
 }
 """By scene: what is asked, an answer, whether it is right, and the rules that both doors tell."""
@@ -185,12 +218,13 @@ TYPED = {
 @pytest.mark.parametrize(
     "text",
     [
-        *(FLYWHEELS, FRAME, DRAG, VISCOUS, CART, TABLE),
-        *(pytest.param(x, marks=pytest.mark.slow) for x in (LED, DISC, CENTRE, CLUTCH, FRICTION, TWO_LINK, BOOM, CRANK)),
+        *(FLYWHEELS, FRAME, DRAG, VISCOUS, CART, TABLE, GEARED),
+        *(pytest.param(x, marks=pytest.mark.slow) for x in (LED, DISC, CENTRE, CLUTCH, FRICTION)),
+        *(pytest.param(x, marks=pytest.mark.slow) for x in (TWO_LINK, BOOM, CRANK, LINKS)),
     ],
     ids=[
-        *("flywheels", "frame", "drag", "viscous", "cart", "table"),
-        *("led", "disc", "centre", "clutch", "friction", "two_link", "boom", "crank"),
+        *("flywheels", "frame", "drag", "viscous", "cart", "table", "geared"),
+        *("led", "disc", "centre", "clutch", "friction", "two_link", "boom", "crank", "links"),
     ],
 )  # fmt: skip
 def test_zeros_and_terms_too_much_are_told_alike_at_both_doors(text: str, monkeypatch: pytest.MonkeyPatch) -> None:

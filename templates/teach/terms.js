@@ -26,7 +26,7 @@ const Terms = (() => {
     const ways = every.filter(one => one.multipliers || !tied).map(one => [one, explained(one, of)]).filter(([one, found]) => found && (tied || !one.multipliers || (found.sure && found.rules.includes("untied"))));
     if (!ways.length) return null;
     const [one, found] = ways.reduce((a, b) => a[1].cost <= b[1].cost ? a : b), rows = all(one);
-    const beside = rule && (found.rules.includes("absolute") || (rule === "index" && found.rules.join() === "trig")) ? [rule] : [];
+    const beside = rule && (found.rules.includes("absolute") || (rule === "index" && ["trig", "power", "power,dimension"].includes(found.rules.join()))) ? [rule] : [];
     if (rule && !found.sure && !found.rules.includes(rule) && !beside.length) return null;
     const of_ = found.columns.flatMap(k => (rows[k][5] || [k]).map(n => rows[n])).filter(row => row[1]), loose = !tied && found.sure && ways.some(([one]) => one.multipliers), rules = [...new Set([...(found.sure ? [] : beside), ...found.rules, ...(loose ? ["untied"] : [])])];
     if (rule && rules.every(one => apart.vague.includes(one)) && !(rule === "cross" && rules.join() === "termsign") && found.columns.some(k => (apart.suits[rows[k][0]] || []).includes(rule))) rules.unshift(rule);

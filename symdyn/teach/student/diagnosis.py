@@ -168,6 +168,8 @@ def _drawn(name: str, k: int, signs: Signs) -> float:
 
 
 CLOSE = 1e-9
+SWAPPED = (("trig",), ("power",), ("power", "dimension"))
+"""What terms tell that is told with another symbol, or entry, that makes the same."""
 
 
 class Diagnosis:
@@ -364,7 +366,7 @@ class Diagnosis:
         if 1 in over and not (told and told.sure and set(KEPT) & set(told.rules)):
             return Mistake("extra", node)
         unlike = found is not None and told is not None and not told.sure and found.rule not in told.rules
-        swapped = told is not None and told.rules == ("trig",) and found is not None and found.rule == "index"
+        swapped = told is not None and told.rules in SWAPPED and found is not None and found.rule == "index"
         if told is None or (unlike and "absolute" not in told.rules and not swapped):
             return found or (Mistake("extra", node) if any(over) else None)
         if found and found.rule in OF_RATES and told.rules == ("relative",):  # rates that are lost turn nothing

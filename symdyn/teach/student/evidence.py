@@ -373,7 +373,9 @@ def _bodies(course: Course, of: Callable[[Expr], Shares], turning: bool = False)
         arm = course.velocities(part)[1]
         yield ("relative", None, of(part.spin - spin))
         if turning:
-            yield ("relative", None, of(part.m * (dot(arm, arm) - dot(v, v)) / 2 + part.spin - spin))
+            kept = of(part.m * dot(v, v) / 2 + spin)
+            kind = "along" if all(node.is_zero for node, _ in kept) else "relative"  # all that turns is lost
+            yield (kind, None, of(part.m * (dot(arm, arm) - dot(v, v)) / 2 + part.spin - spin))
         yield from (("relative", None, of(course.kinetic(part) - lone)) for lone in part.lone)
     yield from (("spin", None, of(K)) for name, K in course.right.K.items() if name.startswith("rotor "))
     tails = (course.parts[k:] for k in range(1, len(course.parts) - 1))
