@@ -335,6 +335,7 @@ NAMES: Mapping[str, str] = {
     "drive": "drive-missing",
     "untied": "constraint-ignored",
     "steady": "missing-term",
+    "law": "power wrong-function wrong-parameter damping-sign",
     "prescribed": "prescribed-motion-ignored missing-term",
 }
 """Which causes of a sealed list a rule names."""

@@ -113,11 +113,15 @@ const Answers = (() => {
     const rule = told.rule === "nothing" ? "" : told.rule;  // it gives way to every reason
     const [first, second] = formulas, {before} = motions.asked[key], front = before ? formula_of(before) : null;
     const whole = p => first.of(p) - (second ? second.of(p) : front ? front(p) : 0), found = Terms.told(key, whole, rule);
-    const reason = found && told.whole === "answer.factor" && found.rules.some(one => !QUESTIONS.apart.vague.includes(one));
+    const minus = ({terms = []}) => terms.map(one => p => -one(p)), typed = [...first.of.terms || [first.of], ...minus(second ? second.of : front || {})];
+    const {kept, vague} = QUESTIONS.apart, over = kept.includes(told.rule) ? 0 : Terms.surplus(key, whole, typed);
+    if (over === 1 && !(found && found.sure && found.rules.some(one => kept.includes(one)))) return {...forgot(["extra", "", ""]), changes: [["extra", ""]], kinds: []};
+    const reason = found && told.whole === "answer.factor" && found.rules.some(one => !vague.includes(one));
     if ((told.whole && !reason) || QUESTIONS.apart.whole.includes(told.rule)) return found ? {...told, kinds: found.kinds, changes: found.changes} : told;
     if (!found) {
-      const minus = ({terms = []}) => terms.map(one => p => -one(p)), changes = told.rule === "nothing" ? [] : Terms.listed(key, whole, [...first.of.terms || [first.of], ...minus(second ? second.of : front || {})]);
-      return {...(told.rule || !mixed(key, whole) ? told : forgot(["dimension", "", ""])), changes, kinds: changes.map(one => one[2]).filter(Boolean)};
+      const changes = told.rule === "nothing" ? [] : Terms.listed(key, whole, typed);
+      const reason = told.rule ? "" : over ? "extra" : mixed(key, whole) ? "dimension" : otherLaw(key, whole) ? "law" : "";
+      return {...(reason ? forgot([reason, "", ""]) : told), changes, kinds: changes.map(one => one[2]).filter(Boolean)};
     }
     if (QUESTIONS.apart.rates.includes(told.rule) && found.rules.join() === "relative") return {...told, kinds: found.kinds, changes: found.changes};
     if (told.rule === "slope" && found.rules[0] === "velocities") found.rules.unshift("slope");  // the shell says it, too
@@ -132,6 +136,12 @@ const Answers = (() => {
     const ratio = of(points[scaled]) / of(points[0]), [kg, m, s] = QUESTIONS.scales;
     if (!QUESTIONS.named[key].every(name => used.has(name)) || !Number.isFinite(ratio) || ratio === 0) return false;
     return !near.some(a => near.some(b => near.some(c => Math.abs(kg ** a * m ** b * s ** c / ratio - 1) < 1e-9)));
+  }
+  // Whether all but friction is right, times any factor that is free of rates
+  function otherLaw(key, of) {
+    const [names, left] = has(balances, key) ? balances[key].law : [[], []], none = Object.fromEntries(names.map(name => [name, 0]));
+    const mine = left.map((_, k) => of({...points[pairs[k]], ...none}));
+    return names.length > 0 && [0, 2].every(k => mine[k] * left[k] !== 0 && close(mine[k] * left[k + 1], mine[k + 1] * left[k]));
   }
   function compared(key, formulas, lettered) {
     const told = has(balances, key) ? balanced(key, formulas, lettered) : formulas.map(mine => valued(key, mine, lettered));
@@ -220,8 +230,7 @@ const Answers = (() => {
     if (!lettered && points.length > bound && agrees(1, bound, points.length, TOLERANCE)) return said(true, "answer.numbers");  // m l for m l² is wrong where l is 1 m
     if (rounded.includes(key) && points.length > bound && agrees(1, bound, points.length, enough)) return said(true, "answer.right");
     const changes = free.includes(key), rule = mistaken(key, (changes ? marks.free : marks.plain).map(k => mine[k]), changes, lettered);
-    if (mine.every(x => x === 0) && !(rule && ["product", "slope"].includes(rule.rule))) return forgot(["nothing", "", ""]);
-    if (rule) return rule;
+    if (rule || mine.every(x => x === 0)) return rule || forgot(["nothing", "", ""]);
     if (near(1, ROUNDED)) return whole("answer.rounded");
     if (near(-1)) return whole("answer.turned");
     const size = Math.max(...values[key].slice(0, drawn).map(Math.abs));

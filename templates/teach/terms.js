@@ -1,7 +1,7 @@
 "use strict";
 // Which terms of a wrong answer differ, by value: see symdyn.teach.student.parts.
 const Terms = (() => {
-  const {apart} = QUESTIONS, CLOSE = 1e-7, FACTOR = 1.5;
+  const {apart} = QUESTIONS, CLOSE = 1e-7, ALIKE = 1e-5, FACTOR = 1.5;
   // What many rows share stands once: columns of terms, steps that are the same at all points, rules of mistakes
   for (const one of Object.values(QUESTIONS.terms).flat()) {
     for (const kind of ["rows", "beside"]) one[kind] = one[kind].map(k => QUESTIONS.columns[k]);
@@ -26,12 +26,12 @@ const Terms = (() => {
     const ways = every.filter(one => one.multipliers || !tied).map(one => [one, explained(one, of)]).filter(([one, found]) => found && (tied || !one.multipliers || (found.sure && found.rules.includes("untied"))));
     if (!ways.length) return null;
     const [one, found] = ways.reduce((a, b) => a[1].cost <= b[1].cost ? a : b), rows = all(one);
-    const beside = rule && (found.rules.includes("absolute") || (rule === "index" && found.rules.join() === "trig")) ? [rule] : [];
+    const beside = rule && (found.rules.includes("absolute") || (rule === "index" && ["trig", "power", "power,dimension"].includes(found.rules.join()))) ? [rule] : [];
     if (rule && !found.sure && !found.rules.includes(rule) && !beside.length) return null;
     const of_ = found.columns.flatMap(k => (rows[k][5] || [k]).map(n => rows[n])).filter(row => row[1]), loose = !tied && found.sure && ways.some(([one]) => one.multipliers), rules = [...new Set([...(found.sure ? [] : beside), ...found.rules, ...(loose ? ["untied"] : [])])];
-    if (rule && rules.every(one => apart.vague.includes(one)) && !(rule === "cross" && rules.join() === "termsign") && of_.some(([kind]) => (apart.suits[kind] || []).includes(rule))) rules.unshift(rule);
+    if (rule && rules.every(one => apart.vague.includes(one)) && !(rule === "cross" && rules.join() === "termsign") && found.columns.some(k => (apart.suits[rows[k][0]] || []).includes(rule))) rules.unshift(rule);
     const changes = (found.changes || []).map(([change, k]) => [change, ...(rows[k] ? [(rows[k][5] || [k]).map(n => rows[n][1]).join("<mo>,</mo>"), rows[k][0]] : [""])]).filter(([change, term, kind]) => term || change !== "missing" || !apart.angles.includes(kind));
-    return {rules, kinds: [...new Set(of_.map(([kind]) => kind))], changes};
+    return {rules, kinds: [...new Set(of_.map(([kind]) => kind))], changes, sure: found.sure};
   }
   // What an answer is times where it is the scene's, by point, with a price
   function scales(one, of) {
@@ -57,6 +57,20 @@ const Terms = (() => {
     return found.length ? cheapest(found) : null;
   }
 
+  // How many terms, as they are written, an answer is right without: one, or all of no term's values; or 0
+  function surplus(key, of, terms) {
+    const used = symbols(of, apart.points[0]), tied = QUESTIONS.motions.multipliers.some(name => used.has(name)), found = [];
+    for (const one of QUESTIONS.terms[key].filter(one => one.multipliers === tied)) for (const [, by] of scales(one, of)) {
+      const own = terms.map(term => apart.points.map((p, k) => term(p) * by[k])), half = by.length / 2, total = list => by.map((_, k) => sum(list.map(row => row[k])));
+      const change = row => one.free ? row.slice(half).map((x, k) => x - row[k]) : row, left = change(total(own).map((x, k) => x - one.right[k])), most = largest(left);
+      const same = row => most > CLOSE * largest(own.flat()) && change(row).every((x, k) => Math.abs(left[k] - x) <= ALIKE * most);
+      const lone = own.filter(row => one.rows.every(([, form, values]) => !form || share(row, values, largest(row)) === null));
+      if (own.some(same)) return 1;
+      if (same(total(lone))) found.push(lone.length);
+    }
+    return found.length ? Math.min(...found) : 0;
+  }
+
   // How the terms of an answer differ, one by one, where no rule tells: of the ways to write it that with the fewest
   function listed(key, of, terms) {
     const used = symbols(of, apart.points[0]), tied = QUESTIONS.motions.multipliers.some(name => used.has(name));
@@ -77,7 +91,7 @@ const Terms = (() => {
       const ways = Math.abs(worth[k]) < CLOSE ? [...over].flatMap(row => times(fine[k], row).map(one => [one[2], row])) : [];
       const [change, row] = ways.find(one => one[0] !== "moved") || ways[0] || [changed(worth[k] - 1)];  // another symbol may be that of another term
       over.delete(row);
-      return Math.abs(worth[k] - 1) < CLOSE ? [] : [[change, form, kind]];
+      return Math.abs(worth[k] - 1) < ALIKE ? [] : [[change, form, kind]];
     });
     return [...changes, ...[...over].map(() => ["extra", "", ""])];
   }
@@ -91,7 +105,7 @@ const Terms = (() => {
     const half = e.length / 2, change = row => free ? row.slice(half).map((x, k) => x - row[k]) : row;
     const rows = columns.map(one => change(one[2])), left = change(e), fine = one.rows.flatMap((row, k) => row[1] ? [k] : []);
     // sin² q for cos² q: all but turned, by a constant that is free
-    const other = (k, c) => Math.abs(c + 2) < CLOSE && columns[k][0].startsWith("spring") && apart.atoms.some(one => one[0]) && e.some((x, n) => Math.abs(x + 2 * columns[k][2][n]) > CLOSE * size);
+    const other = (k, c) => Math.abs(c + 2) < ALIKE && columns[k][0].startsWith("spring") && apart.atoms.some(one => one[0]) && e.some((x, n) => Math.abs(x + 2 * columns[k][2][n]) > CLOSE * size);
     const singles = rows.flatMap((row, k) => { const c = share(left, row, size); return c === null || !states(columns[k], c).length ? [] : [[price(c) + 0.2 * (k >= lone), c, k]]; });
     const alone = singles.filter(one => one[2] < lone);
     if (singles.length) return single(columns, alone.length ? alone : singles, tied, other);
@@ -102,10 +116,11 @@ const Terms = (() => {
       others.push(...replaced([columns[k][0], columns[k][1], both, columns[k][3]], e).map(([cost, rules, change]) => ({cost: 2.5 + cost, rules, columns: [j, k], changes: [[change, j], [change, k]]})));
     }
     const groups = columns.map((row, k) => row[5] || [k]), mixed = groups.map(list => new Set(list.map(n => columns[n][0])).size > 1);
+    const made = groups.map((list, k) => one.made[k] && one.made[k].length ? one.made[k] : list), against = (j, k, [c, d]) => c * d < 0 && made[j].some(n => made[k].includes(n));
     const overlap = (j, k) => groups[j].some(n => groups[k].includes(n)) || ((mixed[j] || mixed[k]) && !(columns[j][1] && columns[k][1]));
     for (let j = 0; j < columns.length; j++) for (let k = j + 1; k < columns.length; k++) {
       const both = shares(left, rows[j], rows[k], size);
-      if (!both || overlap(j, k)) continue;
+      if (!both || overlap(j, k) || against(j, k, both)) continue;
       const at = [j, k], told = at.map((n, i) => states(columns[n], both[i])), cost = 0.25 + sum(at.map((n, i) => price(both[i]) + 0.1 * !columns[n][1] + 0.2 * (n >= lone)));
       if (told.every(rules => rules.length)) others.push({cost, rules: told.flat(), columns: at, changes: at.map((n, i) => [changed(both[i]), n]), sure: both.every(c => price(c) < FACTOR)});
     }
@@ -137,13 +152,13 @@ const Terms = (() => {
   function states([kind, form, , , also], c) {
     const [lost, turned, factor] = apart.states[kind].map((rule, k) => rule || (form ? apart.plain[k] : ""));
     const scaled = factor + (/π/.test(form) && apart.round.some(x => Math.abs(1 + c - x) < CLOSE * x) ? " power" : "");
-    if (!turned && c < -1 - CLOSE) return [];
+    if (!turned && c < -1 - ALIKE) return [];
     const vague = ["spring", "friction", "force"].includes(turned) ? [turned, "termsign"] : [turned];  // they say no sign
-    return (Math.abs(c + 1) < CLOSE ? [lost, ...also.map(kind => apart.states[kind][0])] : Math.abs(c + 2) < CLOSE ? vague : c < -1 ? [turned, scaled] : [scaled]).join(" ").split(" ").filter(Boolean);
+    return (Math.abs(c + 1) < ALIKE ? [lost, ...also.map(kind => apart.states[kind][0])] : Math.abs(c + 2) < ALIKE ? vague : c < -1 ? [turned, scaled] : [scaled]).join(" ").split(" ").filter(Boolean);
   }
   // How a term is changed, by the words of a shell's differences
-  const changed = c => Math.abs(c + 1) < CLOSE ? "missing" : c < -1 ? "sign" : "factor";
-  const price = c => Math.abs(c + 1) < CLOSE ? 1 : Math.abs(c + 2) < CLOSE ? 1.1 : FACTOR;
+  const changed = c => Math.abs(c + 1) < ALIKE ? "missing" : c < -1 ? "sign" : "factor";
+  const price = c => Math.abs(c + 1) < ALIKE ? 1 : Math.abs(c + 2) < ALIKE ? 1.1 : FACTOR;
   function share(e, row, size) {
     const square = dot(row, row), c = dot(e, row) / square;
     return square > (CLOSE * size) ** 2 && e.every((x, k) => Math.abs(x - c * row[k]) <= CLOSE * size) ? c : null;
@@ -194,5 +209,5 @@ const Terms = (() => {
     of(new Proxy(point, {get: (values, name) => { names.add(name); return values[name]; }}));
     return names;
   }
-  return {told, listed, used: symbols};
+  return {told, listed, surplus, used: symbols};
 })();

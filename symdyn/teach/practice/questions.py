@@ -23,7 +23,8 @@ from symdyn.teach.lesson import called
 from symdyn.teach.mathematics import inner
 from symdyn.teach.practice.exercises import ENOUGH, ROUNDED, is_given, quantities
 from symdyn.teach.student import mistakes, parts
-from symdyn.teach.student.diagnosis import BOUND, DRAWN, SCALED, SCALES, TWINS, Diagnosis, Points, points_of
+from symdyn.teach.student.answer import settled
+from symdyn.teach.student.diagnosis import BOUND, DRAWN, SCALED, SCALES, TWINS, Diagnosis, Points
 from symdyn.teach.student.differences import KINDS
 from symdyn.teach.student.evidence import PAIRED, Column
 from symdyn.teach.student.grammar import PAGE, Names
@@ -63,9 +64,10 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         points on the motions, with what questions are worth there; grammar, words.
     """
     scene = scene.as_parameters()
+    requested = {key: (left, settled(form, scene)) for key, (left, form) in requested.items()}
     multipliers = beside(scene)
-    names, points = Names(scene, tuple(multipliers)), points_of(scene, multipliers)
-    diagnosis = Diagnosis(scene, multipliers)
+    names, diagnosis = Names(scene, tuple(multipliers)), Diagnosis(scene, multipliers)
+    points = diagnosis.points
     few = MOST_WRONG if len(scene.velocities) <= SMALL else max(20, BUDGET // max(1, len(requested)))
     balanced = not scene.is_constrained and diagnosis.course is not None
     columns: dict[tuple[Any, ...], int] = {}
@@ -199,6 +201,7 @@ def _terms(diagnosis: Diagnosis, left: str, known: dict[tuple[Any, ...], int]) -
             "rows": columns(one.columns),
             "beside": columns(one.beside),
             "alike": one.alike,
+            "made": [x.of for x in one.columns],
             "right": _row(one.right),
             "handles": [[_steps(x.steps), _row(x.right), x.parameter] for x in one.handles],
             "common": list(map(_row, one.common)),
@@ -236,6 +239,7 @@ def _apart(diagnosis: Diagnosis) -> dict[str, Any] | None:
         "paired": PAIRED,
         "whole": mistakes.ALL_OF_IT,
         "rates": mistakes.OF_RATES,
+        "kept": mistakes.KEPT,
         "ratios": sorted(" ".join(names) for names in diagnosis.atoms.ratios),
         "times": parts.WHOLE,
         "both": parts.BOTH,
@@ -272,7 +276,9 @@ def _balance(diagnosis: Diagnosis, points: Points, left: str) -> dict[str, Any]:
     zero = [_digits(row[0]) for row in points.values([tau - diagnosis.drive(i)])]
     alone = acceleration_name(diagnosis.scene.velocities[i]) if left.startswith("solved") else ""
     beside = not alone and not course.right.Q[i].is_zero  # the box has them in front of it, with the drive
-    return {"zero": zero, "drive": diagnosis.scene.drives[i] if not alone else None, "alone": alone, "beside": beside}
+    names, rest = diagnosis.law(i)
+    told = {"zero": zero, "law": [names, _row(rest)], "alone": alone, "beside": beside}
+    return told | {"drive": diagnosis.scene.drives[i] if not alone else None}
 
 
 def _marked(diagnosis: Diagnosis, points: Points, left: str, form: Form, balanced: bool, few: int) -> list[list[Any]]:

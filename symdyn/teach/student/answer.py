@@ -220,6 +220,11 @@ def equality(name: str, form: Form, right: Form, scene: Scene) -> Finding:
     return same_value(name, form.express(graph), right.express(graph), scene)
 
 
+def settled(form: Form, scene: Scene) -> Form:
+    """Return a result as it is; zero where it is that at every state, so that no doubles are left of it."""
+    return Number.ZERO if equality("zero", form, Number.ZERO, scene).verdict in EQUAL else form
+
+
 def same_value(name: str, node: Expr, right: Expr, scene: Scene) -> Finding:
     """Return whether two nodes of one graph are the same function."""
     return findings([Claim(name, "found", "scene", (node,), (right,))], scene)[0]

@@ -34,6 +34,7 @@ from symdyn.teach.student.answer import (
     equality,
     judged,
     less,
+    settled,
     short,
     untitled,
     without_slope,
@@ -278,10 +279,14 @@ def _diagnosed(answer: Answer, form: Form, right: Form, key: str, diagnosis: Dia
     found_mistake = diagnosis.value(key, form, right, partial(_equal, scene=scene))
     moved = less(form, Form.of(diagnosis.drive(int(key[4:]) - 1))) if key.startswith("tau:") else form
     told = found_mistake if answer.turned else diagnosis.told_apart(key, moved, found_mistake)
+    if key.startswith("tau:") and not (told or answer.turned):
+        told = diagnosis.mixed(int(key[4:]) - 1, moved)
     if not (told or answer.turned or key.startswith("tau:")):  # zero, or right without what the result does not have
         foreign = {p.name for p in scene.parameters} & set(form.symbols) - set(right.symbols)
         rest = form.substitute(dict.fromkeys(foreign, Number.ZERO))
         told = Mistake("extra", Graph().zero) if any(_equal(x, right, scene) for x in (Number.ZERO, rest)) else None
+    if not told and _equal(form, Number.ZERO, scene) and (moved.symbols or not key.startswith("tau:")):
+        told = Mistake("nothing", Graph().zero)
     return replace(answer, mistake=told)
 
 
@@ -340,7 +345,7 @@ def expected(page: Printable, target: Target, book: bool = False, diagnosis: Dia
         node = course.value(target.key, course.right) if course is not None else None
         if node is None:
             raise DerivationError(f"{page.scene.name}: {target} is no step of the derivation of its equations")
-        return Form.of(node)
+        return settled(Form.of(node), page.scene)
     energies = {"K": page.K, "P": page.P, "L": less(page.K, page.P)}
     if target.kind in energies:
         return energies[target.kind]

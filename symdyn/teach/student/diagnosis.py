@@ -28,9 +28,9 @@ from symdyn.scene.values import Unit, UnitError, acceleration_name
 from symdyn.teach.student.course import Course
 from symdyn.teach.student.evidence import Evidence, common, evidence_of
 from symdyn.teach.student.grammar import Names
-from symdyn.teach.student.mistakes import ALL_OF_IT, FREE, MOST, OF_RATES, SUITS, VAGUE, Mistake, mistakes
+from symdyn.teach.student.mistakes import ALL_OF_IT, FREE, KEPT, MOST, OF_RATES, SUITS, VAGUE, Mistake, mistakes
 from symdyn.teach.student.motions import Motions, at_points, in_reach, motions_of, numbers
-from symdyn.teach.student.parts import Atoms, atoms_of, explained
+from symdyn.teach.student.parts import Atoms, atoms_of, explained, surplus
 from symdyn.unlocked import cached_property
 
 DRAWN, TWINS, MOVERS = 6, 4, 3
@@ -41,6 +41,7 @@ SCALES = (1.7, 1.3, 0.6)
 STEP, TELLS = 1e-3, 1e-5
 """How far a parameter is moved, and what part of that a value moves by at least, if it tells that one is there."""
 NONE: Mapping[str, str] = MappingProxyType({})
+Signs = Mapping[str, Sequence[int]]
 
 
 @dataclass(frozen=True)
@@ -92,15 +93,16 @@ def _is_product(ratio: float) -> bool:
     return any(abs(_scale((a, b, c)) / ratio - 1) < 1e-9 for a in span for b in span for c in span)
 
 
-def points_of(scene: Scene, others: Mapping[str, str] = NONE) -> Points:
-    """Return the points of a scene; `others` are symbols beside it, such as multipliers, with their units."""
+def points_of(scene: Scene, others: Mapping[str, str] = NONE, senses: Sequence[int] = (1,)) -> Points:
+    """Return the points of a scene: `others` are symbols beside it, with their units, `senses` the signs of rates."""
+    signs = dict.fromkeys(scene.velocities, senses)
     names = Names(scene, tuple(others))
     every = [name for name in dict.fromkeys(names.symbols.values()) if name not in names.formulas]
     parameters = {p.name for p in scene.parameters}
     resting = {*parameters, *scene.coordinates}
-    drawn = [in_reach(scene, {name: _drawn(name, k) for name in every}) for k in range(DRAWN)]
-    twins = [in_reach(scene, _mixed(point, k, parameters)) for k, point in enumerate(drawn[:TWINS])]
-    movers = [_mixed(point, k, resting) for k, point in enumerate(drawn[:MOVERS])]
+    drawn = [in_reach(scene, {name: _drawn(name, k, signs) for name in every}) for k in range(DRAWN)]
+    twins = [in_reach(scene, _mixed(point, k, parameters, signs)) for k, point in enumerate(drawn[:TWINS])]
+    movers = [_mixed(point, k, resting, signs) for k, point in enumerate(drawn[:MOVERS])]
     values = {p.name: p.value.known_at({}) for p in scene.parameters if p.value is not None and p.name in every}
     bound = {name: float(value) for name, value in values.items() if value is not None}
     scales = _scales(scene, others)
@@ -128,9 +130,8 @@ def _scales(scene: Scene, others: Mapping[str, str]) -> dict[str, float]:
         if powers is None:
             return {}
         found[parameter.name] = _scale(powers)
-    rates = zip(scene.velocities, SceneUnits(scene).velocities, strict=True)
     second = SCALES[2]
-    for velocity, unit in rates:
+    for velocity, unit in zip(scene.velocities, SceneUnits(scene).velocities, strict=True):
         found[velocity] = _scale(powers_of(unit)) / second
         found[acceleration_name(velocity)] = found[velocity] / second
     for coordinate, unit in zip(scene.coordinates, SceneUnits(scene).coordinates, strict=True):
@@ -155,17 +156,20 @@ def powers_of(unit: str) -> tuple[int, int, int] | None:
     return None if any(others) else (int(kg), int(m), int(s))
 
 
-def _mixed(point: Mapping[str, float], k: int, kept: set[str]) -> dict[str, float]:
+def _mixed(point: Mapping[str, float], k: int, kept: set[str], signs: Signs) -> dict[str, float]:
     """Return a point with other values of all but those that are kept."""
-    return {name: value if name in kept else _drawn(name, DRAWN + k) for name, value in point.items()}
+    return {name: value if name in kept else _drawn(name, DRAWN + k, signs) for name, value in point.items()}
 
 
-def _drawn(name: str, k: int) -> float:
-    """Return the value of a symbol at a point: between 1/4 and 2."""
-    return round(random.Random(f"{k}:{name}").uniform(0.25, 2.0), 6)
+def _drawn(name: str, k: int, signs: Signs) -> float:
+    """Return the value of a symbol at a point: between 1/4 and 2, times one of its signs if it has such."""
+    rng = random.Random(f"{k}:{name}")
+    return round(rng.uniform(0.25, 2.0), 6) * rng.choice(signs.get(name, (1,)))
 
 
 CLOSE = 1e-9
+SWAPPED = (("trig",), ("power",), ("power", "dimension"))
+"""What terms tell that is told with another symbol, or entry, that makes the same."""
 
 
 class Diagnosis:
@@ -187,7 +191,7 @@ class Diagnosis:
     @cached_property
     def points(self) -> Points:
         """Return the points of the scene."""
-        return points_of(self.scene, self.others)
+        return points_of(self.scene, self.others, self.motions.senses if self.motions else (1,))
 
     @cached_property
     def motions(self) -> Motions | None:
@@ -213,16 +217,18 @@ class Diagnosis:
         free = key.startswith(FREE)
         mine, *rows = self.points.marked([form.express(self._graph), *(one.node for one in known)], free)
         by_value = free or bool(prescribed(self.scene, self._graph).place)  # a prescribed motion may be put in
+        of = None if key.startswith("tau:") else right
+        lettered = bool(self.letters(key, of)) and self.seen(key, of) <= set(form.symbols)
         for one, row in zip(known, rows, strict=True):
-            for first in (0, 2):
+            for first in (0,) if lettered else (0, 2):  # what is wrong in letters is not excused by numbers
                 pairs = list(zip(mine[first : first + 2], row[first : first + 2], strict=True))
                 held = bool(pairs) and all(_close(a, b) for a, b in pairs)
                 if held and (by_value or equal(form, self._form(one.node, first))):
                     return one
-        at = [0, SCALED]
         nodes = [form.express(self._graph), right.express(self._graph)]
-        values, own = (list(row) for row in zip(*self.points.values(nodes, at), strict=True))
-        return None if self.points.fits(values, own) else Mistake("dimension", nodes[0])
+        values, own = (list(row) for row in zip(*self.points.values(nodes, [0, SCALED]), strict=True))
+        fits = key.startswith("tau:") or self.points.fits(values, own)  # terms of equations: see `mixed`
+        return None if fits else Mistake("dimension", nodes[0])
 
     def number(self, key: str, right: Form, typed: Expr, enough: float) -> str:
         """Return the rule that a wrong answer forgets where a number is one, right to a part of itself; "" for none."""
@@ -242,26 +248,40 @@ class Diagnosis:
         lettered = self.named(i) <= set(form.symbols)  # what is wrong in letters is not excused by numbers
         for first in (0,) if lettered else (0, 4):
             for one, row in zip(known, rows, strict=True):
-                held = [
-                    mine[j] * row[j] != 0 and _close(mine[j] * row[j + 1], mine[j + 1] * row[j])
-                    for j in (first, first + 2)
-                    if j < len(mine)
-                ]
-                if held and all(held):
+                if _alike(mine, row, first):
                     return one
         return None
 
     def mixed(self, i: int, form: Form) -> Mistake | None:
-        """Return the mistake of an equation whose terms differ in units; None where that cannot be told.
+        """Return the mistake of an equation whose terms differ in units, or in the law of friction alone; else None.
 
         What has numbers of the scene in place of its parameters has no units that can be told.
         """
-        if not self.has_unit(i) or not self.named(i) <= set(form.symbols):
-            return None
-        node = form.express(self._graph)
-        (first,), (other,) = self.points.values([node], [0, SCALED])
-        told = isfinite(other) and first * other != 0 and not self.points.united([first, other])
-        return Mistake("dimension", node) if told else None
+        node = form.express(Graph())
+        if self.has_unit(i) and self.named(i) <= set(form.symbols):
+            (first,), (other,) = self.points.values([node], [0, SCALED])
+            if isfinite(other) and first * other != 0 and not self.points.united([first, other]):
+                return Mistake("dimension", node)
+        names, left = self.law(i) if self.evidence(f"tau:{i + 1}") else ([], [])
+        return Mistake("law", node) if names and _alike(self._without(names, node), left, 0) else None
+
+    def law(self, i: int) -> tuple[list[str], list[float]]:
+        """Return the coefficients of friction, and an equation without it at four of `pairs`; none if none."""
+        if self.course is None or self.scene.is_constrained or self.course.beside["friction"][i].is_zero:
+            return [], []
+        e, beside, total = self.course.right, self.course.beside, self._graph.total
+        given = [x + y - z for x, y, z in zip(beside["force"], e.Q, self.course.loads, strict=True)]
+        left = self.course.balance(i, total(e.K.values()), total(e.P.values()), given) - self.drive(i)
+        own, whole, acts = set(reachable(beside["friction"])), self._without([], left), beside["friction"][i]
+        every = [p.name for p in self.scene.parameters if self._graph.symbol(p.name) in own]
+        every = [x for x in every if all(map(_close, self._without([x], left), whole))]
+        names = [x for x in every if all(map(isfinite, self._without([x], acts)))]
+        return (names, whole) if max(map(abs, self._without(names, acts))) <= CLOSE else ([], [])
+
+    def _without(self, names: Sequence[str], node: Expr) -> list[float]:
+        """Return the values of a node with some parameters zero, at four of `pairs`."""
+        points = [{**self.points.at[k], **dict.fromkeys(names, 0.0)} for k in self.points.pairs[:4]]
+        return at_points([node], points)[0]
 
     def has_unit(self, i: int) -> bool:
         """Whether the equation of a joint has a unit that can be found: it has none where gravity is a number."""
@@ -297,11 +317,8 @@ class Diagnosis:
         letters, group = self.letters(key, right), self.motions.groups[-1] if self.motions else None
         if self.course is None or group is None or not group.declared:
             return letters
-        node = (
-            right.express(Graph())
-            if right is not None
-            else self.course.value(key.replace("solved:", "tau:"), self.course.right)
-        )
+        left = key.replace("solved:", "tau:")
+        node = self.course.value(left, self.course.right) if right is None else right.express(Graph())
         if node is None:
             return letters
         # without a drive an equation is zero on the motions
@@ -330,23 +347,28 @@ class Diagnosis:
         every, names = self.evidence(key), set(form.symbols)
         if key.startswith(FREE) and names and names <= {p.name for p in self.scene.parameters}:
             return None  # a constant, which is free: nothing is known of what its writer forgot
-        if not every or (found and found.rule in ALL_OF_IT):
+        if not every:
             return found
         node = form.express(self._graph)
         tied = bool(set(form.symbols) & set(self.others))
+        free = () if found and found.rule in KEPT else every
+        over = [surplus(one, form, node) for one in free if (one.how == "rows") == tied]
+        if found and found.rule in ALL_OF_IT and 1 not in over:
+            return found
         ways = [
             (one, told)
             for one in every
-            if (one.how == "rows" or not tied)
-            and (told := explained(one, self.atoms, lambda point: numbers([node], point)[0]))
+            if (one.how == "rows" or not tied) and (told := explained(one, self.atoms, node))
             if tied or one.how != "rows" or (told.sure and "untied" in told.rules)
         ]
         loose = any(one.how == "rows" and not tied for one, _ in ways)
         evidence, told = min(ways, key=lambda way: way[1].price, default=(every[0], None))
+        if 1 in over and not (told and told.sure and set(KEPT) & set(told.rules)):
+            return Mistake("extra", node)
         unlike = found is not None and told is not None and not told.sure and found.rule not in told.rules
-        swapped = told is not None and told.rules == ("trig",) and found is not None and found.rule == "index"
+        swapped = told is not None and told.rules in SWAPPED and found is not None and found.rule == "index"
         if told is None or (unlike and "absolute" not in told.rules and not swapped):
-            return found
+            return found or (Mistake("extra", node) if any(over) else None)
         if found and found.rule in OF_RATES and told.rules == ("relative",):  # rates that are lost turn nothing
             return found
         rules = list(dict.fromkeys((*told.rules, *(["untied"] if loose and told.sure else []))))
@@ -371,13 +393,16 @@ class Diagnosis:
 
     def _form(self, node: Expr, bound: int) -> Form:
         """Return a node as a form, with the scene's numbers of parameters or without."""
-        if bound:
-            graph = node.graph
-            values = {
-                graph.symbol(p.name): p.value.express(graph) for p in self.scene.parameters if p.value is not None
-            }
-            node = substitute([node], values)[0]
-        return Form.of(node)
+        graph, known = node.graph, self.scene.parameters if bound else ()
+        values = {graph.symbol(p.name): p.value.express(graph) for p in known if p.value is not None}
+        return Form.of(substitute([node], values)[0])
+
+
+def _alike(mine: Sequence[float], right: Sequence[float], first: int) -> bool:
+    """Whether what vanishes is another one times a factor, by its values at `pairs` from that one on."""
+    at = [j for j in (first, first + 2) if j < len(mine)]
+    held = (mine[j] * right[j] != 0 and _close(mine[j] * right[j + 1], mine[j + 1] * right[j]) for j in at)
+    return bool(at) and all(held)
 
 
 def _close(a: float, b: float) -> bool:

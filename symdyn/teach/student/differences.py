@@ -273,8 +273,7 @@ class _Comparison(_Buckets):
         if len(names) != len(off):
             return None
         if len(off) == 1:
-            ((i, _),) = off.items()
-            return ("power", (names[i],)) if a.get(i) and b.get(i) else None
+            return "power", tuple(names.values())
         if len(off) == 2 and sum(off.values()) == 0:
             more, less = (i for i, _ in sorted(off.items(), key=lambda item: -item[1]))
             return "moved", (names[more], names[less])

@@ -12,7 +12,7 @@ from typing import Union
 
 import numpy as np
 
-from symdyn.algebra import Form, Function, Number, Power, Symbol
+from symdyn.algebra import Array, Form, Function, Number, Power, Symbol
 from symdyn.dynamics.mechanism import prescribed
 from symdyn.errors import DerivationError
 from symdyn.frozen import dataclass, replace
@@ -29,8 +29,8 @@ MOST, PAIRED = 80, 24
 """Terms of a result that is taken apart; and while it is looked at as well what is wrong alike in two of them."""
 FEW_JOINTS = 3
 """Joints, while terms of other equations are looked at."""
-CLOSE = 1e-7
-"""Of the largest value: what is nothing."""
+CLOSE, ALIKE = 1e-7, 1e-5
+"""Of the largest value: what is nothing; of a term: how far it is from another one that is the same."""
 
 OF_BODIES = ("prescribed", "body", "spin", "steiner", "weight", "carried", "hung", "cross")
 """Kinds that say more of a term than its own, if that is one of `OWN`."""
@@ -41,12 +41,13 @@ BESIDE = ("relative", "along", "prescribed")
 
 @dataclass(frozen=True)
 class Column:
-    """A term of a right result, or some of them that one rule makes: `form` is None then; `also` are kinds beside."""
+    """A term of a right result, or some that one rule makes: `form` is None then; `also`: kinds, `of`: its terms."""
 
     kind: str
     form: Form | None
     values: tuple[float, ...]
     also: tuple[str, ...] = ()
+    of: tuple[int, ...] = ()
 
     @property
     def squared(self) -> tuple[str, ...]:
@@ -105,10 +106,12 @@ class Evidence:
         """Return the columns, then those that are alike as one."""
         return (*self.columns, *(_together([self.columns[k] for k in one]) for one in self.alike))
 
-    def overlap(self, j: int, k: int) -> bool:
-        """Whether two of `every` may hold the same term: groups of terms, or one of several kinds and a whole."""
+    def overlap(self, j: int, k: int, against: bool) -> bool:
+        """Whether two of `every` may hold the same term: groups, one of several kinds and a whole, any if `against`."""
         one, other = (self.alike[n - len(self.columns)] if n >= len(self.columns) else (n,) for n in (j, k))
         mixed = any(len({self.columns[n].kind for n in group}) > 1 for group in (one, other))
+        if against:
+            one, other = (self.every[n].of or group for n, group in ((j, one), (k, other)))
         return bool(set(one) & set(other)) or (mixed and None in (self.every[j].form, self.every[k].form))
 
 
@@ -180,10 +183,8 @@ def _evidence(
     alone = tied and i is not None and any(way[i][j] for way in ways for j in range(state.n) if j != i)
     terms = np.array([values[k] for k in fine]).T
     for (kind, form, _), row in zip(pieces, values, strict=True):
-        if kind == "slope" and form is None and len(fine) < len(points) and not alone:
-            left = terms @ np.linalg.lstsq(terms, np.array(row), rcond=None)[0] - np.array(row)
-            if float(np.abs(left).max()) > CLOSE * max(map(abs, row)):
-                kind = "cancelling"  # noqa: PLW2901
+        if kind == "slope" and form is None and len(fine) < len(points) and not alone and not _made_of(terms, row):
+            kind = "cancelling"  # noqa: PLW2901
         size = max(map(abs, row))
         if size == 0 or (form is not None and alone):  # terms of several equations, which rows tie together
             continue
@@ -200,6 +201,10 @@ def _evidence(
         led = "prescribed" in (one.kind, *one.also)  # it accounts for the others
         if kind in BESIDE and i is not None and not led and (kind, one.kind) != ("along", "spin"):
             columns[same[0]] = replace(one, also=(*one.also, kind))
+    held = [k for k, one in enumerate(columns) if one.form is not None]
+    if 0 < len(held) < len(points):
+        terms = np.array([columns[k].values for k in held]).T
+        columns = [replace(one, of=tuple(held[n] for n in _made_of(terms, one.values))) for one in columns]
     handles = tuple(_handles(course, motions, i, ways, tied, how)) if i is not None else ()
     beside = () if i is None or tied or how else tuple(_beside(course, motions, i))
     if tied and i is not None and not how:
@@ -211,6 +216,13 @@ def _evidence(
     ways_to = list(product(*(range(n + 1) for n in powers.values())))[1:9]
     divided = tuple(tuple(prod(p[x] ** n for x, n in zip(powers, of, strict=True)) for p in points) for of in ways_to)
     return Evidence(points, tuple(columns), right, handles, key in ("P:", "L:"), tied, beside, how, alike, divided)
+
+
+def _made_of(terms: Array, row: Sequence[float]) -> list[int]:
+    """Return the terms, columns of their values by number, that some values are made of; none where they are not."""
+    shares = np.linalg.lstsq(terms, np.array(row), rcond=None)[0]
+    off = np.abs(terms @ shares - row).max()
+    return [k for k, x in enumerate(shares) if abs(x) > ALIKE and off <= CLOSE * max(map(abs, row))]
 
 
 def common(forms: Sequence[Form], names: Collection[str]) -> dict[str, int]:
@@ -232,8 +244,7 @@ def _alike(columns: Sequence[Column], parameters: frozenset[str]) -> tuple[tuple
 
 def _biased(motions: Motions, i: int, ways: Sequence[Floating], columns: Sequence[Column]) -> Iterator[Column]:
     """Yield what products of rates make where rows tie accelerations to them as well, as one column."""
-    still = next((one.values for one in columns if one.kind == "rates" and one.form is None), None)
-    found = []
+    still, found = next((one.values for one in columns if one.kind == "rates" and one.form is None), None), []
     for k, (point, way, mass) in enumerate(zip(motions.along, ways, motions.masses, strict=True)):
         share, accelerations = np.array(way[i]), np.array([point[name] for name in motions.accelerations])
         if share[i] == 0:
@@ -362,7 +373,9 @@ def _bodies(course: Course, of: Callable[[Expr], Shares], turning: bool = False)
         arm = course.velocities(part)[1]
         yield ("relative", None, of(part.spin - spin))
         if turning:
-            yield ("relative", None, of(part.m * (dot(arm, arm) - dot(v, v)) / 2 + part.spin - spin))
+            kept = of(part.m * dot(v, v) / 2 + spin)
+            kind = "along" if all(node.is_zero for node, _ in kept) else "relative"  # all that turns is lost
+            yield (kind, None, of(part.m * (dot(arm, arm) - dot(v, v)) / 2 + part.spin - spin))
         yield from (("relative", None, of(course.kinetic(part) - lone)) for lone in part.lone)
     yield from (("spin", None, of(K)) for name, K in course.right.K.items() if name.startswith("rotor "))
     tails = (course.parts[k:] for k in range(1, len(course.parts) - 1))

@@ -258,6 +258,10 @@ ALL_OF_IT = ("turned", "factor", "half", "ratio")
 """Rules found otherwise that say more than terms do."""
 OF_RATES = ("slope", "velocities", "product")
 """Rules found otherwise by which rates are lost that a relative rate may explain as well."""
+LEAVES_OUT = (*OF_RATES, "weightless", "body", "carried", "coupling", "spring", "force", "friction")
+"""Rules that tell why a result is zero: what is not there has no wrong symbol, distance or angle."""
+KEPT = ("extra", "chain", *OF_RATES)
+"""Rules that say why a term is too much."""
 
 FREE = ("P:", "L:")
 """What keys of quantities begin with that hold a constant which is free."""
@@ -294,14 +298,14 @@ def mistakes(course: Course, key: str, right: Expr | None = None, most: int = MO
     found: dict[tuple[float, ...], Mistake] = {}
     for mistake in islice(_all(course, key, right), 2 * most):  # many of them give the same
         mark = marked(mistake.node)
-        if mark is None or mark == own:
+        if mark is None or mark == own or (not any(mark) and mistake.rule not in LEAVES_OUT):
             continue
         first = found.get(mark)
         if first is None:
             found[mark] = mistake
             if len(found) == most:
                 break
-        elif not first.other and mistake.rule not in (first.rule, *VAGUE):
+        elif not first.other and mistake.rule not in (first.rule, *VAGUE) and (any(mark) or mistake.rule in OF_RATES):
             found[mark] = replace(first, other=mistake.rule)
     return list(found.values())
 
@@ -322,7 +326,7 @@ def _mark(course: Course, node: Expr, free: bool) -> tuple[float, ...] | None:
         except (ArithmeticError, ValueError):
             return None
     marks = [values[k + 2] - values[k] for k in range(2)] if free else values
-    return tuple(float(f"{value:.9g}") + 0.0 for value in marks)
+    return tuple(float(f"{value:.9g}") if abs(value) > 1e-12 else 0.0 for value in marks)  # 0 in doubles
 
 
 def _moved_by_others(course: Course, i: int) -> bool:

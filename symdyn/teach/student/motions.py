@@ -80,6 +80,7 @@ class Motions:
         inverses: for each of these the inverse of that, on the motions that rows allow.
         rows: unit and entries of the rows of the scene by their multipliers.
         accelerations: their names.
+        senses: signs of rates: both, or what all has a value at.
     """
 
     groups: tuple[Group, ...]
@@ -89,6 +90,7 @@ class Motions:
     inverses: tuple[Floating, ...]
     rows: Mapping[str, tuple[str, tuple[Form, ...]]]
     accelerations: tuple[str, ...]
+    senses: tuple[int, ...] = (1,)
 
     def values(self, form: Form, equation: int | None = None) -> list[dict[str, list[float]]]:
         """Return what a formula is worth on the motions, by group, and where an equation is broken."""
@@ -251,8 +253,8 @@ def _motions(drawing: _Drawing) -> Motions | None:
     every = [along, *(one for group in groups for one in (group.on, *group.off))]
     finite = all(isfinite(x) for one in every for p in one for x in p.values())
     names = tuple(map(acceleration_name, scene.velocities))
-    found = Motions(tuple(groups), tuple(along), tuple(ways), tuple(masses), tuple(inverses), rows_of(scene), names)
-    return found if finite else None
+    kept = tuple(groups), tuple(along), tuple(ways), tuple(masses), tuple(inverses), rows_of(scene), names
+    return Motions(*kept, drawing.senses) if finite else None
 
 
 class _Drawing:

@@ -10,28 +10,28 @@ scene. A page does the same with the same numbers: `templates/teach/terms.js`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from itertools import combinations, permutations
-from math import cos, isfinite, pi, sin
+from collections.abc import Iterator, Sequence
+from itertools import combinations, permutations, product
+from math import cos, isfinite, pi, prod, sin
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.algebra import Array, Pi
+from symdyn.algebra import Array, Form, Pi, Power, Sum
 from symdyn.frozen import dataclass, replace
-from symdyn.graph import Op
+from symdyn.graph import Expr, Op
 from symdyn.scene import SceneUnits
 from symdyn.teach.student.course import Course
-from symdyn.teach.student.evidence import CLOSE, PAIRED, Column, Evidence, linear, moved
+from symdyn.teach.student.evidence import ALIKE, CLOSE, PAIRED, Column, Evidence, linear, moved
 from symdyn.teach.student.mistakes import PLAIN, STATES
-from symdyn.teach.student.motions import Motions, Point
+from symdyn.teach.student.motions import Motions, at_points
 from symdyn.teach.student.wrong_energies import ratios
 from symdyn.unlocked import cached_property
 
 FACTOR, SCALED, UNTIED = 1.5, 0.05, 0.1
 """Prices: of a wrong factor, of an equation times a factor, of multipliers in it or their absence."""
-BOTH = (-1.0, -2.0, 1.0, -0.5)
-"""How a term is changed beside one in which something else stands: lost, turned, doubled, halved."""
+BOTH, WRITTEN = (-1.0, -2.0, 1.0, -0.5), 60
+"""How a term is changed beside one in which something else stands: lost, turned, doubled, halved; terms as written."""
 ROUND = tuple((n * pi) ** k for n in (1, 2) for k in (-2, -1, 1, 2))
 """Factors of a constant that stands with another power."""
 WHOLE = ((-1.0, "turned"), (0.5, "factor"), (2.0, "factor"))
@@ -84,23 +84,10 @@ class Found:
     sure: bool = False
 
 
-def explained(evidence: Evidence, atoms: Atoms, value: Callable[[Point], float]) -> Found | None:
+def explained(evidence: Evidence, atoms: Atoms, node: Expr) -> Found | None:
     """Return what differs in a wrong answer, by its value at points; None where that cannot be told."""
-    mine = [value(point) for point in evidence.points]
-    scaled = [] if evidence.handles else [(0.0, mine)]
-    for handle in evidence.handles:
-        rows = [
-            [x, *(value(moved(p, by, n)) for n in (1, 2))]
-            for x, p, by in zip(mine, evidence.points, handle.steps, strict=True)
-        ]
-        slopes, of = linear(rows), handle.parameter
-        each = zip(mine, evidence.points, slopes or mine, strict=True)
-        whole = bool(of) and all(abs(x - p[of] * a) <= CLOSE * abs(x) for x, p, a in each)
-        if slopes and not whole:
-            by = [b / a for a, b in zip(slopes, handle.right, strict=True)]
-            price = 0.0 if all(abs(abs(x) - 1) < CLOSE for x in by) else SCALED
-            scaled.append((price + UNTIED * (evidence.how == "rows"), [x * y for x, y in zip(mine, by, strict=True)]))
-    scaled += [(SCALED, [x * y for x, y in zip(mine, by, strict=True)]) for by in evidence.common]
+    (mine,) = at_points([node], evidence.points)
+    scaled = [(price, [x * y for x, y in zip(mine, by, strict=True)]) for price, by in _scales(evidence, node)]
     told: list[Found] = []
     for deep in (False, True):  # two terms at once only where no single one tells
         ways = () if told else scaled
@@ -112,11 +99,52 @@ def explained(evidence: Evidence, atoms: Atoms, value: Callable[[Point], float])
     return min(told, key=lambda one: one.price) if told else None
 
 
+def _scales(evidence: Evidence, node: Expr) -> Iterator[tuple[float, Sequence[float]]]:
+    """Yield what an answer is times where it is the scene's, by point, with a price."""
+    points = evidence.points
+    if not evidence.handles:
+        yield 0.0, [1.0] * len(points)
+    for handle in evidence.handles:
+        each = [[moved(p, by, n) for p, by in zip(points, handle.steps, strict=True)] for n in (0, 1, 2)]
+        rows = list(zip(*(at_points([node], some)[0] for some in each), strict=True))
+        slopes, of = linear(rows), handle.parameter
+        of_all = zip(rows, points, slopes, strict=True) if of and slopes else ()
+        if slopes and not (of and all(abs(x - p[of] * a) <= CLOSE * abs(x) for (x, *_), p, a in of_all)):
+            by = [b / a for a, b in zip(slopes, handle.right, strict=True)]
+            price = 0.0 if all(abs(abs(x) - 1) < CLOSE for x in by) else SCALED
+            yield price + UNTIED * (evidence.how == "rows"), by
+    yield from ((SCALED, by) for by in evidence.common)
+
+
+def surplus(evidence: Evidence, form: Form, node: Expr) -> int:
+    """Return how many terms, as they are written, an answer is right without: one, or all of no term's values; or 0."""
+    terms = np.array(at_points([x.express(node.graph) for x in written_out(form)], evidence.points))
+    fine, half, found = [one for one in evidence.columns if one.form is not None], len(evidence.points) // 2, []
+    for _, by in _scales(evidence, node) if np.isfinite(terms).all() else ():
+        own = terms * np.array(by)
+        lone = [row for row in own if all(_share(row, x.values, np.abs(row).max()) is None for x in fine)]
+        rows = np.array([own.sum(axis=0) - np.array(evidence.right), *own, sum(lone, np.zeros_like(own[0]))])
+        left, *some = rows[:, half:] - rows[:, :half] if evidence.free else rows
+        most = np.abs(left).max()
+        same = [most > CLOSE * np.abs(own).max() and np.abs(left - row).max() <= ALIKE * most for row in some]
+        found += [n for n, held in ((1, any(same[:-1])), (len(lone), same[-1])) if held]
+    return min(found, default=0)
+
+
+def written_out(form: Form) -> list[Form]:
+    """Return the terms of a formula as it is written, multiplied out; where these are too many as they are."""
+    if isinstance(form, Sum):
+        found = [x for one in form.terms for x in written_out(one)]
+        return found if len(found) <= WRITTEN else [form]
+    factors = [form.base] * form.exponent if isinstance(form, Power) and form.exponent > 1 else form.factors
+    each = [written_out(x) for x in factors] if len(factors) > 1 else []
+    return [Form.product(x) for x in product(*each)] if 1 < prod(map(len, each)) <= WRITTEN else [form]
+
+
 def _search(evidence: Evidence, atoms: Atoms, mine: Sequence[float], deep: bool) -> Found | None:
     """Return the fewest columns that account for a difference; `deep`: one is lost or turned, another replaced."""
     e, columns = [a - b for a, b in zip(mine, evidence.right, strict=True)], evidence.every
-    lone = len(evidence.columns)
-    size = max(*map(abs, mine), *(abs(x) for one in columns for x in one.values))
+    lone, size = len(evidence.columns), max(*map(abs, mine), *(abs(x) for one in columns for x in one.values))
     if not isfinite(size) or max(map(abs, e)) <= CLOSE * size:
         return None
     half = len(e) // 2
@@ -129,7 +157,7 @@ def _search(evidence: Evidence, atoms: Atoms, mine: Sequence[float], deep: bool)
     angles = any(one.function for one in atoms.every)
 
     def states(k: int, c: float) -> tuple[str, ...]:
-        square = angles and columns[k].kind.startswith("spring") and abs(c + 2) < CLOSE
+        square = angles and columns[k].kind.startswith("spring") and abs(c + 2) < ALIKE
         if square and any(abs(x + 2 * t) > CLOSE * size for x, t in zip(e, values[k], strict=True)):
             return ("trig",)  # sin² q for cos² q: all but turned, by a constant that is free
         return _states(columns[k], c)
@@ -155,7 +183,7 @@ def _search(evidence: Evidence, atoms: Atoms, mine: Sequence[float], deep: bool)
         at = list(zip((j, k), shares, strict=True))
         first, second = (_states(columns[n], c) for n, c in at)
         price = sum(_price(c) + 0.1 * (columns[n].form is None) + 0.2 * (n >= lone) for n, c in at)
-        if first and second and not evidence.overlap(j, k):
+        if first and second and not evidence.overlap(j, k, shares[0] * shares[1] < 0):
             found.append(Found(0.25 + price, (j, k), (*first, *second), all(_price(c) < FACTOR for _, c in at)))
     if not evidence.free:
         found += _extra(evidence, fine, e, size, atoms, deep)
@@ -204,17 +232,17 @@ def _states(column: Column, c: float) -> tuple[str, ...]:
     lost, turned, scaled = (own or other for own, other in zip(STATES[column.kind], plain, strict=True))
     turns = column.form is not None and any(isinstance(x, Pi) for x in column.form.walk())
     scaled += " power" * (turns and any(abs(1 + c - x) < CLOSE * x for x in ROUND))
-    if abs(c + 2) < CLOSE:  # some say no sign
+    if abs(c + 2) < ALIKE:  # some say no sign
         told: tuple[str, ...] = (turned, "termsign" if turned in ("spring", "friction", "force") else "")
     else:
         alike = [STATES[kind][0] for kind in column.also]
-        told = (lost, *alike) if abs(c + 1) < CLOSE else (turned, scaled) if c < -1 else (scaled,)
-    return tuple(" ".join(told).split()) if turned or c > -1 - CLOSE else ()
+        told = (lost, *alike) if abs(c + 1) < ALIKE else (turned, scaled) if c < -1 else (scaled,)
+    return tuple(" ".join(told).split()) if turned or c > -1 - ALIKE else ()
 
 
 def _price(c: float) -> float:
     """Return what a coefficient 1 + c costs: least if a term is lost, then if it is turned."""
-    return 1.0 if abs(c + 1) < CLOSE else 1.1 if abs(c + 2) < CLOSE else FACTOR
+    return 1.0 if abs(c + 1) < ALIKE else 1.1 if abs(c + 2) < ALIKE else FACTOR
 
 
 def _share(e: Sequence[float], row: Sequence[float], size: float) -> float | None:

@@ -71,6 +71,8 @@ def _wrong_energies(course: Course) -> Iterator[tuple[str, str, Energies]]:
         level = list(_replaced(course, {by: zero}))[1]  # what is inclined taken for level
         yield from (("trig", "", level), ("absolute", "", level))
     yield from (("absolute", "", wrong) for values in from_ground(course) for wrong in _replaced(course, values))
+    stretched = (course.put(E, values) for values in from_ground(course, 1))  # of a spring from link to link
+    yield from (("absolute", "", replace(right, P={**right.P, "E": node})) for node in stretched if node != E)
 
 
 def _replaced(course: Course, values: Mapping[Expr, Expr]) -> Iterator[Energies]:
@@ -227,10 +229,13 @@ def ratios(course: Course) -> Iterator[Ratio]:
     given = [x for joint in course.scene.joints if joint.coupling for _, x in joint.coupling.ratios]
     factors = [x for ratio in given for x in Form.of(ratio.express(course.graph)).factors]
     below = [x.base for x in factors if isinstance(x, Power) and x.exponent == -1 and isinstance(x.base, Symbol)]
-    for a in dict.fromkeys(x for x in factors if isinstance(x, Symbol)):
+    above = [x for x in factors if isinstance(x, Symbol)]
+    for a in dict.fromkeys([*above, *below]):
         up = a.express(course.graph)
         if units.get(a.name) in ("", "1"):
-            yield up, {up: course.graph.one}, {up: 1 / up}
+            yield up if a in above else 1 / up, {up: course.graph.one}, {up: 1 / up}
+    for a in dict.fromkeys(above):
+        up = a.express(course.graph)
         for down in dict.fromkeys(x.express(course.graph) for x in below if units.get(x.name) == units.get(a.name)):
             yield up / down, {up: down}, {up: down, down: up}
 
@@ -239,7 +244,10 @@ def wrong_ratios(course: Course) -> Iterator[Energies]:
     """Yield energies with a ratio of gears turned over or left out, in both, in one, or not squared in K."""
     right = course.right
     for ratio, one, turned in ratios(course):
-        yield from (wrong for values in (turned, one) for wrong in _replaced(course, values))
+        for values in (turned, one):
+            every = [*_replaced(course, values)]
+            alone = (replace(right, K={**right.K, tag: K}) for tag, K in every[0].K.items() if right.K[tag] != K)
+            yield from (*every, *alone)
         flat = course.replaced(right, one).K
         yield replace(right, K={tag: K if flat[tag] == K else flat[tag] * ratio for tag, K in right.K.items()})
 
