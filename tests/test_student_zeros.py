@@ -122,7 +122,7 @@ TYPED = {
         *(("P:", text, RIGHT) for text in ("0", "P = 0", "5", "J1 - J2")),
         *(("P:", text, EXTRA) for text in ("J1 phi", "J1 phi'", "M", "J1 + M", "5 psi", "phi''")),
         ("L:", "1/2 J1 phi'^2 + 1/2 J2 psi'^2 + J1", RIGHT),
-        ("L:", "1/2 J1 phi'^2 + 1/2 J2 psi'^2 + M", (False, ())),
+        ("L:", "1/2 J1 phi'^2 + 1/2 J2 psi'^2 + M", EXTRA),
         *((key, "0", RIGHT) for key in ("k_z:1,2", "k_C:1,1,2", "k_D:1,2", "k_G:1", "dL:/dphi")),
         *((key, text, EXTRA) for key in ("k_z:1,2", "k_C:1,1,2", "k_G:1", "dL:/dphi") for text in ("5", "J1 phi")),
     ],
