@@ -25,10 +25,8 @@ from symdyn.teach.student.motions import Floating, Motions, Point, at_points
 from symdyn.teach.student.wrong_energies import from_ground, from_slope
 from symdyn.unlocked import cached_property
 
-MOST, PAIRED = 80, 24
-"""Terms of a result that is taken apart; and while it is looked at as well what is wrong alike in two of them."""
-FEW_JOINTS = 3
-"""Joints, while terms of other equations are looked at."""
+MOST, PAIRED, FEW_JOINTS = 80, 24, 3
+"""Terms of a result taken apart, and while what is wrong alike in two is looked at; joints, while terms of others are."""
 CLOSE, ALIKE = 1e-7, 1e-5
 """Of the largest value: what is nothing; of a term: how far it is from another one that is the same."""
 
