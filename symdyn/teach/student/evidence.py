@@ -26,7 +26,7 @@ from symdyn.teach.student.wrong_energies import from_ground, from_slope
 from symdyn.unlocked import cached_property
 
 MOST, PAIRED, FEW_JOINTS = 80, 24, 3
-"""Terms of a result taken apart, and while what is wrong alike in two is looked at; joints, while terms of others are."""
+"""Terms of a result taken apart, and while what is wrong alike in two is looked at; joints, while terms of others."""
 CLOSE, ALIKE = 1e-7, 1e-5
 """Of the largest value: what is nothing; of a term: how far it is from another one that is the same."""
 
