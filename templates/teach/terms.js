@@ -174,7 +174,7 @@ const Terms = (() => {
   function times([kind, form, t, squared], mine) {
     if (t.some((x, k) => x === 0 || Math.abs(mine[k]) <= 1e-9 * Math.abs(x))) return [];
     const ratio = mine.map((y, k) => y / t[k]), found = [];
-    for (const [a, b, both] of pairs()) {
+    for (const [a, b, both] of pairs(ratio[0] / ratio[1])) {
       const [top, bottom] = [a[3], b[3]], n = ratio[0] * over(top[0], bottom[0], both);
       if (!Number.isFinite(n) || !ratio.every((r, k) => Math.abs(r * over(top[k], bottom[k], both) - n) <= 1e-7 * Math.abs(n))) continue;
       const beside = [...(n < 0 ? [apart.states[kind][1] || "termsign"] : []), ...(Math.abs(Math.abs(n) - 1) > 1e-6 ? ["termfactor"] : [])];
@@ -188,10 +188,17 @@ const Terms = (() => {
   }
   const over = (a, b, both) => both ? (a * b) ** -both : b / a;
   let made = null;
-  function pairs() {
-    if (made) return made;
-    made = [];
-    const unlike = (a, b) => a[0] !== b[0] || a[1] !== b[1], list = apart.atoms;
+  // Those pairs whose values at the first two points are so far apart, of thousands that are looked at in every term
+  function pairs(distance) {
+    made = made || every().map(([a, b, both], k) => [over(a[3][1], b[3][1], both) / over(a[3][0], b[3][0], both), k, [a, b, both]]).filter(([x]) => Number.isFinite(x)).sort((one, other) => one[0] - other[0]);
+    const near = 2e-7 * Math.abs(distance);
+    let low = 0, high = made.length;
+    while (low < high) made[(low + high) >> 1][0] < distance - near ? low = ((low + high) >> 1) + 1 : high = (low + high) >> 1;
+    while (high < made.length && made[high][0] <= distance + near) high++;
+    return made.slice(low, high).sort((one, other) => one[1] - other[1]).map(one => one[2]);
+  }
+  function every() {
+    const made = [], unlike = (a, b) => a[0] !== b[0] || a[1] !== b[1], list = apart.atoms;
     for (const a of list) for (const b of list) if (unlike(a, b)) made.push([a, b, 0]);
     list.forEach((a, j) => list.slice(j + 1).forEach(b => { if (j && unlike(a, b)) made.push([a, b, 1], [a, b, -1]); }));
     return made;
