@@ -41,7 +41,7 @@ KEPT = re.compile(r"(\{\w*\}|<[^>]*>|\\\w+)")
 CODE = "xx"
 SILENT = ("script", "style", "math", "code")
 SPOKEN = ("aria-label", "title", "alt", "placeholder", "data-text")
-UNITS = {"rad", "sin", "cos", "tan"}
+UNITS = {"rad", "sin", "cos", "tan", "atan"}
 """And functions, which formulas have in every language."""
 
 
@@ -103,8 +103,8 @@ class Seen(HTMLParser):
 def foreign(text: str, scene: str) -> list[str]:
     """Return the words of a text that are neither the scene's nor made up."""
     one = read(EXAMPLES / f"{scene}.toml")
-    named = [x.name for x in (one, *one.bodies, *one.joints, *one.loops, *one.elements, *one.parameters)]
-    known = set(re.findall(r"[A-Za-z]+", " ".join([*named, *one.coordinates, *(p.text for p in one.parameters)])))
+    parts = (one, *one.bodies, *one.joints, *one.loops, *one.elements, *one.parameters)
+    known = set(re.findall(r"[A-Za-z]+", " ".join([*one.coordinates, *(f"{x.name} {x.text}" for x in parts)])))
     known |= UNITS | {word.capitalize() for word in known}  # a title begins with a capital
     return sorted({word for word in re.findall(r"[A-Za-z]{3,}", text) if word not in known})
 

@@ -518,7 +518,7 @@ sys.exit(main(sys.argv[1:]))
 @pytest.mark.runs("cc")
 @pytest.mark.skipif(os.name == "nt", reason="limits of files")
 def test_a_disk_that_takes_no_more_is_told(tmp_path: Path) -> None:
-    changed = {"4000": "1500", "50": "1500", "0.5": "0.05"}
+    changed = {"2000": "1500", "50": "1500", "0.5": "0.05"}
     line = [changed.get(word, word) for word in line_of(tmp_path)]
     found = subprocess.run(
         [sys.executable, "-c", FULL, *line], check=False, capture_output=True, text=True, timeout=HANG

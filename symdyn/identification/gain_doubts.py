@@ -182,6 +182,7 @@ def doubts(
         return _by_one_factor(model, specified, fitted.regression)
     units = [force_unit(unit) for unit in SceneUnits(model.scene).velocities]
     freed: list[tuple[float, int, str, Fitted]] = []
+    most = sum(fit.percent**2 for fit in fitted.fits)  # a fit with one gain more that leaves as much went far away
     for j, bound in _in_doubt((*specified, *(forces if specified else ())), fitted, shown):
         if freed and bound > LEVEL * min(one[0] for one in freed):
             break
@@ -190,12 +191,11 @@ def doubts(
         except IdentifyError:  # it is not identifiable
             continue
         error, part = float(other.regression.errors[-1]), float(other.gains[j])
-        if abs(part - 1) > max(SURE * error, OFF):  # NaN: not identifiable
-            value = f"{part:.4g} times as much with a standard error of {error:.2g}"
-            if (one := specified.get(j)) is not None:
-                kind = f"{units[j]}/{one.unit}"
-                value = f"{part * one.value:.4g} {kind} with a standard error of {error * abs(one.value):.2g}"
-            freed.append((sum(fit.percent**2 for fit in other.fits), j, value, other))
+        left, one = sum(fit.percent**2 for fit in other.fits), specified.get(j)
+        if left < most and abs(part - 1) > max(SURE * error, OFF):  # NaN: not identifiable
+            size, unit = (1.0, "times as much") if one is None else (one.value, f"{units[j]}/{one.unit}")
+            value = f"{part * size:.4g} {unit} with a standard error of {error * abs(size):.2g}"
+            freed.append((left, j, value, other))
     freed.sort(key=lambda one: one[0])
     alike = sorted((one for one in freed if one[0] < LEVEL * freed[0][0]), key=lambda one: one[1])
     if not alike:
