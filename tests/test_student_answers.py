@@ -140,7 +140,7 @@ OF_PLATE = "(Jc + m a²) β̈ {} ct β̇ − kt (β0 − β) + m g a sin β"
 SEEN = (
     ("eighth", "plate_pendulum", "drive beta M", OF_PLATE.format("+"), True, ""),
     ("eighth", "plate_pendulum", "drive beta M", "(Jc + m a²) β̈ − kt (β0 − β) + m g a sin β", True, ""),
-    ("eighth", "plate_pendulum", "drive beta M", OF_PLATE.format("+ 2"), False, "termfactor"),
+    ("eighth", "plate_pendulum", "drive beta M", OF_PLATE.format("+ 2"), False, "extra"),  # it stands before the box
     ("eighth", "plate_pendulum", "drive beta M", "M = " + OF_PLATE.format("+ 2"), False, "termfactor"),
     ("eighth", "plate_pendulum", "drive beta M", "M = " + OF_PLATE.format("−"), False, "friction"),
     ("eighth", "plate_pendulum", "potential", "m g a (1 - cos β) + kt/2 (β - β0)", False, "power"),

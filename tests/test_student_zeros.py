@@ -185,6 +185,7 @@ TYPED = {
         ("tau:2", "m s'' - m (s + a) phi'^2 + d s' = -d s'", EXTRA),
         ("tau:2", "m s'' - m (s + a) phi'^2 + 2 d s' = 0", FACTOR),
         ("tau:1", "(J + m (s + a)^2) phi'' + 2 m (s + a) s' phi' + c phi' + m s'^2 = M", EXTRA),
+        ("k_z:1,1", "J + m (s + a)^2 + m a", (False, ("extra", "dimension"))),
         ("tau:1", "M = (J + m (s + a)^2) phi'' + 2 m (s + a) s' phi' + c phi' + m s' phi'", EXTRA),
     ],
     BOOM: [

@@ -115,7 +115,10 @@ const Answers = (() => {
     const whole = p => first.of(p) - (second ? second.of(p) : front ? front(p) : 0), found = Terms.told(key, whole, rule);
     const minus = ({terms = []}) => terms.map(one => p => -one(p)), typed = [...first.of.terms || [first.of], ...minus(second ? second.of : front || {})];
     const {kept, vague} = QUESTIONS.apart, over = kept.includes(told.rule) ? 0 : Terms.surplus(key, whole, typed);
-    if (over === 1 && !(found && found.sure && found.rules.some(one => kept.includes(one)))) return {...forgot(["extra", "", ""]), changes: [["extra", ""]], kinds: []};
+    if (over === 1 && !(found && found.sure && found.rules.some(one => kept.includes(one)))) {
+      const both = ["extra", ...(told.rule === "dimension" ? [told.rule] : [])].map(rule => words.mistakes[rule]).join(words.mistakes.and);
+      return {...forgot(["extra", "", ""]), text: words["answer.mistake"].replace("{rule}", () => both), changes: [["extra", ""]], kinds: []};
+    }
     const reason = found && told.whole === "answer.factor" && found.rules.some(one => !vague.includes(one));
     if ((told.whole && !reason) || QUESTIONS.apart.whole.includes(told.rule)) return found ? {...told, kinds: found.kinds, changes: found.changes} : told;
     if (!found) {

@@ -364,7 +364,7 @@ class Diagnosis:
         loose = any(one.how == "rows" and not tied for one, _ in ways)
         evidence, told = min(ways, key=lambda way: way[1].price, default=(every[0], None))
         if 1 in over and not (told and told.sure and set(KEPT) & set(told.rules)):
-            return Mistake("extra", node)
+            return Mistake("extra", node, more=("dimension",) if found and found.rule == "dimension" else ())
         unlike = found is not None and told is not None and not told.sure and found.rule not in told.rules
         swapped = told is not None and told.rules in SWAPPED and found is not None and found.rule == "index"
         if told is None or (unlike and "absolute" not in told.rules and not swapped):

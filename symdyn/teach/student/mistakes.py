@@ -226,8 +226,8 @@ STATES: Mapping[str, tuple[str, str, str]] = {
     "cancelling": ("slope extra", "slope", ""),  # a term is left that the slope would take away
     "product": ("product", "", ""),
     "static": ("", "energies", ""),
-    "spin": ("inertia", "", "inertia"),
-    "turner": ("body", "", "inertia"),  # a body that turns and no more
+    "spin": ("inertia", "", "inertia termfactor"),
+    "turner": ("body", "", "inertia termfactor"),  # a body that turns and no more
     "steiner": ("steiner", "", ""),
     "body": ("body", "", ""),
     "carried": ("carried", "", ""),
