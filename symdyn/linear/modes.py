@@ -37,7 +37,6 @@ from symdyn.dynamics import Workspace
 from symdyn.dynamics.outputs import COLUMNS
 from symdyn.errors import LinearizeError
 from symdyn.frozen import dataclass, replace
-from symdyn.linear.scaling import PARTED, ROUNDING, balance, eigenvalues, nothing
 from symdyn.simulation import CHECKS, opened
 from symdyn.unlocked import cached_property
 
@@ -63,8 +62,17 @@ class array(np.ndarray[Any, np.dtype[np.complex128]]):  # noqa: N801  by this na
 NOTHING = 1e-9
 """Singular values of the balanced A over its largest that are zero."""
 
+PARTED = 1e-6
+"""Distance of eigenvalues over the largest that rounding makes of one that is multiple."""
+
 SIDEWAYS = 1e-9
 """Real parts, or of samples |z| - 1, over the size of the largest eigenvalue that are zero."""
+
+ROUNDING = 1e-14
+"""Entries over the largest that rounding leaves where there is nothing."""
+
+ROUNDS = 12
+"""Times that all states are balanced at most."""
 
 
 def pairs_of(values: Iterable[complex]) -> list[list[float]]:
@@ -159,8 +167,8 @@ def growth(values: Sequence[complex] | Complexes, size: float, sampled: bool = F
     `size` is that of the largest; `sampled` values are z - 1.
     """
     each = np.asarray(values, dtype=np.complex128)
-    beyond = (2 * each.real + np.abs(each) ** 2) / (1 + np.abs(1 + each)) if sampled else each.real
-    return np.sign(np.where(np.abs(beyond) > SIDEWAYS * np.sqrt(size * np.abs(each)), beyond, 0.0))
+    beyond = np.abs(1 + each) - 1 if sampled else each.real
+    return np.sign(np.where(np.abs(beyond) > SIDEWAYS * size, beyond, 0.0))
 
 
 def spectrum(A: Array, whole: float = 0.0, sampled: bool = False) -> Spectrum:
@@ -178,10 +186,6 @@ def spectrum(A: Array, whole: float = 0.0, sampled: bool = False) -> Spectrum:
         part = left[zeros:, zeros:]
         _, values, rows = np.linalg.svd(part)
         lost = int(np.sum(values <= NOTHING * max(size, 1e-300)))
-        if lost and not whole:
-            some = nothing(part, ROUNDING * size if zeros else 0.0, sampled)
-            if some.shape[1] < lost:
-                lost, rows = some.shape[1], np.linalg.qr(some, "complete")[0].T[::-1]
         if not lost:
             break
         turn = np.eye(n)
@@ -190,7 +194,7 @@ def spectrum(A: Array, whole: float = 0.0, sampled: bool = False) -> Spectrum:
         left[zeros:, zeros : zeros + lost] = 0.0
         still = scale[:, None] * Q[:, :lost] if not zeros else still
         zeros += lost
-    values, below = eigenvalues(left[zeros:, zeros:]) if zeros < n else (np.zeros(0), np.zeros((0, 0)))
+    values, below = np.linalg.eig(left[zeros:, zeros:]) if zeros < n else (np.zeros(0), np.zeros((0, 0)))
     values, fewer = _as_one(np.asarray(values, dtype=np.complex128), below, sampled)
     N, R = left[:zeros, :zeros], left[:zeros, zeros:]
     modes = []
@@ -220,13 +224,34 @@ def _as_one(values: Complexes, shapes: Array | Complexes, sampled: bool) -> tupl
     """
     top, found, fewer = float(np.abs(values).max(initial=0.0)), values.copy(), dict[complex, int]()
     for value in values:
-        near = np.abs(values - value) <= PARTED * math.sqrt(top * abs(value))
+        near = np.abs(values - value) <= PARTED * top
         mean = values[near].mean()
         if (many := int(np.count_nonzero(near))) > 1 and not growth([mean], top, sampled)[0]:
             found[near] = mean if sampled else complex(0.0, mean.imag)
-            if mean.imag > 0 and np.linalg.matrix_rank(shapes[:, near], tol=PARTED) < many:
+            if mean.imag > PARTED * top and np.linalg.matrix_rank(shapes[:, near], tol=PARTED) < many:
                 fewer[complex(mean)] = many
     return found, fewer
+
+
+def balance(A: Array) -> Array:
+    """Return scales d, powers of two, shape (nx,), that make rows and columns of D⁻¹ A D of one size."""
+    d, left = np.ones(len(A)), np.abs(A) * (1 - np.eye(len(A)))
+    left[left <= ROUNDING * np.abs(A).max(initial=0.0)] = 0.0  # it would be blown up
+    for _ in range(ROUNDS):
+        changed = False
+        for k in range(len(A)):
+            column, row = float(np.linalg.norm(left[:, k])), float(np.linalg.norm(left[k]))
+            if not (column > 0 and row > 0 and math.isfinite(column) and math.isfinite(row)):
+                continue
+            factor = 2.0 ** round(math.log2(row / column) / 2)
+            if factor != 1.0:
+                changed = True
+                d[k] *= factor
+                left[:, k] *= factor
+                left[k] /= factor
+        if not changed:
+            break
+    return d
 
 
 def untouched(A: Array, among: Sequence[int]) -> list[int]:

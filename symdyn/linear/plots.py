@@ -57,11 +57,6 @@ class Transfers(tuple[Any, ...], Answer):
         lines = (f"\n    {repr(one).removeprefix('<Transfer ')[:-1]}" for one in self)
         return f"<{len(self)} transfer functions:{''.join(lines)}>"
 
-    def __call__(self, *at: object, **_: object) -> NoReturn:
-        """Raise LinearizeError: one of them is a function."""
-        of = ", ".join(f'"{name}"' for name in (self[0].output, self[0].input)) if self else '"y", "F"'
-        raise LinearizeError(f"Transfers: one of them is a function: .transfer({of})({quoted(*at[:1] or 's')})")
-
 
 class Plotted(Answer):
     """An answer that has a plot, which a notebook shows above its tables."""

@@ -25,9 +25,8 @@ from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError, listed, suggestion
 from symdyn.frozen import dataclass, replace
 from symdyn.linear.locus import array_of
-from symdyn.linear.modes import Complexes, array, pairs_of, spectrum
+from symdyn.linear.modes import Complexes, array, balance, pairs_of, spectrum
 from symdyn.linear.plots import Plotted, pole_map
-from symdyn.linear.scaling import balance
 from symdyn.linear.stability import Margins, verdict
 from symdyn.linear.state_space import StateSpace
 from symdyn.linear.transfer import named, poles_in_words, shown, staircase

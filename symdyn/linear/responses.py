@@ -19,7 +19,7 @@ from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError
 from symdyn.frozen import dataclass, replace
 from symdyn.linear.locus import RootLocus, array_of, numbers, root_locus
-from symdyn.linear.modes import Complexes, growth, spectrum
+from symdyn.linear.modes import Complexes, growth
 from symdyn.linear.plots import Plotted, bode, courses, nyquist
 from symdyn.linear.transfer import balanced
 from symdyn.linear.weights import places
@@ -200,8 +200,8 @@ USUAL, ROUND, MOST = 500, 20, 20_000
 SETTLED, GROWN, ROUNDS = 7.0, 100.0, 10.0
 """Time constants after which a mode has settled, how far one grows that is shown, and rounds of what does not decay."""
 
-ROUNDED = 1e-12
-"""Part of its terms that rounding leaves of a final value that is zero."""
+ROUNDED, EVENED = 1e-12, 10
+"""Part of its terms that rounding leaves of a final value that is zero; times that rows and columns are made alike."""
 
 BESIDE, ALIKE = 1e-3, 1e-6
 """Distance from a pole over its size at which systems are compared, and parts of G in which they are alike."""
@@ -350,14 +350,32 @@ def _final(one: StateSpace, kind: str) -> Array:
     found = np.full(one.D.shape, math.nan)
     for i, k in np.ndindex(found.shape):
         own = _joined(one[one.outputs.names[i], one.inputs.names[k]])
-        whole, own = own, own if own.stable else own.minimal
-        size = float(np.abs(own.A).max(initial=0.0))  # what is nothing beside it may be rounding of `minimal`
-        if own is whole or (not spectrum(own.A, size, bool(own.period)).lasting and _alike(own, whole)):
+        whole, ends = own, own.stable or _settles(own)
+        own = own if ends else own.minimal
+        if ends or (own.stable and _alike(own, whole)):
             x = np.linalg.solve((0.0 if one.period is None else 1.0) * np.eye(len(own.A)) - own.A, own.B)
             size = float((np.abs(own.C) @ np.abs(x) + np.abs(own.D))[0, 0])
             end = float((own.C @ x + own.D)[0, 0])
             found[i, k] = end if kind == "step" and abs(end) > ROUNDED * size else 0.0
     return found
+
+
+def _settles(one: StateSpace) -> bool:
+    """Return whether all modes decay, however slow: those are of the inverse of A, its rows and columns evened."""
+    if one.period is not None or not len(one.A):
+        return False
+    A, rows, columns = one.A, np.ones((len(one.A), 1)), np.ones((1, len(one.A)))
+    for axis in (1, 0) * EVENED:
+        size = np.abs(A).max(axis=axis, keepdims=True)
+        size[size == 0] = 1.0
+        A, rows, columns = A / size, rows * (size if axis else 1.0), columns * (1.0 if axis else size)
+    sizes = np.linalg.svd(A, compute_uv=False)
+    if sizes[-1] <= ROUNDED * sizes[0]:
+        return False
+    fast, slow = np.linalg.eigvals(one.A), 1 / np.linalg.eigvals(np.linalg.inv(A) / (rows * columns).T)
+    middle = math.sqrt(np.abs(fast).max() * np.abs(slow).min())
+    values = np.concatenate([fast[np.abs(fast) > 0.9 * middle], slow[np.abs(slow) < 1.1 * middle]])
+    return bool(np.all(values.real < -ROUNDING * np.abs(values)))
 
 
 def _alike(one: StateSpace, whole: StateSpace) -> bool:
@@ -396,8 +414,7 @@ def _usual_end(one: StateSpace) -> float:
     else:
         ends = (-SETTLED / one.real if way else ROUNDS * 2 * math.pi / abs(one) for one, way in each)
         end = max(ends, default=ROUNDS)
-    step = one.period or 0.0
-    return MOST * step if end > LONGEST * (step or math.inf) else max(end, ROUNDS * step)
+    return end if one.period is None else max(end, ROUNDS * one.period)
 
 
 GAINS, DECADES = 300, 8

@@ -19,10 +19,9 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.errors import LinearizeError, listed
 from symdyn.frozen import asdict, dataclass, replace
-from symdyn.linear.modes import NOTHING, spectrum
+from symdyn.linear.modes import NOTHING, balance, spectrum
 from symdyn.linear.plots import Answer
 from symdyn.linear.responses import response_at
-from symdyn.linear.scaling import balance
 from symdyn.linear.transfer import invariant_zeros
 from symdyn.rounding import in_digits
 

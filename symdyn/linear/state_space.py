@@ -22,7 +22,7 @@ from symdyn.errors import LinearizeError, suggestion
 from symdyn.extras import install
 from symdyn.frozen import dataclass
 from symdyn.linear.locus import RootLocus
-from symdyn.linear.modes import Mode, Spectrum, array, spectrum
+from symdyn.linear.modes import Mode, Spectrum, array, balance, spectrum
 from symdyn.linear.plots import Plotted, pole_map
 from symdyn.linear.responses import (
     CLOSE,
@@ -32,7 +32,6 @@ from symdyn.linear.responses import (
     locus_over_gain,
     time_response,
 )
-from symdyn.linear.scaling import balance
 from symdyn.linear.stability import Margins, margins, verdict
 from symdyn.linear.transfer import Reach, Transfer, balanced, invariant_zeros, minimal, named, reach, transfers
 from symdyn.linear.weights import Axis, places, read_axis, read_matrix

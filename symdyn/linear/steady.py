@@ -19,9 +19,8 @@ from symdyn.errors import DerivationError, LinearizeError
 from symdyn.frozen import dataclass, replace
 from symdyn.linear.evolution import EQUAL, STILL, SpinAxes, seen, ways
 from symdyn.linear.linearization import Linearization
-from symdyn.linear.modes import NOTHING, untouched
+from symdyn.linear.modes import NOTHING, balance, untouched
 from symdyn.linear.prepared import Prepared, prepared
-from symdyn.linear.scaling import balance
 from symdyn.linear.search import nearest
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import acceleration_name

@@ -27,9 +27,8 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.frozen import dataclass
-from symdyn.linear.modes import NOTHING, Complexes, pairs_of, spectrum
+from symdyn.linear.modes import NOTHING, Complexes, balance, pairs_of, spectrum
 from symdyn.linear.plots import Answer, Transfers
-from symdyn.linear.scaling import balance
 from symdyn.rounding import in_digits
 from symdyn.table import Table
 
