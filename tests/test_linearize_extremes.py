@@ -10,7 +10,8 @@ import pytest
 
 import symdyn
 from symdyn.cli import main
-from symdyn.errors import SimulateError, SymdynError
+from symdyn.errors import LinearizeError, SimulateError, SymdynError
+from symdyn.linear import StateSpace
 from symdyn.scene import Scene
 
 LARGEST = 1.797e308
@@ -83,3 +84,21 @@ def test_what_is_too_large_or_too_small_never_ends_in_a_traceback(name: str) -> 
                 assert len(found.poles) == len(found.states)
         except SymdynError:
             continue  # in words
+
+
+def test_a_call_of_several_transfer_functions_tells_which_to_call() -> None:
+    one = StateSpace([[0, 1], [-4, -1]], [[0], [1]], [[1, 0]], outputs=["y"], inputs=["F"])
+
+    with pytest.raises(LinearizeError, match=r'one of them is a function: \.transfer\("y", "F"\)\(s\)'):
+        one.transfer()(1j)
+
+
+def test_two_free_masses_with_a_spring_and_a_damper_drift() -> None:
+    """Two zeros, told by rounding of a turned matrix, are no slow growth."""
+    m, n, k, c = 1.88, 0.35, 1.8, 0.0134
+    rows = [[0, 0, 1, 0], [0, 0, 0, 1], [-k / m, k / m, -c / m, c / m], [k / n, -k / n, c / n, -c / n]]
+
+    one = StateSpace(rows, [[0], [0], [1 / m], [0]], [[1, 0, 0, 0]])
+
+    assert one.verdict.startswith("marginally stable")
+    assert sorted(np.abs(one.poles))[:2] == [0, 0]

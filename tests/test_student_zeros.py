@@ -116,6 +116,7 @@ p = { type = "revolute", parent = "ground", child = "near", axis = [0, 0, 1], co
 q = { type = "revolute", parent = "near", child = "far", axis = [0, 0, 1], origin = ["L", 0, 0], coordinate = "beta" }
 """
 LOST = "(M/3 + m) L^2 α'' + 1/2 m l L ((2 α'' + β'') cos β - (2 α' + β') β' sin β) = T"
+OWN = "m l^2/3 (α'' + β'') + 1/2 m l L (α'' cos β + α'^2 sin β)"
 """Without m l^2/3 (α'' + β''), what the far link has by its own turning."""
 TYPED = {
     FLYWHEELS: [
@@ -150,6 +151,7 @@ TYPED = {
     DRAG: [
         ("tau:1", "F = m x'' + (f + s exp(-x'^2/v^2)) sign(x')", RIGHT),
         ("tau:1", "F = m x'' + f sign(x')", (False, ("term",))),
+        ("tau:1", "-F = m x'' + f sign(x')", (False, ("term", "termsign"))),
         ("tau:1", "F = m x'' + f + s exp(-x'^2/v^2)", LAW),
         ("tau:1", "F = m x'' + (f + s exp(-x'^2/v^2)) sign(x)", LAW),
         ("tau:1", "x'' = (F - f sign(x))/m", LAW),
@@ -202,11 +204,14 @@ TYPED = {
     GEARED: [
         ("K:", "1/2 J1 phi'^2 + 1/2 J2 phi'^2/n^2 + 1/2 J3 (phi'/n + psi')^2", RIGHT),
         ("K:", "1/2 J1 phi'^2 + 1/2 J2 phi'^2/n^2 + 1/2 J3 (phi' + psi')^2", (False, ("ratio",))),
+        ("K:", "1/2 J1 phi'^2 + 1/2 J2 phi'^2 4^2 + 1/2 J3 (4 phi' + psi')^2", (False, ("ratio",))),
         ("k_z:1,2", "J3/n^2", (False, ("index", "power"))),  # the share that the load has in k_z11, too
     ],
     LINKS: [
         ("P:", "1/2 k (beta - b0)^2", RIGHT),
         ("P:", "1/2 k (alpha + beta - b0)^2", (False, ("absolute",))),
+        ("tau:2", f"{OWN} + k (α + β - b0) = tau2", (False, ("absolute",))),
+        ("k_E:2", "k beta", (False, ())),  # b0 is no inclined plane
         ("tau:1", LOST, (False, ("carried", "relative"))),
     ],
     FRICTION: [("tau:1", "M = I phi'' + c phi", (False, ("index", "dimension")))],

@@ -57,6 +57,11 @@ class Transfers(tuple[Any, ...], Answer):
         lines = (f"\n    {repr(one).removeprefix('<Transfer ')[:-1]}" for one in self)
         return f"<{len(self)} transfer functions:{''.join(lines)}>"
 
+    def __call__(self, *_: object, **__: object) -> NoReturn:
+        """Raise LinearizeError: one of them is a function."""
+        one = f': .transfer("{self[0].output}", "{self[0].input}")(s)' if self else ", and there is none"
+        raise LinearizeError(f"Transfers: one of them is a function{one}")
+
 
 class Plotted(Answer):
     """An answer that has a plot, which a notebook shows above its tables."""

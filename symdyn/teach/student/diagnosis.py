@@ -223,7 +223,7 @@ class Diagnosis:
             for first in (0,) if lettered else (0, 2):  # what is wrong in letters is not excused by numbers
                 pairs = list(zip(mine[first : first + 2], row[first : first + 2], strict=True))
                 held = bool(pairs) and all(_close(a, b) for a, b in pairs)
-                if held and (by_value or equal(form, self._form(one.node, first))):
+                if held and (by_value or equal(form, self._form(one.node, form if first else None))):
                     return one
         nodes = [form.express(self._graph), right.express(self._graph)]
         values, own = (list(row) for row in zip(*self.points.values(nodes, [0, SCALED]), strict=True))
@@ -245,7 +245,7 @@ class Diagnosis:
         drive = self.drive(i)
         nodes = [form.express(self._graph), *(one.node - drive for one in known)]
         mine, *rows = (list(row) for row in zip(*self.points.values(nodes, self.points.pairs), strict=True))
-        lettered = self.named(i) <= set(form.symbols)  # what is wrong in letters is not excused by numbers
+        lettered = self.seen(f"tau:{i + 1}") <= set(form.symbols)  # what is wrong in letters is not excused by numbers
         for first in (0,) if lettered else (0, 4):
             for one, row in zip(known, rows, strict=True):
                 if _alike(mine, row, first):
@@ -391,11 +391,11 @@ class Diagnosis:
         assert self.course is not None, "mistakes are those of a course"
         return self.course.graph
 
-    def _form(self, node: Expr, bound: int) -> Form:
-        """Return a node as a form, with the scene's numbers of parameters or without."""
-        graph, known = node.graph, self.scene.parameters if bound else ()
-        values = {graph.symbol(p.name): p.value.express(graph) for p in known if p.value is not None}
-        return Form.of(substitute([node], values)[0])
+    def _form(self, node: Expr, typed: Form | None) -> Form:
+        """Return a node as a form; with numbers for those parameters that `typed`, if it is given, leaves out."""
+        graph, letters = node.graph, typed.symbols if typed else ()
+        known = (p for p in self.scene.parameters if typed and p.value is not None and p.name not in letters)
+        return Form.of(substitute([node], {graph.symbol(p.name): p.value.express(graph) for p in known})[0])  # type: ignore[union-attr]
 
 
 def _alike(mine: Sequence[float], right: Sequence[float], first: int) -> bool:

@@ -68,8 +68,9 @@ def _wrong_energies(course: Course) -> Iterator[tuple[str, str, Energies]]:
     for by in (course.graph.symbol(p.name) for p in course.scene.parameters if p.unit == "rad"):
         if by in reachable(right.K.values()):  # a sum of angles for their difference
             yield "clockwise", "", list(_replaced(course, {by: -by}))[2]
-        level = list(_replaced(course, {by: zero}))[1]  # what is inclined taken for level
-        yield from (("trig", "", level), ("absolute", "", level))
+        if by in reachable(node for tag, node in right.P.items() if tag != "E"):  # what is inclined taken for level
+            level = list(_replaced(course, {by: zero}))[1]
+            yield from (("trig", "", level), ("absolute", "", level))
     yield from (("absolute", "", wrong) for values in from_ground(course) for wrong in _replaced(course, values))
     stretched = (course.put(E, values) for values in from_ground(course, 1))  # of a spring from link to link
     yield from (("absolute", "", replace(right, P={**right.P, "E": node})) for node in stretched if node != E)
