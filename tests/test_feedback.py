@@ -465,3 +465,19 @@ def test_a_sample_that_leaves_no_accelerations_ends_the_run_there(method: str) -
         signal.signal(signal.SIGALRM, before)
     assert "cannot go on after t = 0.2 s: accelerations have no finite value there" in run.stopped
     assert run.t[-1] == pytest.approx(0.2)
+
+
+def test_a_controller_that_keeps_something_is_told_beside_the_pace(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A filter of a rate, asked at every stage of every step, shrank the steps without a word of why."""
+    monkeypatch.setattr("symdyn.simulation.integrate.integration.FIRST", 0.05)
+    monkeypatch.setattr("symdyn.simulation.integrate.integration.LONG", 0.0)
+    kept = [0.0]
+
+    def filtered(_: float, q: Any, u: Any) -> float:
+        kept[0] = 0.9 * kept[0] + 0.1 * float(u[1])
+        return float(50 * q[1] + 8 * kept[0])
+
+    with pytest.warns(RuntimeWarning, match=r"asked again at the same state.*takes a period, Feedback"):
+        simulate(symdyn.example("cart_pole"), until=1e-4, start={"theta": 0.05}, feedback=filtered)

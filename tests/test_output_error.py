@@ -63,7 +63,9 @@ def test_steep_friction_is_followed_and_what_is_too_steep_is_told(monkeypatch: p
     scene, forces = read_text(SLED), {"F": "6*sin(9*t)"}
     run = symdyn.simulate(scene, forces=forces, until=0.5, every=0.05, values={"c": 2.5})
     log = {"t": run.t, "x": run["x"]}
-    assert output_error(scene, log, "c", forces=forces)["c"] == pytest.approx(2.5)
+    found = output_error(scene, log, "c", forces=forces)
+    assert found["c"] == pytest.approx(2.5)
+    assert found.to_pandas().loc["c", "standard_error"] == found.standard_errors[0]
     monkeypatch.setattr("symdyn.identification.shooting.MOST_STEPS", 64)
     with pytest.raises(IdentifyError, match=r"64 steps .* or a wider smoothing, which moves what is found"):
         output_error(scene, log, "c", forces=forces)

@@ -19,13 +19,14 @@ import warnings
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from time import perf_counter
-from typing import Any, Unpack
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.arguments import argument, with_fields
 from symdyn.errors import IdentifyError, UnknownNameError, listed, suggestion
+from symdyn.extras import package
 from symdyn.frozen import dataclass, field
 from symdyn.identification.shooting import FEWEST, Measured, Search, first_state, read_measured, searched, shooting
 from symdyn.rounding import in_digits
@@ -35,6 +36,9 @@ from symdyn.shown import Shown
 from symdyn.simulation import Problem, opened
 from symdyn.simulation.prescribed import Entries, parameter_values
 from symdyn.table import Table
+
+if TYPE_CHECKING:
+    import pandas
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,6 +125,21 @@ class OutputFit(Shown):
         ]
         heads = ("parameter", "unit", "before", "after", "standard error")
         return Table(heads, rows, range(2, 5), f"parameters of {self.declared.name}")
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return a row an estimate: its value, standard error, unit and value before, as `table` has them.
+
+        Raises:
+            IdentifyError: pandas is not installed.
+        """
+        pandas = package("pandas", IdentifyError, ".table()")
+        columns = {
+            "value": self.estimate,
+            "standard_error": self.standard_errors,
+            "unit": list(self.units),
+            "before": self.before,
+        }
+        return pandas.DataFrame(columns, index=pandas.Index(self.names, name="parameter"))
 
     def _place(self, name: str) -> int:
         if name not in self.names:

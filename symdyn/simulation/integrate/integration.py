@@ -295,7 +295,7 @@ def integrated(
             if not pieces:
                 ready = time.perf_counter()
             pieces.append(piece)
-            outlook.look(piece.now[0], partial(_grown, problem, piece.now[1]))
+            outlook.look(piece.now[0], partial(_why, problem, *piece.now))
             if progress is not None:
                 progress(piece.now[0] / problem.until)
     except KeyboardInterrupt:
@@ -340,8 +340,16 @@ GROWN = 100.0
 """Times the largest velocity at the start, or 1 if that is less, beyond which one is named in a run that takes long."""
 
 
-def _grown(problem: InitialValueProblem, x: Array) -> str:
-    """Return which velocity has grown beyond all others at a state, in words; "" where none has grown much."""
+def _why(problem: InitialValueProblem, t: float, x: Array) -> str:
+    """Return what makes a run slow, in words; "" where neither a controller nor a velocity does."""
+    loop, nq, n = problem.system.loop, problem.system.nq, problem.system.nq + problem.system.nu
+    if loop is not None and loop.period is None:
+        one, other = (loop(t, x[:nq], x[nq:n], x[n : n + loop.nz]) for _ in range(2))
+        if not np.array_equal(one, other):
+            return (
+                "; the controller answers otherwise when it is asked again at the same state: one that keeps something"
+                " from call to call takes a period, Feedback(law, forces, period=0.01), and is asked once in each"
+            )
     velocities = slice(problem.system.nq, problem.system.nq + problem.system.nv)
     now, first = x[velocities], np.max(np.abs(problem.x[velocities]), initial=1.0)
     k = int(np.argmax(np.abs(now))) if len(now) else 0
