@@ -38,7 +38,7 @@ from symdyn.simulation.prescribed import Entries, parameter_values
 from symdyn.table import Table
 
 if TYPE_CHECKING:
-    import pandas
+    import pandas  # type: ignore[import-untyped]
 
 
 @dataclass(frozen=True, eq=False)
