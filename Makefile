@@ -5,6 +5,10 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
+ifeq ($(shell uname -m),x86_64)  # one kernel of BLAS on every machine: others round otherwise, and searches end elsewhere
+export OPENBLAS_CORETYPE ?= Haswell
+endif
+
 .PHONY: playground playground-test demo quick net test slow targets fuzz viewers lint types doctest wheel golden docs notebooks closed-forms bench bars accuracy clean
 
 demo: $(READY)  ## print the two-link equations, generate and verify the PUMA 560 modules

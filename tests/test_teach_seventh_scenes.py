@@ -85,7 +85,7 @@ WRONG = (
     ("geartrain", "M = " + M.format("r_1/r_2", "r_2/r_1"), "ratio"),
     ("geartrain", "M = " + M.format("1", "r_1/r_2"), "ratio"),
     ("geartrain", "M = (J_1 + (J_2 + m R^2) r_1/r_2) \\ddot\\phi + b \\dot\\phi + m g R r_1/r_2", "ratio"),
-    ("geartrain", "M - b \\dot\\phi = " + M.format("r_1/r_2", "r_1/r_2"), "termfactor"),
+    ("geartrain", "M - b \\dot\\phi = " + M.format("r_1/r_2", "r_1/r_2"), "extra"),
     ("incline", "(M+m) s'' + m l/2 φ'' cos(φ-α) - m l/2 φ'^2 sin(φ-α) + b s' + k s - (M+m) g sin α = 0", "clockwise"),
     ("backlash", "T = (J1 + J2) φ'' + J2 ψ''", "force"),
 )
