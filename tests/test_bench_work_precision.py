@@ -29,7 +29,8 @@ def runs_of(scene: Scene) -> TimedRuns:
     return TimedRuns.of(scene, lively(scene))
 
 
-def test_finer_tolerances_take_more_work_and_leave_less_error() -> None:
+def test_finer_tolerances_take_more_work_and_leave_less_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("symdyn.bench.measurements.PATIENCE_QUICK", 1.0)  # a slow machine measures every method, too
     found = motion(read(EXAMPLES / "double_pendulum.toml"), quick=True)
     curve = next(curve for curve in found.precision if curve.method == "dop853")
 
