@@ -6,6 +6,7 @@ import json
 import math
 import os
 import signal
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -481,3 +482,22 @@ def test_a_controller_that_keeps_something_is_told_beside_the_pace(
 
     with pytest.warns(RuntimeWarning, match=r"asked again at the same state.*takes a period, Feedback"):
         simulate(symdyn.example("cart_pole"), until=1e-4, start={"theta": 0.05}, feedback=filtered)
+
+
+def test_a_controller_that_raises_when_it_is_asked_again_ends_no_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What looks for the reason of a slow run asks it twice more."""
+    again = [False]
+
+    def look(_: object, __: float, why: Callable[[], str]) -> None:
+        again[0] = True
+        assert why() == ""
+        again[0] = False
+
+    def law(_: float, q: Any, u: Any) -> float:
+        if again[0]:
+            raise ValueError("asked again")
+        return float(50 * q[1])
+
+    monkeypatch.setattr("symdyn.simulation.integrate.integration.Outlook.look", look)
+
+    assert simulate(symdyn.example("cart_pole"), until=0.1, start={"theta": 0.05}, feedback=law).stopped == "end"

@@ -26,7 +26,7 @@ const Terms = (() => {
     const ways = every.filter(one => one.multipliers || !tied).map(one => [one, explained(one, of)]).filter(([one, found]) => found && (tied || !one.multipliers || (found.sure && found.rules.includes("untied"))));
     if (!ways.length) return null;
     const [one, found] = ways.reduce((a, b) => a[1].cost <= b[1].cost ? a : b), rows = all(one);
-    const beside = rule && (found.rules.includes("absolute") || (rule === "index" && ["trig", "power", "power,dimension"].includes(found.rules.join()))) ? [rule] : [];
+    const beside = rule && (found.rules.includes("absolute") || (rule === "index" && apart.swapped.some(rules => rules.join() === found.rules.join()))) ? [rule] : [];
     if (rule && !found.sure && !found.rules.includes(rule) && !beside.length) return null;
     const of_ = found.columns.flatMap(k => (rows[k][5] || [k]).map(n => rows[n])).filter(row => row[1]), loose = !tied && found.sure && ways.some(([one]) => one.multipliers), rules = [...new Set([...(found.sure ? [] : beside), ...found.rules, ...(loose ? ["untied"] : [])])];
     if (rule && rules.every(one => apart.vague.includes(one)) && !(rule === "cross" && rules.join() === "termsign") && found.columns.some(k => (apart.suits[rows[k][0]] || []).includes(rule))) rules.unshift(rule);
@@ -187,21 +187,21 @@ const Terms = (() => {
     return found;
   }
   const over = (a, b, both) => both ? (a * b) ** -both : b / a;
-  let made = null;
+  let sorted = null;
   // Those pairs whose values at the first two points are so far apart, of thousands that are looked at in every term
   function pairs(distance) {
-    made = made || every().map(([a, b, both], k) => [over(a[3][1], b[3][1], both) / over(a[3][0], b[3][0], both), k, [a, b, both]]).filter(([x]) => Number.isFinite(x)).sort((one, other) => one[0] - other[0]);
+    sorted = sorted || every().map(([a, b, both], k) => [over(a[3][1], b[3][1], both) / over(a[3][0], b[3][0], both), k, [a, b, both]]).filter(([x]) => Number.isFinite(x)).sort((one, other) => one[0] - other[0]);
     const near = 2e-7 * Math.abs(distance);
-    let low = 0, high = made.length;
-    while (low < high) made[(low + high) >> 1][0] < distance - near ? low = ((low + high) >> 1) + 1 : high = (low + high) >> 1;
-    while (high < made.length && made[high][0] <= distance + near) high++;
-    return made.slice(low, high).sort((one, other) => one[1] - other[1]).map(one => one[2]);
+    let low = 0, high = sorted.length;
+    while (low < high) sorted[(low + high) >> 1][0] < distance - near ? low = ((low + high) >> 1) + 1 : high = (low + high) >> 1;
+    while (high < sorted.length && sorted[high][0] <= distance + near) high++;
+    return sorted.slice(low, high).sort((one, other) => one[1] - other[1]).map(one => one[2]);
   }
   function every() {
-    const made = [], unlike = (a, b) => a[0] !== b[0] || a[1] !== b[1], list = apart.atoms;
-    for (const a of list) for (const b of list) if (unlike(a, b)) made.push([a, b, 0]);
-    list.forEach((a, j) => list.slice(j + 1).forEach(b => { if (j && unlike(a, b)) made.push([a, b, 1], [a, b, -1]); }));
-    return made;
+    const found = [], unlike = (a, b) => a[0] !== b[0] || a[1] !== b[1], list = apart.atoms;
+    for (const a of list) for (const b of list) if (unlike(a, b)) found.push([a, b, 0]);
+    list.forEach((a, j) => list.slice(j + 1).forEach(b => { if (j && unlike(a, b)) found.push([a, b, 1], [a, b, -1]); }));
+    return found;
   }
   function exchanged([f, a, unit], [g, b, below], both, squared) {
     const units = [unit, below].some(x => !["1", "rad", "rad^2"].includes(x)), alone = f || g;

@@ -240,6 +240,7 @@ def _apart(diagnosis: Diagnosis) -> dict[str, Any] | None:
         "whole": mistakes.ALL_OF_IT,
         "rates": mistakes.OF_RATES,
         "kept": mistakes.KEPT,
+        "swapped": mistakes.SWAPPED,
         "ratios": sorted(" ".join(names) for names in diagnosis.atoms.ratios),
         "times": parts.WHOLE,
         "both": parts.BOTH,

@@ -28,7 +28,18 @@ from symdyn.scene.values import Unit, UnitError, acceleration_name
 from symdyn.teach.student.course import Course
 from symdyn.teach.student.evidence import Evidence, common, evidence_of
 from symdyn.teach.student.grammar import Names
-from symdyn.teach.student.mistakes import ALL_OF_IT, FREE, KEPT, MOST, OF_RATES, SUITS, VAGUE, Mistake, mistakes
+from symdyn.teach.student.mistakes import (
+    ALL_OF_IT,
+    FREE,
+    KEPT,
+    MOST,
+    OF_RATES,
+    SUITS,
+    SWAPPED,
+    VAGUE,
+    Mistake,
+    mistakes,
+)
 from symdyn.teach.student.motions import Motions, at_points, in_reach, motions_of, numbers
 from symdyn.teach.student.parts import Atoms, atoms_of, explained, surplus
 from symdyn.unlocked import cached_property
@@ -168,8 +179,6 @@ def _drawn(name: str, k: int, signs: Signs) -> float:
 
 
 CLOSE = 1e-9
-SWAPPED = (("trig",), ("power",), ("power", "dimension"))
-"""What terms tell that is told with another symbol, or entry, that makes the same."""
 
 
 class Diagnosis:

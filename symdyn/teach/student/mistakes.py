@@ -260,6 +260,8 @@ OF_RATES = ("slope", "velocities", "product")
 """Rules found otherwise by which rates are lost that a relative rate may explain as well."""
 LEAVES_OUT = (*OF_RATES, "weightless", "body", "carried", "coupling", "spring", "force", "friction")
 """Rules that tell why a result is zero: what is not there has no wrong symbol, distance or angle."""
+SWAPPED = (("trig",), ("power",), ("power", "dimension"))
+"""What terms tell that is told with another symbol, or entry, that makes the same."""
 KEPT = ("extra", "chain", "absolute", *OF_RATES)
 """Rules that say why a term is too much."""
 
