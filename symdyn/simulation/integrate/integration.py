@@ -345,8 +345,9 @@ def _why(problem: InitialValueProblem, t: float, x: Array) -> str:
     """Return what makes a run slow, in words; "" where neither a controller nor a velocity does."""
     loop, nq, n = problem.system.loop, problem.system.nq, problem.system.nq + problem.system.nu
     with suppress(ControllerError):  # one that raises ends the run where the motion asks it
-        always = loop if loop is not None and loop.period is None else None
-        if always and not np.array_equal(*(always(t, x[:nq], x[nq:n], x[n : n + always.nz]) for _ in range(2))):
+        always = [loop, loop] if loop is not None and loop.period is None else []
+        answers = [one(t, x[:nq], x[nq:n], x[n : n + one.nz]) for one in always]
+        if answers and not np.array_equal(answers[0], answers[1]):
             return (
                 "; the controller answers otherwise when it is asked again at the same state: one that keeps something"
                 " from call to call takes a period, Feedback(law, forces, period=0.01), and is asked once in each"
