@@ -387,6 +387,14 @@ def test_a_sampled_system_has_the_modes_of_the_one_it_comes_from() -> None:
     assert one.discretize(0.01).damp().rows[0][1] == pytest.approx(one.modes[0].frequency)
 
 
+def test_poles_of_what_stays_are_told_above_the_modes() -> None:
+    one = symdyn.linearize(symdyn.example("furuta"))  # the arm can stand anywhere
+    assert len(one.damp()) == len(one.poles) - 1
+    assert one.damp().title == "modes; 1 pole more at 0"
+    assert one.discretize(0.01).damp().title == "modes; 1 pole more at 1"
+    assert mechanism("arm").damp().title == "modes"
+
+
 # What is refused
 
 

@@ -212,12 +212,14 @@ class StateSpace(Plotted):
         return StateSpace(*minimal(A, B, C), self.D, None, self.inputs, self.outputs, self.period, self.name)
 
     def damp(self) -> Table[str | float]:
-        """Return a row a mode: eigenvalue, 1/s, frequency, Hz, damping ratio, and what moves."""
+        """Return a row a mode: eigenvalue, 1/s, frequency, Hz, damping ratio, what moves; poles of what stays in the title."""
         from symdyn.linear.report import HEAD, eigenvalue, shape
 
         size = 1e3 * max((abs(one.value) for one in self.modes), default=0.0)
         rows = [(eigenvalue(one, size), one.frequency, one.damping, shape(one, self)) for one in self.modes]
-        return Table(HEAD, rows, (1, 2), "modes")
+        zeros = self.growth.zeros
+        beside = f"; {zeros} {'pole' if zeros == 1 else 'poles'} more at {0 if self.period is None else 1}"
+        return Table(HEAD, rows, (1, 2), "modes" + (beside if zeros else ""))
 
     @overload
     def transfer(self) -> tuple[Transfer, ...]: ...
