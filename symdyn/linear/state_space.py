@@ -212,7 +212,7 @@ class StateSpace(Plotted):
         return StateSpace(*minimal(A, B, C), self.D, None, self.inputs, self.outputs, self.period, self.name)
 
     def damp(self) -> Table[str | float]:
-        """Return a row a mode: eigenvalue, 1/s, frequency, Hz, damping ratio, what moves; poles that stay in the title."""
+        """Return a row a mode: eigenvalue, 1/s, frequency, Hz, damping ratio, what moves."""
         from symdyn.linear.report import HEAD, eigenvalue, shape
 
         size = 1e3 * max((abs(one.value) for one in self.modes), default=0.0)
