@@ -181,7 +181,9 @@ def test_second_derivatives_and_none_lead_to_the_same_motion():
 
 @pytest.mark.targets
 def test_contradictions_and_wrong_options_are_told():
-    with pytest.raises(SimulateError, match=r"given at t = 0 s contradicts itself.*a formula of the path is missed"):
+    with pytest.raises(
+        SimulateError, match=r"given at t = 0 s contradicts itself.*of the path point_tool_y is .*, and 1 is asked for"
+    ):
         symdyn.collocation(FIVE, 1, 4, path={"point_tool_y": (1, 1)}).solve()
     with pytest.raises(SimulateError, match=r"given at t = 1 s contradicts itself.*loops do not close"):
         symdyn.collocation(FIVE, 1, 4, end={"q1": 1, "q2": 2, "q3": 0.3, "q4": 0.3}).solve()
@@ -223,7 +225,11 @@ def test_without_casadi_it_is_said_what_to_install(monkeypatch):
         ({"path": {"zz": (0, 1)}}, "path: .* uses zz"),
         (
             {"bounds": {"point_tip_x_dot": 1}},
-            'point_tip_x_dot follows from unknowns; give it by path={"point_tip_x_dot": 1}',
+            'point_tip_x_dot follows from unknowns; hold it by path={"point_tip_x_dot": 1}',
+        ),
+        (
+            {"bounds": {"point_tip_x_ddot": 1}},
+            'point_tip_x_ddot follows from unknowns; hold it by cost="point_tip_x_ddot[*][*]2"',
         ),
         ({"path": {"point_tip_x_ddot": 1}}, "and no force or acceleration; bounds limits those of joints"),
         ({"free": "zz"}, "free: zz is not known; known are m1, m2, l, g"),

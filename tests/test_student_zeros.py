@@ -118,6 +118,14 @@ q = { type = "revolute", parent = "near", child = "far", axis = [0, 0, 1], origi
 LOST = "(M/3 + m) L^2 α'' + 1/2 m l L ((2 α'' + β'') cos β - (2 α' + β') β' sin β) = T"
 OWN = "m l^2/3 (α'' + β'') + 1/2 m l L (α'' cos β + α'^2 sin β)"
 """Without m l^2/3 (α'' + β''), what the far link has by its own turning."""
+HELD = """
+gravity = "none"
+parameters = { m = "2 kg", k = "50 N/m", T = "0.1 s" }
+bodies.b.mass = "m"
+joints.j = { type = "prismatic", parent = "ground", child = "b", axis = [1, 0, 0], coordinate = "x", drive = "F" }
+springs.s = { joint = "j", stiffness = "k" }
+states.e = { rate = "(x - e)/T", unit = "m" }
+"""
 TYPED = {
     FLYWHEELS: [
         *(("P:", text, RIGHT) for text in ("0", "P = 0", "5", "J1 - J2")),
@@ -206,6 +214,14 @@ TYPED = {
         ("K:", "1/2 J1 phi'^2 + 1/2 J2 phi'^2/n^2 + 1/2 J3 (phi' + psi')^2", (False, ("ratio",))),
         ("K:", "1/2 J1 phi'^2 + 1/2 J2 phi'^2 4^2 + 1/2 J3 (4 phi' + psi')^2", (False, ("ratio",))),
         ("k_z:1,2", "J3/n^2", (False, ("index", "power"))),  # the share that the load has in k_z11, too
+        ("tau:1", "M = (J1 + (J2 + J3)/4^2) phi'' + J3/4 psi''", RIGHT),
+        (
+            "tau:1",
+            "J1 M = (J1 + (J2 + J3)/n^2) phi'' + J3/n psi''",
+            (False, ("undivided",)),
+        ),  # J1 is 1 kg m², n has no unit
+        ("tau:1", "M = (J1 + (J2 + J3)/n^2) phi'' + J3 psi''", (False, ("power",))),  # nothing is divided by a ratio
+        ("tau:1", "M = (J1 + J2/n^2 + J3) phi'' + J3/n psi''", (False, ("power",))),
     ],
     LINKS: [
         ("P:", "1/2 k (beta - b0)^2", RIGHT),
@@ -215,6 +231,11 @@ TYPED = {
         ("tau:1", LOST, (False, ("carried", "relative"))),
     ],
     FRICTION: [("tau:1", "M = I phi'' + c phi", (False, ("index", "dimension")))],
+    HELD: [  # a potential energy may have a constant more, and a state is none
+        ("P:", "1/2 k x^2 + k T", RIGHT),
+        ("P:", "1/2 k x^2 + 1/2 k e^2", (False, ("extra",))),
+        ("L:", "1/2 m x'^2 - 1/2 k x^2 - k e^2", (False, ("extra",))),
+    ],
 }
 """By scene: what is asked, an answer, whether it is right, and the rules that both doors tell."""
 
@@ -226,11 +247,11 @@ TYPED = {
     [
         *(FLYWHEELS, FRAME, DRAG, VISCOUS, CART, TABLE, GEARED),
         *(pytest.param(x, marks=pytest.mark.slow) for x in (LED, DISC, CENTRE, CLUTCH, FRICTION)),
-        *(pytest.param(x, marks=pytest.mark.slow) for x in (TWO_LINK, BOOM, CRANK, LINKS)),
+        *(pytest.param(x, marks=pytest.mark.slow) for x in (TWO_LINK, BOOM, CRANK, LINKS, HELD)),
     ],
     ids=[
         *("flywheels", "frame", "drag", "viscous", "cart", "table", "geared"),
-        *("led", "disc", "centre", "clutch", "friction", "two_link", "boom", "crank", "links"),
+        *("led", "disc", "centre", "clutch", "friction", "two_link", "boom", "crank", "links", "held"),
     ],
 )  # fmt: skip
 def test_zeros_and_terms_too_much_are_told_alike_at_both_doors(text: str, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -34,6 +34,7 @@ from symdyn.algebra import Array
 from symdyn.errors import SimulateError, quoted
 from symdyn.extras import install
 from symdyn.scene import SceneUnits
+from symdyn.scene.values import spell
 from symdyn.simulation import opened
 from symdyn.transcription.local import PLACES
 from symdyn.transcription.solution import Searched, Solution, lagrangian
@@ -264,12 +265,17 @@ def _contradictions(problem: Collocation, z: Array) -> None:
     worst = int(miss.argmax())
     if miss[worst] > CLOSE:
         kind, at = next((kind, at) for kind, at in problem.row.items() if worst in at)
-        node = int(np.argwhere(at == worst)[0][0])
+        node, *place = np.argwhere(at == worst)[0].tolist()
         grid, point = problem.grid, problem.points(PLACES.get(kind, "joint"))[node]
         where = f"t = {problem.times(z)[point]:.6g} s"
         if len(problem.schedule) > 1:  # whose times are guesses
             where = f"{grid.share[point]:.3g} of phase {grid.phase[point] + 1}"
-        words = {"held": "loops do not close, or velocities do not fit them", "path": "a formula of the path is missed"}
+        words = {"held": "loops do not close, or velocities do not fit them"}
+        if kind == "path":
+            least, most = (f"{x[worst]:.6g}" for x in (problem.rows_lower, problem.rows_upper))
+            formula = dict(problem.source.formulas)["path"][place[0]]
+            asked = f"{least} to {most}" if least != most else least
+            words["path"] = f"of the path {spell(formula)} is {g[worst]:.6g}, and {asked} is asked for"
         words |= {"open": "a contact is below its plane", "stays": "phases do not meet"}
         raise SimulateError(
             f"what is given at {where} contradicts itself, by {miss[worst]:.3g}: "

@@ -113,9 +113,10 @@ class Layout:
         columns |= {acceleration_name(name): place["a"][:, k] for k, name in enumerate(scene.velocities)}
         columns |= {self.names[k]: place["force"][:, i] for i, k in enumerate(self.written.driven)}
         columns |= {name: place["free"][k] for k, name in enumerate(self.free)}
-        odd = [name for name in bounds if name in _of_points(scene, slice(6))]
-        for name in odd:
-            faults.add("bounds", f"{name} follows from unknowns; give it by {argument('path', {name: bounds[name]})}")
+        odd, late = _of_points(scene, slice(9)), _of_points(scene, slice(6, 9))
+        for name in filter(odd.__contains__, bounds):
+            cure = argument("cost", f"{name}**2") if name in late else argument("path", {name: bounds[name]})
+            faults.add("bounds", f"{name} follows from unknowns; hold it by {cure}")
         known_names("bounds", [name for name in bounds if name not in odd], columns, faults, scene)
         units, known = SceneUnits(scene), [name for name in bounds if name in columns]
         given = [

@@ -21,6 +21,7 @@ from symdyn.scene.values import acceleration_name
 from symdyn.teach.languages import language_of
 from symdyn.teach.student.differences import Difference, differences
 from symdyn.teach.student.mistakes import Mistake
+from symdyn.teach.student.motions import constants
 from symdyn.teach.student.rows import LEVELS, ground_rows, holds, level_of, may_be_row, scene_rows
 from symdyn.teach.student.statements import Statement
 from symdyn.verdict import Verdict
@@ -236,12 +237,12 @@ def findings(claims: Sequence[Claim], scene: Scene) -> list[Finding]:
 
 
 def _free(form: Form, scene: Scene) -> Form | None:
-    """Return the value of a form if it depends on parameters only: it is looked at term by term."""
+    """Return the value of a form if it depends on constants only: it is looked at term by term."""
     try:
         left = [d.found or (d.right or Number.ZERO).negative for d in differences(form, Number.ZERO, scene)]
     except DerivationError:
         return None
-    fixed = {p.name for p in scene.parameters}
+    fixed = constants(scene)
     return Form.sum(left) if all(fixed.issuperset(term.symbols) for term in left) else None
 
 

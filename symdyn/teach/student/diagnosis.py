@@ -2,7 +2,7 @@
 
 Points at which answers are compared by value are the same in every run and in both checkers:
 
-    0 … 5      drawn       6 … 9      parameters of 0 … 3 at another position
+    0 … 5      drawn       6 … 9      constants of 0 … 3 at another position
     10 … 12    those of 0 … 2, parameters and position, with other rates, accelerations and drives
     13         the first, with lengths, masses and times in other units, where the scene says its units
     14 … 17    parameters as declared: with all else of 0, 1, 10 and 11; only where the scene has such
@@ -40,7 +40,7 @@ from symdyn.teach.student.mistakes import (
     Mistake,
     mistakes,
 )
-from symdyn.teach.student.motions import Motions, at_points, in_reach, motions_of, numbers
+from symdyn.teach.student.motions import Motions, at_points, constants, in_reach, motions_of, numbers
 from symdyn.teach.student.parts import Atoms, atoms_of, explained, surplus
 from symdyn.unlocked import cached_property
 
@@ -109,10 +109,9 @@ def points_of(scene: Scene, others: Mapping[str, str] = NONE, senses: Sequence[i
     signs = dict.fromkeys(scene.velocities, senses)
     names = Names(scene, tuple(others))
     every = [name for name in dict.fromkeys(names.symbols.values()) if name not in names.formulas]
-    parameters = {p.name for p in scene.parameters}
-    resting = {*parameters, *scene.coordinates}
+    resting = {*(p.name for p in scene.parameters), *scene.coordinates}
     drawn = [in_reach(scene, {name: _drawn(name, k, signs) for name in every}) for k in range(DRAWN)]
-    twins = [in_reach(scene, _mixed(point, k, parameters, signs)) for k, point in enumerate(drawn[:TWINS])]
+    twins = [in_reach(scene, _mixed(point, k, constants(scene), signs)) for k, point in enumerate(drawn[:TWINS])]
     movers = [_mixed(point, k, resting, signs) for k, point in enumerate(drawn[:MOVERS])]
     values = {p.name: p.value.known_at({}) for p in scene.parameters if p.value is not None and p.name in every}
     bound = {name: float(value) for name, value in values.items() if value is not None}
@@ -136,18 +135,19 @@ def _scales(scene: Scene, others: Mapping[str, str]) -> dict[str, float]:
     The unit of a multiplier is not known where the row is the user's: what it stands in has no unit that can be found.
     """
     found: dict[str, float] = {}
+    units, second = SceneUnits(scene), SCALES[2]
+    told = units.inferred
     for parameter in scene.parameters:
-        powers = powers_of(parameter.unit)
+        powers = powers_of(told[parameter.name])
         if powers is None:
             return {}
         found[parameter.name] = _scale(powers)
-    second = SCALES[2]
-    for velocity, unit in zip(scene.velocities, SceneUnits(scene).velocities, strict=True):
+    for velocity, unit in zip(scene.velocities, units.velocities, strict=True):
         found[velocity] = _scale(powers_of(unit)) / second
         found[acceleration_name(velocity)] = found[velocity] / second
-    for coordinate, unit in zip(scene.coordinates, SceneUnits(scene).coordinates, strict=True):
+    for coordinate, unit in zip(scene.coordinates, units.coordinates, strict=True):
         found[coordinate] = _scale(powers_of(unit))
-    for _, drive, unit in SceneUnits(scene).each_drive():
+    for _, drive, unit in units.each_drive():
         found[drive] = _scale(powers_of(unit))
     found[TIME] = second
     return found | {name: _scale(powers_of(unit)) if unit else float("nan") for name, unit in others.items()}

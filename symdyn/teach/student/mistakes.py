@@ -168,7 +168,8 @@ def _undivided(course: Course, i: int) -> Iterator[Wrong]:
     state, graph = course.state, course.graph
     total = _known(course.value(f"tau:{i + 1}", course.right))
     own = {a: M for a in state.qdd if _adds(course, total, M := course.slope(total, a))}
-    names = [graph.symbol(name) for name in sorted({p.name for p in course.scene.parameters})]
+    units = SceneUnits(course.scene).inferred  # a ratio is left out or forgotten, nothing is divided by it
+    names = [graph.symbol(p.name) for p in course.scene.parameters if units[p.name] != "1"]
     powers = [x for name in used(graph.total(own.values()), names) for x in (name, name * name)]
     drive = course.scene.drives[i]
     pieces = [-graph.symbol(drive)] if drive else []
@@ -176,6 +177,8 @@ def _undivided(course: Course, i: int) -> Iterator[Wrong]:
         pieces += [one.express(graph) for one in course.terms(total)]
     except DerivationError:
         return
+    shares = [x for x in pieces if any(_adds(course, x, course.slope(x, a)) and x != M * a for a, M in own.items())]
+    pieces = [x for x in pieces if x not in shares]  # one of two masses is not divided apart from the other
     yield from (("undivided", total + (by - graph.one) * piece) for by in (*own.values(), *powers) for piece in pieces)
     yield from (("undivided", total + (graph.one - M) * a) for a, M in own.items())
 

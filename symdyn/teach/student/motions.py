@@ -323,7 +323,9 @@ class _Drawing:
             return tuple((values | dict(zip(scene.coordinates, p.tolist(), strict=True)), found) for p in (q, there))
         values = {p.name: rng.uniform(0.25, 2.0) for p in scene.parameters} | (self._declared() if declared else {})
         if not scene.is_constrained:
-            return tuple((self._prescribed(values, rng), None) for _ in range(2))
+            moving = sorted({*values} - constants(scene))
+            both = [values | {name: rng.uniform(0.25, 2.0) for name in moving} for _ in range(2)]
+            return tuple((self._prescribed(one, rng), None) for one in both)
         found = self.loops.bound_to(values)
         here = self._prescribed(values, rng)
         q, way = np.array([here[name] for name in scene.coordinates]), self._way_of(rng)
@@ -409,3 +411,9 @@ class _Drawing:
         G = np.array([numbers(row, point) for row in self.rows.values()]).reshape(len(self.rows), len(needed))
         found = np.linalg.lstsq(G.T, needed, rcond=None)[0]
         return dict(zip(self.rows, found.tolist(), strict=True))
+
+
+def constants(scene: Scene) -> set[str]:
+    """Return the names of parameters that do not change with time: a state stands among them for one moment."""
+    rates = {one.name for one in scene.derived}
+    return {p.name for p in scene.parameters if acceleration_name(p.name) not in rates}

@@ -346,7 +346,8 @@ def atoms_of(course: Course, motions: Motions) -> Atoms:
     found = [Atom("", "", "1", (1.0,) * len(motions.along))]
     for name, unit in named if scene.is_constrained else (*named, *moving):
         row = tuple(point[name] for point in motions.along)
-        found += [Atom("", name, unit, row), Atom("", name, f"{unit}^2", tuple(x * x for x in row))]
+        square = tuple(x * x for x in row)
+        found += [Atom("", name, unit, row), Atom("", name, unit if unit == "1" else f"{unit}^2", square)]
     for function, of in (("sin", sin), ("cos", cos)):
         for angle in sums:
             row = tuple(of(sum(n * point[x] for x, n in angle.items())) for point in motions.along)
