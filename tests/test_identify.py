@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -13,8 +13,13 @@ import pytest
 from scipy.stats import chi2
 
 import symdyn
+from symdyn.algebra import Floats
 from symdyn.cli import main
+from symdyn.dynamics import Workspace
+from symdyn.dynamics.mechanism.tree import body_inertia
+from symdyn.dynamics.outputs import BaseColumns, base_frames
 from symdyn.errors import IdentifyError
+from symdyn.graph import Expr, evaluate
 from symdyn.identification.linear_model import TERMS, linear_model, with_terms
 from symdyn.identification.regression import Rows, solve
 from symdyn.scene import Scene, bind
@@ -63,6 +68,42 @@ def test_a_log_without_noise_gives_back_what_made_it() -> None:
     assert found.regression.condition < 10
     np.testing.assert_allclose(found.after, found.before, atol=2e-4)
     assert all(one.percent < 0.01 for one in found.fits)
+
+
+@pytest.mark.parametrize("name", ["arm7", "puma560", "scara", "spatial_3r"])
+def test_moments_of_the_last_body_are_those_in_the_frame_that_is_told(name: str) -> None:
+    scene = symdyn.read(EXAMPLES / f"{name}.toml")
+    w, last = Workspace(scene), scene.bodies[-1]
+    k, (body, joint, place) = [*base_frames(w).items()][-1]
+    known = {w.graph.symbol(one.name): 0.3 + 0.1 * n for n, one in enumerate(scene.parameters)}
+
+    def numbers(entries: Sequence[Expr]) -> list[float]:
+        return [float(x) for x in evaluate(list(entries), Floats(), known)]
+
+    own = body_inertia(last, w.graph)
+    first = numbers(place.R.T @ tuple(h - own.m * p for h, p in zip(own.h, place.p, strict=True)))
+    told = dict(zip(BaseColumns.of(w).names, numbers(BaseColumns.of(w).values()), strict=True))
+
+    assert (body, joint) == (last.name, scene.joints[-1].name)
+    parts = {part: told[one] for one in told for part in one.split(" + ") if one == part}
+    felt = [parts.get(f"m{axis}{k}", 0.0) for axis in "xy"]  # a column that nothing feels is none
+    np.testing.assert_allclose(felt, first[:2], atol=1e-12)
+
+
+def test_frames_of_base_parameters_are_told_where_base_parameters_are() -> None:
+    v = {"m1": 1, "m2": 1, "h1": 0.4, "h2": 0.3, "g": 9.81}
+    arm = symdyn.example("two_link")
+    run = symdyn.inverse(arm, {"q1": "sin(t)", "q2": "cos(1.3*t)"}, np.linspace(0, 10, 501), values=v)
+    found = symdyn.identify(arm, run, values=v)
+
+    assert found.frames == {
+        "R1": ("link1", "shoulder", "x along (0, 1, 0)"),
+        "R2": ("link2", "elbow", "x along (0, 1, 0)"),
+    }
+    assert repr(found).endswith("; .frames tells what R1 is>")
+    assert [" ".join(row) for row in found.tables[1]][1] == "R2 link2 elbow x along (0, 1, 0)"
+    assert "in the frame of the body" in symdyn.identification.report(found)
+    assert found.as_dict()["frames"]["R1"]["place"] == "x along (0, 1, 0)"
 
 
 @pytest.mark.parametrize("seconds", [0.0, 0.006, -0.04])

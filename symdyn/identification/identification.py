@@ -13,6 +13,8 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.arguments import argument, check_arguments, native
+from symdyn.dynamics import Workspace
+from symdyn.dynamics.outputs import base_frames
 from symdyn.errors import IdentifyError, UnknownNameError, choice
 from symdyn.extras import package
 from symdyn.frozen import dataclass
@@ -171,7 +173,7 @@ def _lacking(scene: Scene, motions: Sequence[Motion]) -> dict[int, tuple[str, st
     return found
 
 
-_PAYLOAD, _FRAME = re.compile(r"^payload (\d+ )?"), re.compile(r"R\d+(_b)*$")
+_PAYLOAD, _FRAME = re.compile(r"^payload (\d+ )?"), re.compile(r"(R\d+)(_b)*$")
 """What stands before the parameter of a payload, and the link frame behind one of a body."""
 
 
@@ -222,7 +224,9 @@ class Identification(Shown):
     def __repr__(self) -> str:
         count = len(self.model.names)
         known = f"{int(self.regression.identifiable[:count].sum())} of {count} base parameters identifiable"
-        return f"<Identification of {self.declared.name}: {known}, condition number {self.regression.condition:.3g}>"
+        more = f"condition number {self.regression.condition:.3g}"
+        where = f"; .frames tells what {[*self.frames][0]} is" if self.frames else ""
+        return f"<Identification of {self.declared.name}: {known}, {more}{where}>"
 
     @cached_property
     def scene(self) -> Scene:
@@ -233,6 +237,23 @@ class Identification(Shown):
     def names(self) -> tuple[str, ...]:
         """Names of the base parameters, of what was not known of payloads, and of gains, shape (p,)."""
         return self.regression.names
+
+    @cached_property
+    def frames(self) -> dict[str, tuple[str, str, str]]:
+        """Where the frames are that names of base parameters end with: of "R1" the body, the joint, the place.
+
+        z is along the joint's axis; the place is told in the frame of the body. mxR1 is Σ m x, kg m, and JxxR1 is
+        Σ m x², kg m², of the body and what joints further out pass on; JxxR1 + JyyR1 is the inertia about z.
+        """
+        from symdyn.emit.print import moved_text
+
+        parts = [part for name in self.model.names[: self.model.base] for part in name.split(" + ")]
+        used = {found[1] for part in parts if (found := _FRAME.search(part))}
+        return {
+            name: (body, joint, moved_text(place) or "the body's own")
+            for name, (body, joint, place) in base_frames(Workspace(self.model.scene)).items()
+            if name in used
+        }
 
     @property
     def units(self) -> tuple[str, ...]:
@@ -283,10 +304,11 @@ class Identification(Shown):
 
     @property
     def tables(self) -> tuple[Table[str], ...]:
-        """Base parameters before and after, gains of drives where there are some, how driving forces are predicted."""
-        from symdyn.identification.report_sections import fit_table, gain_table, parameter_table
+        """Base parameters, their frames, gains of drives where there are some, how driving forces are predicted."""
+        from symdyn.identification.report_sections import fit_table, frame_table, gain_table, parameter_table
 
-        return parameter_table(self), *([gain_table(self)] if self.gains else []), fit_table(self)
+        more = (*([frame_table(self)] if self.frames else []), *([gain_table(self)] if self.gains else []))
+        return parameter_table(self), *more, fit_table(self)
 
     def to_pandas(self) -> pandas.DataFrame:
         """Return a row a parameter: value, standard error, unit, value in the scene, whether it is identifiable.
@@ -335,6 +357,9 @@ class Identification(Shown):
                 {"name": n, "before": float(b), "after": float(a), "standard_error": float(e), "identifiable": bool(k)}
                 for n, b, a, e, k in columns
             ],
+            "frames": {
+                name: dict(zip(("body", "joint", "place"), one, strict=True)) for name, one in self.frames.items()
+            },
             "gains": [
                 {"drive": one.drive, "unit": one.unit, "value": one.value, "standard_error": one.error}
                 for one in self.gains

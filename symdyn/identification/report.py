@@ -33,6 +33,7 @@ from symdyn.identification.report_sections import (
     ellipses,
     figure,
     fit_table,
+    frame_table,
     gain_table,
     parameter_table,
 )
@@ -102,7 +103,8 @@ def _parameters(identification: Identification) -> Section:
         "the scene, after the estimate; SI units. An interval holds the true value in 95 of 100 logs, if the model is "
         "right.",
     )
-    return Section("Parameters", words, (parameter_table(identification),))
+    where = (frame_table(identification),) if identification.frames else ()
+    return Section("Parameters", words, (parameter_table(identification), *where))
 
 
 def _gains(identification: Identification) -> Section | None:
