@@ -225,7 +225,7 @@ class Identification(Shown):
         count = len(self.model.names)
         known = f"{int(self.regression.identifiable[:count].sum())} of {count} base parameters identifiable"
         more = f"condition number {self.regression.condition:.3g}"
-        where = f"; .frames tells what {[*self.frames][0]} is" if self.frames else ""
+        where = f"; .frames tells what {next(iter(self.frames))} is" if self.frames else ""
         return f"<Identification of {self.declared.name}: {known}, {more}{where}>"
 
     @cached_property

@@ -63,6 +63,8 @@ class OutputFit(Shown):
         dof: samples less estimates.
         runs: how many runs were taken.
         notes: what a user should know.
+        alike: pairs of names, a parameter and another estimate, that the data hardly tell apart, with the correlation
+            of their errors, above 0.99 or below -0.99; the worst first.
     """
 
     declared: Scene
@@ -81,11 +83,13 @@ class OutputFit(Shown):
     dof: int
     runs: int
     notes: tuple[str, ...] = ()
+    alike: tuple[tuple[str, str, float], ...] = ()
 
     def __repr__(self) -> str:
         parts = zip(self.names[: self.parameters], self.estimate, self.standard_errors, strict=False)
         said = ", ".join(f"{name} = {value:.5g} ± {error:.2g}" for name, value, error in parts)
-        return f"<OutputFit of {self.declared.name} to {listed(self.measured)}: {said}>"
+        doubt = "".join(f"; {a} and {b} hardly told apart (r = {r:.4f})" for a, b, r in self.alike[:1])
+        return f"<OutputFit of {self.declared.name} to {listed(self.measured)}: {said}{doubt}>"
 
     def __getitem__(self, name: str) -> float:
         """Return an estimate by its name; UnknownNameError if there is none."""
@@ -158,6 +162,10 @@ ROUNDING = 1e-9
 
 WHITE, FAR = 0.5, 3.0
 """Correlation from sample to sample, and residuals over the scatter of neighbouring samples, that are worth a word."""
+
+
+ALIKE = 0.99
+"""Correlation of the errors of two estimates that is worth a word."""
 
 
 @with_fields(Problem)
@@ -319,13 +327,36 @@ def _found(scene: Scene, search: Search, unknowns: Array, names: tuple[str, ...]
     bases = [piece.start for piece in search.pieces]
     state = [*scene.coordinates, *scene.first_order]
     places = [state.index(one) if one in state else -1 for one in search.pieces[0].unknowns]  # a turn starts from zero
+    covariance = inverse @ spread @ inverse.T
+    alike = _alike(labels, n, covariance)
     first = np.concatenate([np.zeros(n), *([0.0 if k < 0 else float(base[k]) for k in places] for base in bases)])
     return OutputFit(
         scene, tuple(labels), _units(scene, search), search.before * scale + first, unknowns * scale + first,
-        inverse @ spread @ inverse.T, n, names, noise, _correlations(missed), tuple(missed),
+        covariance, n, names, noise, _correlations(missed), tuple(missed),
         tuple(one.t for one in search.data), float(sizes[0] / sizes[-1]), dof, search.runs,
-        (*notes, *_doubts(search, missed, names, noise)),
+        (*notes, *_doubts(search, missed, names, noise), *_valley(search, alike)), alike,
     )  # fmt: skip
+
+
+def _alike(names: Sequence[str], parameters: int, covariance: Array) -> tuple[tuple[str, str, float], ...]:
+    """Return what `OutputFit.alike` says."""
+    size = np.sqrt(np.diag(covariance))
+    r = covariance / np.outer(size, size).clip(min=1e-300)
+    pairs = [(names[i], names[k], float(r[i, k])) for i in range(parameters) for k in range(i + 1, len(names))]
+    return tuple(sorted((one for one in pairs if abs(one[2]) > ALIKE), key=lambda one: -abs(one[2])))
+
+
+def _valley(search: Search, alike: Sequence[tuple[str, str, float]]) -> list[str]:
+    """Return what is to be known of a search that ended in a long valley, or before the end of it."""
+    found = [
+        f"{a} and {b} are hardly told apart (correlation of their errors {r:.4f}): intervals take the valley between "
+        "them as straight, and are too narrow where it bends; the known value of one of them, or a longer or richer "
+        "motion, would help"
+        for a, b, r in alike[:1]
+    ]
+    if not search.settled:
+        found.append("the search ended before it had settled; begin another one at fit.scene")
+    return found
 
 
 def _units(scene: Scene, search: Search) -> tuple[str, ...]:
