@@ -271,26 +271,24 @@ def place(one: Linearization, poles: Sequence[complex] | Array, period: float | 
         raise LinearizeError("poles: with a period they are z = exp(s T), inside the unit circle: numpy.exp(T * s)")
     scale = balance(one.A)
     A, B = one.A * scale[None, :] / scale[:, None], one.B[:, used] / scale[:, None]
-    size, beside = float(np.linalg.norm(A, 2)) or 1.0, staircase(A, B)[1]
-    if beside.shape[1]:
-        stuck = spectrum(beside.T @ A @ beside, size).values[0]
-        raise LinearizeError(
-            f"poles: no input moves the mode {shown(stuck)}, of {listed(named(beside, names))}; it stays there: "
-            "declare a drive that moves it, or take lqr, which leaves alone what has no weight and does not grow"
-        )
+    moved, beside = staircase(A, B)
+    wanted, stays = _movable(A, beside, names, wanted, period)
     most = int(np.linalg.matrix_rank(B))
     often = [value for value in wanted if np.count_nonzero(wanted == value) > most]
     if often:
         told = f"poles: {shown(often[0])} is asked for more than {most} times"
         raise LinearizeError(f"{told}, which is what drives can do")
     A, B = step.A * scale[None, :] / scale[:, None], step.B[:, used] / scale[:, None]
+    K = np.zeros(B.T.shape)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # the most robust gains were not reached; these are looked at below
-            K = np.asarray(place_poles(A, B, wanted).gain_matrix, dtype=np.float64)
+            if len(wanted):
+                K = np.asarray(place_poles(moved.T @ A @ moved, moved.T @ B, wanted).gain_matrix) @ moved.T
     except (np.linalg.LinAlgError, ValueError) as error:
         raise LinearizeError(f"poles: cannot be placed: {error}") from None
     found = np.linalg.eigvals(A - B @ K).astype(np.complex128)
+    wanted = np.concatenate([wanted, stays])
     apart = max(float(np.abs(found - value).min()) for value in wanted)
     if not apart <= PLACED * max(1.0, float(np.abs(wanted).max())):
         raise LinearizeError("poles: cannot be placed to six digits: a mode is close to one that no input moves")
@@ -300,6 +298,34 @@ def place(one: Linearization, poles: Sequence[complex] | Array, period: float | 
 
 PLACED = 1e-6
 """Distance of poles from those that were asked for, over the largest, that is rounding."""
+
+
+def _movable(
+    A: Array, beside: Array, names: tuple[str, ...], wanted: Complexes, period: float | None
+) -> tuple[Complexes, Complexes]:
+    """Return the poles that are to be placed, and those of modes that no input moves, which stay.
+
+    LinearizeError where one of these is not wanted as it is.
+    """
+    if not beside.shape[1]:
+        return wanted, wanted[:0]
+    still = spectrum(beside.T @ A @ beside, float(np.linalg.norm(A, 2)) or 1.0).values
+    stays = still if period is None else np.exp(still * period)
+    for mode, stuck in zip(still, stays, strict=True):
+        near = np.abs(wanted - stuck) <= TYPED * max(1.0, abs(stuck)) if len(wanted) else np.zeros(0, dtype=bool)
+        if not near.any():
+            keep = f"{stuck:.6g}, {stuck.conjugate():.6g}" if stuck.imag else f"{stuck.real:.6g}"
+            help = f"keep it among the poles ({keep}), declare a drive that moves it"
+            if mode.real <= 0:
+                help += ", or take lqr, which leaves alone what has no weight and does not grow"
+            told = f"no input moves the mode {shown(mode)}, of {listed(named(beside, names))}; it stays there"
+            raise LinearizeError(f"poles: {told}: {help}")
+        wanted = np.delete(wanted, int(np.abs(wanted - stuck).argmin()))
+    return wanted, stays
+
+
+TYPED = 1e-5
+"""Distance of a pole from a mode that stays, over its size, that is the rounding of what was typed."""
 
 
 def _wanted(poles: Sequence[complex] | Array, names: tuple[str, ...]) -> Complexes:
