@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import asdict
+from fractions import Fraction
 from typing import Any, TypedDict
 
 from symdyn.dynamics import Equations, LoopChoices, Requested, Workspace, derive_one
@@ -15,10 +16,14 @@ from symdyn.dynamics.outputs import Counts
 from symdyn.errors import DerivationError, SymdynError
 from symdyn.graph import Expr, Graph, growing
 from symdyn.program import choose, count_derived, formulate, lower, prepare, skipped
+from symdyn.rounding import digits_or
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Joint, Place, PlaneContact, Pose, spell
+from symdyn.spatial import Transform
+
+DIGITS = 6
 
 
 class FrameText(TypedDict):
@@ -46,7 +51,6 @@ def frame_texts(scene: Scene) -> list[FrameText]:
     Angles are in degrees where that is exact. Numbers that come of an angle without an exact sine have six digits.
     """
     from symdyn.dynamics import chosen_frames  # most facts need no closed forms and no printing
-    from symdyn.emit.print import moved_text
 
     return [
         FrameText(
@@ -77,17 +81,21 @@ def _pose(pose: Pose) -> str:
 
 def step_text(step: tuple[str, Sequence[Expr]]) -> str:
     """Return one elementary motion, such as "Rx(90 deg)"."""
-    from symdyn.emit.print import length_text
-
     kind, amounts = step
     show = angle_text if kind in ("Rx", "Ry", "Rz") else length_text
     return f"{kind}({', '.join(map(show, amounts))})"
 
 
+def length_text(length: Expr) -> str:
+    """Return a formula."""
+    from symdyn.dynamics import formulas
+    from symdyn.emit.print import text_of
+
+    return text_of(formulas([length], digits_or(DIGITS))[0])
+
+
 def angle_text(angle: Expr) -> str:
     """Return an angle: multiples of π in degrees, the rest as formula in rad."""
-    from symdyn.emit.print import length_text
-
     form, graph = angle.linear_form(), angle.graph
     rest = graph.total(graph.constant(factor) * atom for atom, factor in form.terms) + form.constant
     text = "" if rest.is_zero else length_text(rest)
@@ -97,6 +105,19 @@ def angle_text(angle: Expr) -> str:
     if not text:
         return f"-{degrees}" if form.turns < 0 else degrees
     return f"{text} {'-' if form.turns < 0 else '+'} {degrees}"
+
+
+def moved_text(T: Transform) -> str:
+    """Return where a frame is, in what differs from the identity: "origin (0, 0, d), x along (0, 1, 0)"."""
+    said = [] if all(x.is_zero for x in T.p) else [f"origin {_vector(T.p)}"]
+    for name, axis, unit in zip("xz", list(zip(*T.R, strict=True))[::2], ((1, 0, 0), (0, 0, 1)), strict=True):
+        if tuple(x.value for x in axis) != tuple(map(Fraction, unit)):
+            said.append(f"{name} along {_vector(axis)}")
+    return ", ".join(said)
+
+
+def _vector(x: Sequence[Expr]) -> str:
+    return f"({', '.join(map(length_text, x))})"
 
 
 MEASURED = 50

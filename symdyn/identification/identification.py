@@ -13,15 +13,13 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.arguments import argument, check_arguments, native
-from symdyn.dynamics import Workspace
-from symdyn.dynamics.outputs import base_frames
 from symdyn.errors import IdentifyError, UnknownNameError, choice
 from symdyn.extras import package
 from symdyn.frozen import dataclass
 from symdyn.identification.bounds import fits
 from symdyn.identification.filtered import Flags, Motion
 from symdyn.identification.gains import Fitted, Gain, Gains
-from symdyn.identification.linear_model import TERMS, LinearModel
+from symdyn.identification.linear_model import TERMS, LinearModel, base_frames
 from symdyn.identification.log import GAINED, Log
 from symdyn.identification.payload import Carried, Fit
 from symdyn.identification.regression import Outlier, Regression, echelon
@@ -224,9 +222,8 @@ class Identification(Shown):
     def __repr__(self) -> str:
         count = len(self.model.names)
         known = f"{int(self.regression.identifiable[:count].sum())} of {count} base parameters identifiable"
-        more = f"condition number {self.regression.condition:.3g}"
-        where = f"; .frames tells what {next(iter(self.frames))} is" if self.frames else ""
-        return f"<Identification of {self.declared.name}: {known}, {more}{where}>"
+        told = f"condition number {self.regression.condition:.3g}; .frames tells what {[*self.frames, 'R1'][0]} is"
+        return f"<Identification of {self.declared.name}: {known}, {told}>"
 
     @cached_property
     def scene(self) -> Scene:
@@ -245,15 +242,9 @@ class Identification(Shown):
         z is along the joint's axis; the place is told in the frame of the body. mxR1 is Σ m x, kg m, and JxxR1 is
         Σ m x², kg m², of the body and what joints further out pass on; JxxR1 + JyyR1 is the inertia about z.
         """
-        from symdyn.emit.print import moved_text
-
-        parts = [part for name in self.model.names[: self.model.base] for part in name.split(" + ")]
+        parts = " + ".join(self.model.names[: self.model.base]).split(" + ")
         used = {found[1] for part in parts if (found := _FRAME.search(part))}
-        return {
-            name: (body, joint, moved_text(place) or "the body's own")
-            for name, (body, joint, place) in base_frames(Workspace(self.model.scene)).items()
-            if name in used
-        }
+        return {name: where for name, where in base_frames(self.model.scene).items() if name in used}
 
     @property
     def units(self) -> tuple[str, ...]:
@@ -307,7 +298,7 @@ class Identification(Shown):
         """Base parameters, their frames, gains of drives where there are some, how driving forces are predicted."""
         from symdyn.identification.report_sections import fit_table, frame_table, gain_table, parameter_table
 
-        more = (*([frame_table(self)] if self.frames else []), *([gain_table(self)] if self.gains else []))
+        more = [table(self) for table in (frame_table, gain_table) if table(self).rows]
         return parameter_table(self), *more, fit_table(self)
 
     def to_pandas(self) -> pandas.DataFrame:
@@ -326,13 +317,8 @@ class Identification(Shown):
             IdentifyError: pandas is not installed.
         """
         pandas = package("pandas", IdentifyError, ".as_dict()")
-        columns = {
-            "value": self.after,
-            "standard_error": self.errors,
-            "unit": list(self.units),
-            "before": self.before,
-            "identifiable": self.regression.identifiable,
-        }
+        columns = {"value": self.after, "standard_error": self.errors, "unit": [*self.units], "before": self.before}
+        columns["identifiable"] = self.regression.identifiable
         found = pandas.DataFrame(columns, index=pandas.Index(self.names, name="parameter"))
         found.attrs |= {"scene": self.declared.name, "band_hz": self.band, "condition": self.regression.condition}
         return found
@@ -357,40 +343,17 @@ class Identification(Shown):
                 {"name": n, "before": float(b), "after": float(a), "standard_error": float(e), "identifiable": bool(k)}
                 for n, b, a, e, k in columns
             ],
-            "frames": {
-                name: dict(zip(("body", "joint", "place"), one, strict=True)) for name, one in self.frames.items()
-            },
-            "gains": [
-                {"drive": one.drive, "unit": one.unit, "value": one.value, "standard_error": one.error}
-                for one in self.gains
-            ],
+            "frames": self.frames,
+            "gains": _rows(self.gains, "drive unit value standard_error=error"),
             "delay": {"value": self.delay[0], "standard_error": self.delay[1]},
-            "fits": [
-                {
-                    "drive": one.drive,
-                    "unit": one.unit,
-                    "rms": one.size,
-                    "error": one.error,
-                    "percent": one.percent,
-                    "before": one.before,
-                    "validation": one.validation,
-                }
-                for one in self.fits
-            ],
-            "outliers": [
-                {
-                    "log": one.source,
-                    "drive": one.drive,
-                    "from": one.start,
-                    "to": one.end,
-                    "samples": one.samples,
-                    "worst": one.worst,
-                }
-                for one in self.outliers
-            ],
-            "not_identifiable": [
-                {"combination": one.combination, "why": one.why, "what_helps": one.helps}
-                for one in self.not_identifiable
-            ],
+            "fits": _rows(self.fits, "drive unit rms=size error percent before validation"),
+            "outliers": _rows(self.outliers, "log=source drive from=start to=end samples worst"),
+            "not_identifiable": _rows(self.not_identifiable, "combination why what_helps=helps"),
             "notes": list(self.notes),
         }
+
+
+def _rows(nouns: Sequence[object], keys: str) -> list[dict[str, Any]]:
+    """Return what nouns say by key, whose attribute is behind = where it is another."""
+    pairs = [(key, attribute or key) for key, _, attribute in (one.partition("=") for one in keys.split())]
+    return [{key: getattr(one, attribute) for key, attribute in pairs} for one in nouns]

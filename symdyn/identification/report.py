@@ -103,8 +103,8 @@ def _parameters(identification: Identification) -> Section:
         "the scene, after the estimate; SI units. An interval holds the true value in 95 of 100 logs, if the model is "
         "right.",
     )
-    where = (frame_table(identification),) if identification.frames else ()
-    return Section("Parameters", words, (parameter_table(identification), *where))
+    tables = (parameter_table(identification), frame_table(identification))
+    return Section("Parameters", words, tuple(one for one in tables if one.rows))
 
 
 def _gains(identification: Identification) -> Section | None:
@@ -143,15 +143,8 @@ def _outliers(identification: Identification) -> Section:
     if not identification.outliers:
         return Section(title, ("No sample was left out.",))
     rows = tuple(
-        (
-            printable(one.source, keep=""),
-            one.drive,
-            figure(one.start),
-            figure(one.end),
-            f"{one.samples}",
-            figure(one.worst, 3),
-        )
-        for one in identification.outliers
+        (printable(x.source, keep=""), x.drive, figure(x.start), figure(x.end), f"{x.samples}", figure(x.worst, 3))
+        for x in identification.outliers
     )
     heads = ("log", "drive", "from, s", "to, s", "samples", "largest error")
     words = ("Samples that no noise of their drive explains; they were not fitted.",)

@@ -74,9 +74,9 @@ def parameter_table(identification: Identification) -> Table[str]:
 
 
 def frame_table(identification: Identification) -> Table[str]:
-    """Return where the frames R1, R2, ... of base parameters are."""
+    """Return where the frames R1, R2, ... of base parameters are; without rows where there are none."""
     title = "Frames of base parameters: z along the joint's axis, mx = \u03a3 m x, Jxx = \u03a3 m x\u00b2"
-    rows = [(name, body or "-", joint, place) for name, (body, joint, place) in identification.frames.items()]
+    rows = [(name, *where) for name, where in identification.frames.items()]
     return Table(("frame", "body", "joint", "in the frame of the body"), rows, title=title)
 
 

@@ -408,7 +408,6 @@ def _best(search: Search, unknowns: Array, least: Array) -> Array:
             "and no search finds the run again; cut the log into pieces with a start of their own (pieces=4, or more)"
         )
     limits: dict[str, Any] = {"xtol": 1e-10, "ftol": 1e-12, "gtol": 1e-12, "max_nfev": MOST_RUNS}
-    ways: dict[str, Any] = {"bounds": (least, np.inf), "x_scale": "jac", **limits}
-    found = least_squares(search.residuals, unknowns, search.jacobian, **ways)
+    found = least_squares(search.residuals, unknowns, search.jacobian, (least, np.inf), x_scale="jac", **limits)
     search.settled = found.status > 0
     return np.asarray(found.x, dtype=np.float64)

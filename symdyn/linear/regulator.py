@@ -300,32 +300,24 @@ PLACED = 1e-6
 """Distance of poles from those that were asked for, over the largest, that is rounding."""
 
 
+TYPED = 1e-5
+"""Distance of a pole from a mode that stays, over its size, that is the rounding of what was typed."""
+
+
 def _movable(
     A: Array, beside: Array, names: tuple[str, ...], wanted: Complexes, period: float | None
 ) -> tuple[Complexes, Complexes]:
-    """Return the poles that are to be placed, and those of modes that no input moves, which stay.
-
-    LinearizeError where one of these is not wanted as it is.
-    """
-    if not beside.shape[1]:
-        return wanted, wanted[:0]
-    still = spectrum(beside.T @ A @ beside, float(np.linalg.norm(A, 2)) or 1.0).values
-    stays = still if period is None else np.exp(still * period)
-    for mode, stuck in zip(still, stays, strict=True):
-        near = np.abs(wanted - stuck) <= TYPED * max(1.0, abs(stuck)) if len(wanted) else np.zeros(0, dtype=bool)
-        if not near.any():
-            keep = f"{stuck:.6g}, {stuck.conjugate():.6g}" if stuck.imag else f"{stuck.real:.6g}"
-            help = f"keep it among the poles ({keep}), declare a drive that moves it"
-            if mode.real <= 0:
-                help += ", or take lqr, which leaves alone what has no weight and does not grow"
+    """Return the poles to be placed, and of modes that no input moves; LinearizeError where these are not wanted."""
+    modes = spectrum(beside.T @ A @ beside, float(np.linalg.norm(A, 2)) or 1.0).values if beside.size else wanted[:0]
+    stays = modes if period is None else np.exp(modes * period)
+    for mode, z in zip(modes, stays, strict=True):
+        if np.abs(wanted - z).min() > TYPED * max(1.0, abs(z)):
+            keep = f"{z:.6g}, {z.conjugate():.6g}" if z.imag else f"{z.real:.6g}"
+            lqr = ", or take lqr, which leaves alone what has no weight and does not grow" * bool(mode.real <= 0)
             told = f"no input moves the mode {shown(mode)}, of {listed(named(beside, names))}; it stays there"
-            raise LinearizeError(f"poles: {told}: {help}")
-        wanted = np.delete(wanted, int(np.abs(wanted - stuck).argmin()))
+            raise LinearizeError(f"poles: {told}: keep it among the poles ({keep}), declare a drive that moves it{lqr}")
+        wanted = np.delete(wanted, int(np.abs(wanted - z).argmin()))
     return wanted, stays
-
-
-TYPED = 1e-5
-"""Distance of a pole from a mode that stays, over its size, that is the rounding of what was typed."""
 
 
 def _wanted(poles: Sequence[complex] | Array, names: tuple[str, ...]) -> Complexes:

@@ -51,11 +51,10 @@ from symdyn.simulation.trajectory_builder import (
     trajectory_of,
 )
 
-STIFF_STEPS, STIFF_RATIO = 3000.0, 50.0
-"""Beyond both a system is stiff: steps that stability asks of an explicit method, decay over oscillation or growth."""
+STIFF_STEPS, STIFF_RATIO, DAMPED = 3000.0, 50.0, 2.0
+"""Beyond both a system is stiff: steps that stability asks of an explicit method, decay over oscillation or growth.
 
-DAMPED = 2.0
-"""Oscillation over decay up to which a pair dies out rather than oscillates, as fast poles of a Kalman filter do."""
+A pair up to the third, oscillation over decay, dies out, as fast poles of a Kalman filter do."""
 
 OTHERWISE = "dop853"
 """What steps over a change point of loops, where series end."""

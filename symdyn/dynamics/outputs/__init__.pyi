@@ -9,7 +9,7 @@ from .arm_outputs import (
     away_from_guards as away_from_guards,
     sense as sense,
 )
-from .base_columns import BaseColumns as BaseColumns, Linear as Linear, base_frames as base_frames
+from .base_columns import BaseColumns as BaseColumns, Linear as Linear
 from .constrained_outputs import unique as unique
 from .contact_equations import (
     ContactEquations as ContactEquations,

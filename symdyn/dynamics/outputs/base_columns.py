@@ -32,7 +32,6 @@ from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, gradient, reachable, substitute, tangents
 from symdyn.scene import INERTIAL, Quantity, with_force_parameters
 from symdyn.scene.forces import FORCES
-from symdyn.scene.joints import joint_motion
 from symdyn.spatial import Mat, Transform, dot, zero_vector
 
 
@@ -259,20 +258,6 @@ def _beside(w: Workspace, forces: Callable[[Workspace], list[Expr]]) -> tuple[tu
     rows = found.slopes(forces(found.workspace))
     columns = [substitute(column, {}, w.graph) for column in list(zip(*rows, strict=True))[ten:]]
     return found.columns[ten:], columns
-
-
-def base_frames(w: Workspace) -> dict[str, tuple[str, str, Transform]]:
-    """Return of each link frame, by its name in base parameters, such as "R1", the body, the joint and the placement.
-
-    The placement is that in the frame of the body, or where a joint of several axes has none there ("") in its own.
-    """
-    joints = [joint.name for joint in w.scene.joints for _ in joint_motion(joint, w.graph).joints]
-    bodies = {k: (name, place) for name, (k, place) in reversed(w.tree.home.items())}
-    found = {}
-    for k, (joint, moved) in enumerate(zip(joints, w.whole.moved[1:], strict=True), 1):
-        body, place = bodies.get(k, ("", Transform.unit(w.graph)))
-        found[f"R{k}"] = body, joint, place.inverse() @ moved
-    return found
 
 
 def base_columns(w: Workspace) -> tuple[str, ...]:

@@ -14,8 +14,6 @@ from .equations_text import (
     EquationsOfMotion as EquationsOfMotion,
     base_parameter_texts as base_parameter_texts,
     equations as equations,
-    length_text as length_text,
-    moved_text as moved_text,
     printed_text as printed_text,
 )
 from .formula_text import Latex as Latex, text_of as text_of, value_text as value_text

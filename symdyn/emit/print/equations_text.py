@@ -6,7 +6,6 @@ They are grouped one way or another, in every format, and base parameters with t
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from fractions import Fraction
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from symdyn.algebra import Form
@@ -26,11 +25,9 @@ from symdyn.emit.print.written_page import (
 )
 from symdyn.errors import EmitError, choice, quoted
 from symdyn.frozen import dataclass
-from symdyn.graph import Expr
-from symdyn.rounding import digits_or, requested_digits
+from symdyn.rounding import requested_digits
 from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.shown import BySympy, Shown
-from symdyn.spatial import Transform
 from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
@@ -130,26 +127,6 @@ def base_parameter_texts(scene: Scene) -> list[dict[str, str]]:
         }
         for name, form in base_parameter_forms(scene)
     ]
-
-
-def length_text(length: Expr) -> str:
-    """Return a formula as text, rounded to six digits where it has an angle without an exact sine."""
-    from symdyn.dynamics import formulas
-
-    return text_of(formulas([length], digits_or(6))[0])
-
-
-def moved_text(T: Transform) -> str:
-    """Return where a frame is, in what differs from the identity: "origin (0, 0, d), x along (0, 1, 0)"."""
-    said = [] if all(x.is_zero for x in T.p) else [f"origin {_vector(T.p)}"]
-    for name, axis, unit in zip("xz", list(zip(*T.R, strict=True))[::2], ((1, 0, 0), (0, 0, 1)), strict=True):
-        if tuple(x.value for x in axis) != tuple(map(Fraction, unit)):
-            said.append(f"{name} along {_vector(axis)}")
-    return ", ".join(said)
-
-
-def _vector(x: Sequence[Expr]) -> str:
-    return f"({', '.join(map(length_text, x))})"
 
 
 def printed_text(
