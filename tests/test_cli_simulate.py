@@ -44,7 +44,10 @@ def test_stop_report_npz_and_plots(tmp_path: Path, capsys: pytest.CaptureFixture
     assert "stopped: q1 - 0.1 = 0 at t = 0.40026" in err
     data = np.load(tmp_path / "a.npz")
     assert data["q"][-1, 0] == pytest.approx(0.1, abs=1e-9)
-    assert json.loads(str(data["about"]))["stopped"] == "q1 - 0.1"
+    about = json.loads(str(data["about"]))
+    assert about["stopped"] == "q1 - 0.1"
+    assert [*about["units"]][:9] == ["t", "q1", "q2", "q1_dot", "q2_dot", "q1_ddot", "q2_ddot", "tau1", "tau2"]
+    assert (about["units"]["q1_dot"], about["units"]["kinetic_energy"]) == ("rad/s", "J")
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
     pdf = (tmp_path / "a.pdf").read_bytes()
     assert pdf.startswith(b"%PDF")

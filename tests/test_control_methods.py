@@ -430,8 +430,42 @@ def test_what_has_no_answer_is_told(ask: Any, message: str) -> None:
 
 def test_what_no_input_moves_cannot_be_placed() -> None:
     bicycle = symdyn.linearize(symdyn.example("bicycle"))
-    with pytest.raises(LinearizeError, match="poles: no input moves the mode 0, of theta_R_dot"):
+    asked = "poles: no input moves the mode 0, of theta_R_dot; it stays there: keep it among the poles \\(0\\), .*lqr"
+    with pytest.raises(LinearizeError, match=asked):
         bicycle.place([-1, -2, -3, -4, -5, -6, -7])
+
+
+@pytest.mark.parametrize("period", [None, 0.05])
+def test_what_no_input_moves_stays_where_it_is_kept_among_the_poles(period: float | None) -> None:
+    def poles(*s: complex) -> Any:
+        return np.array(s) if period is None else np.exp(period * np.array(s))
+
+    bicycle = symdyn.linearize(symdyn.example("bicycle"))
+    law = bicycle.place(poles(-1, -2, 0, -3, -4, -5, -6), period)
+
+    np.testing.assert_allclose(sorted(law.poles.real), sorted(poles(-1, -2, 0, -3, -4, -5, -6)), atol=1e-6)
+
+    arm = """
+    [bodies.{n}]
+    particles = [{{ mass = 1, at = [0, -0.5, 0] }}]
+    [joints.{n}]
+    type = "revolute"
+    parent = "cart"
+    child = "{n}"
+    axis = [0, 0, 1]
+    coordinate = "{n}"
+    drive = false
+    """
+    cart = 'gravity = [0, -9.81, 0]\n[bodies.cart]\nmass = 2\n[joints.rail]\ntype = "prismatic"\nparent = "ground"\n'
+    cart += 'child = "cart"\naxis = [1, 0, 0]\ncoordinate = "x"\ndrive = "F"\n'
+    twins = symdyn.linearize(symdyn.scene.read_text(cart + arm.format(n="a") + arm.format(n="b"), "twins.toml"))
+    with pytest.raises(LinearizeError, match=r"mode ±4\.42945i, of a, b, a_dot, b_dot; it stays there: keep it"):
+        twins.place(poles(-1, -2, -3, -4, -5, -6), period)
+    swing = complex(0, np.sqrt(9.81 / 0.5).round(6))  # as it is typed, from what was shown
+    law = twins.place(poles(-1, -2, -3, -4, swing, -swing), period)
+
+    for pole in poles(-1, -2, -3, -4, swing, -swing):
+        assert np.abs(law.poles - pole).min() < 1e-5
 
 
 @pytest.mark.parametrize(

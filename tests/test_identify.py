@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from fractions import Fraction
@@ -13,9 +14,14 @@ import pytest
 from scipy.stats import chi2
 
 import symdyn
+from symdyn.algebra import Floats
 from symdyn.cli import main
+from symdyn.dynamics import Workspace
+from symdyn.dynamics.mechanism.tree import body_inertia
+from symdyn.dynamics.outputs import BaseColumns
 from symdyn.errors import IdentifyError
-from symdyn.identification.linear_model import TERMS, linear_model, with_terms
+from symdyn.graph import evaluate
+from symdyn.identification.linear_model import TERMS, base_frames, linear_model, with_terms
 from symdyn.identification.regression import Rows, solve
 from symdyn.scene import Scene, bind
 from symdyn.scene.forces import FORCES
@@ -33,6 +39,10 @@ MOTION = {
     "q3": "0.1*sin(3.3*t) + 0.05*cos(2.1*t)",
     "q4": "sin(4*t)",
 }
+
+
+USUAL = {"origin": "0, 0, 0", "x": "1, 0, 0", "z": "0, 0, 1"}
+"""Of the frame of a body."""
 
 
 def scara() -> Scene:
@@ -63,6 +73,42 @@ def test_a_log_without_noise_gives_back_what_made_it() -> None:
     assert found.regression.condition < 10
     np.testing.assert_allclose(found.after, found.before, atol=2e-4)
     assert all(one.percent < 0.01 for one in found.fits)
+
+
+@pytest.mark.parametrize("name", ["arm7", "puma560", "scara", "spatial_3r"])
+def test_moments_of_the_last_body_are_those_in_the_frame_that_is_told(name: str) -> None:
+    scene = symdyn.read(EXAMPLES / f"{name}.toml")
+    scene = bind(scene, {one.name: 0.3 + 0.1 * n for n, one in enumerate(scene.free_parameters)})
+    k, (body, joint, place) = [*base_frames(scene).items()][-1]
+    said = dict(re.findall(r"(\w+)(?: along)? \(([^)]*)\)", place))
+    p, x, z = (np.array(said.get(what, usual).split(", "), dtype=float) for what, usual in USUAL.items())
+
+    w = Workspace(scene)
+    known = {w.graph.symbol(one.name): float(one.value.at({})) for one in scene.parameters}
+    last = body_inertia(scene.bodies[-1], w.graph)
+    own = [float(one) for one in evaluate([last.m, *last.h], Floats(), known)]
+    named = dict(zip(BaseColumns.of(w).names, evaluate(BaseColumns.of(w).values(), Floats(), known), strict=True))
+
+    assert (body, joint) == (scene.bodies[-1].name, scene.joints[-1].name)
+    first = np.array(own[1:]) - own[0] * p
+    for axis, way in (("x", x), ("y", np.cross(z, x))):  # a column that nothing feels is none
+        assert float(named.get(f"m{axis}{k}", 0.0)) == pytest.approx(first @ way, abs=1e-6)
+
+
+def test_frames_of_base_parameters_are_told_where_base_parameters_are() -> None:
+    v = {"m1": 1, "m2": 1, "h1": 0.4, "h2": 0.3, "g": 9.81}
+    arm = symdyn.example("two_link")
+    run = symdyn.inverse(arm, {"q1": "sin(t)", "q2": "cos(1.3*t)"}, np.linspace(0, 10, 501), values=v)
+    found = symdyn.identify(arm, run, values=v)
+
+    assert found.frames == {
+        "R1": ("link1", "shoulder", "x along (0, 1, 0)"),
+        "R2": ("link2", "elbow", "x along (0, 1, 0)"),
+    }
+    assert repr(found).endswith("; .frames tells what R1 is>")
+    assert [" ".join(row) for row in found.tables[1]][1] == "R2 link2 elbow x along (0, 1, 0)"
+    assert "in the frame of the body" in symdyn.identification.report(found)
+    assert found.as_dict()["frames"]["R1"] == ("link1", "shoulder", "x along (0, 1, 0)")
 
 
 @pytest.mark.parametrize("seconds", [0.0, 0.006, -0.04])

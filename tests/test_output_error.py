@@ -91,6 +91,24 @@ def test_a_pendulum_tells_its_length_and_friction_by_its_angle_alone() -> None:
     )
 
 
+def test_two_parameters_that_are_hardly_told_apart_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    pendulum, true = symdyn.example("pendulum"), {"m": 1.2, "l": 0.55, "b": 0.03}
+    run = symdyn.simulate(pendulum, forces="tau1=2*sin(2*t)", until=0.6, every=0.01, values=true)
+    data = {"t": run.t, "q1": run["q1"] + 2e-3 * np.random.default_rng(0).normal(size=len(run.t)), "tau1": run["tau1"]}
+    found = output_error(pendulum, data, ["m", "l", "b"])
+    (a, b, r), *_ = found.alike
+
+    assert (a, b) == ("m", "l")
+    assert -1 < r < -0.99
+    assert any(f"m and l are hardly told apart (correlation of their errors {r:.4f})" in note for note in found.notes)
+    assert repr(found).endswith(f"; m and l hardly told apart (r = {r:.4f})>")
+    assert not any("settled" in note for note in found.notes)
+    assert output_error(pendulum, data, "l").alike == ()
+
+    monkeypatch.setattr(shooting, "MOST_RUNS", 2)
+    assert any("ended before it had settled" in note for note in output_error(pendulum, data, ["m", "l"]).notes)
+
+
 @pytest.mark.long
 def test_searches_end_where_weights_are_those_of_the_residuals(monkeypatch: pytest.MonkeyPatch) -> None:
     weights, once = list[np.ndarray](), shooting._best

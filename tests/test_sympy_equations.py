@@ -231,3 +231,17 @@ def test_parameters_without_a_value_are_asked_for() -> None:
     symbols = equations.sympy()
     assert equations.lambdify({symbols[name]: 1 for name in ("g", "h1", "h2", "m1", "m2")})(0, np.zeros(4)).any() == 0
     assert equations.lambdify({"g": 10, "h1": 1, "h2": 1, "m1": 1, "m2": 1})(0, np.zeros(4)).shape == (4,)
+
+
+@pytest.mark.parametrize("dynamic", [False, True])
+def test_equations_with_values_answer_as_those_without(dynamic: bool) -> None:
+    pendulum = symdyn.equations(symdyn.example("pendulum"))
+    put = (pendulum.sympy(dynamic) if dynamic else pendulum).subs(m=2, b=0)
+
+    assert put.text() == "2*g*l*sin(q1) + 2*l**2*q1_ddot = tau1"
+    assert [symdyn.scene.parse(side) for side in put.text().split(" = ")]
+    assert put.sympy() is put
+    assert "&= \\tau_{1}" in put.latex() or "&= \\tau_1" in put.latex()
+    for name in ("text", "latex", "sympy", "subs", "solve_accelerations", "state_space", "lambdify"):
+        assert callable(getattr(put, name))
+        assert callable(getattr(pendulum, name))

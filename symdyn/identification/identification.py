@@ -19,7 +19,7 @@ from symdyn.frozen import dataclass
 from symdyn.identification.bounds import fits
 from symdyn.identification.filtered import Flags, Motion
 from symdyn.identification.gains import Fitted, Gain, Gains
-from symdyn.identification.linear_model import TERMS, LinearModel
+from symdyn.identification.linear_model import TERMS, LinearModel, base_frames
 from symdyn.identification.log import GAINED, Log
 from symdyn.identification.payload import Carried, Fit
 from symdyn.identification.regression import Outlier, Regression, echelon
@@ -171,7 +171,7 @@ def _lacking(scene: Scene, motions: Sequence[Motion]) -> dict[int, tuple[str, st
     return found
 
 
-_PAYLOAD, _FRAME = re.compile(r"^payload (\d+ )?"), re.compile(r"R\d+(_b)*$")
+_PAYLOAD, _FRAME = re.compile(r"^payload (\d+ )?"), re.compile(r"(R\d+)(_b)*$")
 """What stands before the parameter of a payload, and the link frame behind one of a body."""
 
 
@@ -222,7 +222,8 @@ class Identification(Shown):
     def __repr__(self) -> str:
         count = len(self.model.names)
         known = f"{int(self.regression.identifiable[:count].sum())} of {count} base parameters identifiable"
-        return f"<Identification of {self.declared.name}: {known}, condition number {self.regression.condition:.3g}>"
+        told = f"condition number {self.regression.condition:.3g}; .frames tells what {[*self.frames, 'R1'][0]} is"
+        return f"<Identification of {self.declared.name}: {known}, {told}>"
 
     @cached_property
     def scene(self) -> Scene:
@@ -233,6 +234,17 @@ class Identification(Shown):
     def names(self) -> tuple[str, ...]:
         """Names of the base parameters, of what was not known of payloads, and of gains, shape (p,)."""
         return self.regression.names
+
+    @cached_property
+    def frames(self) -> dict[str, tuple[str, str, str]]:
+        """Where the frames are that names of base parameters end with: of "R1" the body, the joint, the place.
+
+        z is along the joint's axis; the place is told in the frame of the body. mxR1 is Σ m x, kg m, and JxxR1 is
+        Σ m x², kg m², of the body and what joints further out pass on; JxxR1 + JyyR1 is the inertia about z.
+        """
+        parts = " + ".join(self.model.names[: self.model.base]).split(" + ")
+        used = {found[1] for part in parts if (found := _FRAME.search(part))}
+        return {name: where for name, where in base_frames(self.model.scene).items() if name in used}
 
     @property
     def units(self) -> tuple[str, ...]:
@@ -283,10 +295,11 @@ class Identification(Shown):
 
     @property
     def tables(self) -> tuple[Table[str], ...]:
-        """Base parameters before and after, gains of drives where there are some, how driving forces are predicted."""
-        from symdyn.identification.report_sections import fit_table, gain_table, parameter_table
+        """Base parameters, their frames, gains of drives where there are some, how driving forces are predicted."""
+        from symdyn.identification.report_sections import fit_table, frame_table, gain_table, parameter_table
 
-        return parameter_table(self), *([gain_table(self)] if self.gains else []), fit_table(self)
+        more = [table(self) for table in (frame_table, gain_table) if table(self).rows]
+        return parameter_table(self), *more, fit_table(self)
 
     def to_pandas(self) -> pandas.DataFrame:
         """Return a row a parameter: value, standard error, unit, value in the scene, whether it is identifiable.
@@ -304,13 +317,8 @@ class Identification(Shown):
             IdentifyError: pandas is not installed.
         """
         pandas = package("pandas", IdentifyError, ".as_dict()")
-        columns = {
-            "value": self.after,
-            "standard_error": self.errors,
-            "unit": list(self.units),
-            "before": self.before,
-            "identifiable": self.regression.identifiable,
-        }
+        columns = {"value": self.after, "standard_error": self.errors, "unit": [*self.units], "before": self.before}
+        columns["identifiable"] = self.regression.identifiable
         found = pandas.DataFrame(columns, index=pandas.Index(self.names, name="parameter"))
         found.attrs |= {"scene": self.declared.name, "band_hz": self.band, "condition": self.regression.condition}
         return found
@@ -335,37 +343,17 @@ class Identification(Shown):
                 {"name": n, "before": float(b), "after": float(a), "standard_error": float(e), "identifiable": bool(k)}
                 for n, b, a, e, k in columns
             ],
-            "gains": [
-                {"drive": one.drive, "unit": one.unit, "value": one.value, "standard_error": one.error}
-                for one in self.gains
-            ],
+            "frames": self.frames,
+            "gains": _rows(self.gains, "drive unit value standard_error=error"),
             "delay": {"value": self.delay[0], "standard_error": self.delay[1]},
-            "fits": [
-                {
-                    "drive": one.drive,
-                    "unit": one.unit,
-                    "rms": one.size,
-                    "error": one.error,
-                    "percent": one.percent,
-                    "before": one.before,
-                    "validation": one.validation,
-                }
-                for one in self.fits
-            ],
-            "outliers": [
-                {
-                    "log": one.source,
-                    "drive": one.drive,
-                    "from": one.start,
-                    "to": one.end,
-                    "samples": one.samples,
-                    "worst": one.worst,
-                }
-                for one in self.outliers
-            ],
-            "not_identifiable": [
-                {"combination": one.combination, "why": one.why, "what_helps": one.helps}
-                for one in self.not_identifiable
-            ],
+            "fits": _rows(self.fits, "drive unit rms=size error percent before validation"),
+            "outliers": _rows(self.outliers, "log=source drive from=start to=end samples worst"),
+            "not_identifiable": _rows(self.not_identifiable, "combination why what_helps=helps"),
             "notes": list(self.notes),
         }
+
+
+def _rows(nouns: Sequence[object], keys: str) -> list[dict[str, Any]]:
+    """Return what nouns say by key, whose attribute is behind = where it is another."""
+    pairs = [(key, attribute or key) for key, _, attribute in (one.partition("=") for one in keys.split())]
+    return [{key: getattr(one, attribute) for key, attribute in pairs} for one in nouns]

@@ -30,10 +30,11 @@ from symdyn.frozen import dataclass, replace
 from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute
 from symdyn.identification.filtered import Motion
 from symdyn.identification.rate_rows import apart, rate_rows, width
+from symdyn.rounding import in_digits
 from symdyn.runtime import load
 from symdyn.scene import INERTIAL, Quantity, Scene, SceneUnits, bind
 from symdyn.scene.forces import FORCES
-from symdyn.scene.joints import JOINTS
+from symdyn.scene.joints import JOINTS, joint_motion
 from symdyn.scene.values import Joint, Parameter, force_unit, velocity_name
 from symdyn.simulation.prescribed import drive_names
 
@@ -135,6 +136,22 @@ def _numbers(entries: Sequence[Expr], w: Workspace, scene: Scene | None = None) 
         w.graph.symbol(name): evaluate([value.express(w.graph)], Floats(), {})[0] for name, value in known.items()
     }
     return [float(x) for x in evaluate(list(entries), Floats(), values)]
+
+
+def base_frames(scene: Scene) -> dict[str, tuple[str, str, str]]:
+    """Return of frames in names of base parameters, such as "R1": body, joint, and the place in the body's frame."""
+    w, found = Workspace(scene), dict[str, tuple[str, str, str]]()
+    joints = [joint.name for joint in scene.joints for _ in joint_motion(joint, w.graph).joints]
+    homes = {k: (name, place.inverse()) for name, (k, place) in reversed(w.tree.home.items())}
+    for k, (joint, moved) in enumerate(zip(joints, w.whole.moved[1:], strict=True), 1):
+        body, back = homes.get(k, ("", None))  # between axes of one joint there is no body
+        T = back @ moved if back else moved
+        said, (x, _, z) = list[str](), T.R.T
+        for what, three, usual in ("origin", T.p, [0, 0, 0]), ("x along", x, [1, 0, 0]), ("z along", z, [0, 0, 1]):
+            if (numbers := [round(one, 9) + 0.0 for one in _numbers(three, w)]) != usual:
+                said.append(f"{what} ({', '.join(in_digits(one, 6) for one in numbers)})")
+        found[f"R{k}"] = body, joint, ", ".join(said) or "the body's own"
+    return found
 
 
 def ten_of_body(ten: Array) -> tuple[float, Array, Array, Array]:

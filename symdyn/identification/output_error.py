@@ -27,7 +27,7 @@ from symdyn.algebra import Array
 from symdyn.arguments import argument, with_fields
 from symdyn.errors import IdentifyError, UnknownNameError, listed, suggestion
 from symdyn.extras import package
-from symdyn.frozen import dataclass, field
+from symdyn.frozen import dataclass, field, replace
 from symdyn.identification.shooting import FEWEST, Measured, Search, first_state, read_measured, searched, shooting
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene, SceneLike, SceneUnits, with_values
@@ -85,7 +85,8 @@ class OutputFit(Shown):
     def __repr__(self) -> str:
         parts = zip(self.names[: self.parameters], self.estimate, self.standard_errors, strict=False)
         said = ", ".join(f"{name} = {value:.5g} ± {error:.2g}" for name, value, error in parts)
-        return f"<OutputFit of {self.declared.name} to {listed(self.measured)}: {said}>"
+        doubt = "".join(f"; {a} and {b} hardly told apart (r = {r:.4f})" for a, b, r in self.alike[:1])
+        return f"<OutputFit of {self.declared.name} to {listed(self.measured)}: {said}{doubt}>"
 
     def __getitem__(self, name: str) -> float:
         """Return an estimate by its name; UnknownNameError if there is none."""
@@ -105,6 +106,13 @@ class OutputFit(Shown):
         k = self._place(name)
         reach = float(t.ppf(0.5 + level / 2, self.dof) * self.standard_errors[k])
         return float(self.estimate[k]) - reach, float(self.estimate[k]) + reach
+
+    @property
+    def alike(self) -> tuple[tuple[str, str, float], ...]:
+        """Pairs of a parameter and another estimate whose errors have a correlation beyond ±0.99; the worst first."""
+        r, named = self.covariance / np.outer(self.errors, self.errors).clip(1e-300), [*enumerate(self.names)]
+        pairs = [(a, b, float(r[i, k])) for i, a in named[: self.parameters] for k, b in named[i + 1 :]]
+        return tuple(sorted((one for one in pairs if abs(one[2]) > ALIKE), key=lambda one: -abs(one[2])))
 
     @property
     def values(self) -> Mapping[str, float]:
@@ -133,12 +141,7 @@ class OutputFit(Shown):
             IdentifyError: pandas is not installed.
         """
         pandas = package("pandas", IdentifyError, ".table()")
-        columns = {
-            "value": self.estimate,
-            "standard_error": self.standard_errors,
-            "unit": list(self.units),
-            "before": self.before,
-        }
+        columns = {"value": self.estimate, "standard_error": self.errors, "unit": [*self.units], "before": self.before}
         return pandas.DataFrame(columns, index=pandas.Index(self.names, name="parameter"))
 
     def _place(self, name: str) -> int:
@@ -156,8 +159,9 @@ POSITIVE = 1e-9
 ROUNDING = 1e-9
 """Least weight of a column, over its scatter: simulated data have residuals of rounding."""
 
-WHITE, FAR = 0.5, 3.0
-"""Correlation from sample to sample, and residuals over the scatter of neighbouring samples, that are worth a word."""
+WHITE, FAR, ALIKE = 0.5, 3.0, 0.99
+"""Correlation from sample to sample, residuals over the scatter of neighbouring samples, and correlation of the errors
+of two estimates, that are worth a word."""
 
 
 @with_fields(Problem)
@@ -320,12 +324,20 @@ def _found(scene: Scene, search: Search, unknowns: Array, names: tuple[str, ...]
     state = [*scene.coordinates, *scene.first_order]
     places = [state.index(one) if one in state else -1 for one in search.pieces[0].unknowns]  # a turn starts from zero
     first = np.concatenate([np.zeros(n), *([0.0 if k < 0 else float(base[k]) for k in places] for base in bases)])
-    return OutputFit(
+    fit = OutputFit(
         scene, tuple(labels), _units(scene, search), search.before * scale + first, unknowns * scale + first,
         inverse @ spread @ inverse.T, n, names, noise, _correlations(missed), tuple(missed),
         tuple(one.t for one in search.data), float(sizes[0] / sizes[-1]), dof, search.runs,
         (*notes, *_doubts(search, missed, names, noise)),
     )  # fmt: skip
+    valley = [
+        f"{a} and {b} are hardly told apart (correlation of their errors {r:.4f}): intervals take the valley between "
+        "them as straight, and are too narrow where it bends; the known value of one of them, or a longer or richer "
+        "motion, would help"
+        for a, b, r in fit.alike[:1]
+    ]
+    ended = ["the search ended before it had settled; begin another one at fit.scene"] * (not search.settled)
+    return replace(fit, notes=(*fit.notes, *valley, *ended))
 
 
 def _units(scene: Scene, search: Search) -> tuple[str, ...]:

@@ -33,6 +33,7 @@ from symdyn.identification.report_sections import (
     ellipses,
     figure,
     fit_table,
+    frame_table,
     gain_table,
     parameter_table,
 )
@@ -102,7 +103,8 @@ def _parameters(identification: Identification) -> Section:
         "the scene, after the estimate; SI units. An interval holds the true value in 95 of 100 logs, if the model is "
         "right.",
     )
-    return Section("Parameters", words, (parameter_table(identification),))
+    tables = (parameter_table(identification), frame_table(identification))
+    return Section("Parameters", words, tuple(one for one in tables if one.rows))
 
 
 def _gains(identification: Identification) -> Section | None:
@@ -141,15 +143,8 @@ def _outliers(identification: Identification) -> Section:
     if not identification.outliers:
         return Section(title, ("No sample was left out.",))
     rows = tuple(
-        (
-            printable(one.source, keep=""),
-            one.drive,
-            figure(one.start),
-            figure(one.end),
-            f"{one.samples}",
-            figure(one.worst, 3),
-        )
-        for one in identification.outliers
+        (printable(x.source, keep=""), x.drive, figure(x.start), figure(x.end), f"{x.samples}", figure(x.worst, 3))
+        for x in identification.outliers
     )
     heads = ("log", "drive", "from, s", "to, s", "samples", "largest error")
     words = ("Samples that no noise of their drive explains; they were not fitted.",)

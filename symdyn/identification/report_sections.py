@@ -73,6 +73,13 @@ def parameter_table(identification: Identification) -> Table[str]:
     return Table(heads, rows, range(1, 8), f"Base parameters of {identification.declared.name}")
 
 
+def frame_table(identification: Identification) -> Table[str]:
+    """Return where the frames R1, R2, ... of base parameters are; without rows where there are none."""
+    title = "Frames of base parameters: z along the joint's axis, mx = \u03a3 m x, Jxx = \u03a3 m x\u00b2"
+    rows = [(name, *where) for name, where in identification.frames.items()]
+    return Table(("frame", "body", "joint", "in the frame of the body"), rows, title=title)
+
+
 def gain_table(identification: Identification) -> Table[str]:
     """Return the gains of drives; without rows where there are none."""
     intervals = dict(zip(identification.names, identification.interval(), strict=True))

@@ -316,6 +316,7 @@ class Search:
     floor: Array
     loose: float = 0.0
     runs: int = 0
+    settled: bool = True  # whether the last search ended at a minimum, not at its last run
     look: Callable[[int], object] = abs
     _at: bytes = b""
     _runs: list[ShootingRun | None] = field(default_factory=list)
@@ -407,5 +408,6 @@ def _best(search: Search, unknowns: Array, least: Array) -> Array:
             "and no search finds the run again; cut the log into pieces with a start of their own (pieces=4, or more)"
         )
     limits: dict[str, Any] = {"xtol": 1e-10, "ftol": 1e-12, "gtol": 1e-12, "max_nfev": MOST_RUNS}
-    x = least_squares(search.residuals, unknowns, search.jacobian, bounds=(least, np.inf), x_scale="jac", **limits).x
-    return np.asarray(x, dtype=np.float64)
+    found = least_squares(search.residuals, unknowns, search.jacobian, (least, np.inf), x_scale="jac", **limits)
+    search.settled = found.status > 0
+    return np.asarray(found.x, dtype=np.float64)

@@ -329,11 +329,11 @@ class Linearization(StateSpace):
         """Return the feedback u = u0 - K (x - x0) that gives the closed loop its poles, 1/s, one a state.
 
         Of a sampled controller, every `period` s, they are those of Φ - Γ K. With several drives the gains are those
-        of poles that move least with rounding.
+        of poles that move least with rounding. A mode that no input moves stays, and is to be one of the poles.
 
         Raises:
             LinearizeError: poles that are too few or many, without their conjugates, or more often the same than there
-                are drives; a mode that no input moves.
+                are drives; a mode that no input moves and that is none of them.
         """
         return place(self, poles, *native(float, period))
 

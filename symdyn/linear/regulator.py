@@ -271,26 +271,24 @@ def place(one: Linearization, poles: Sequence[complex] | Array, period: float | 
         raise LinearizeError("poles: with a period they are z = exp(s T), inside the unit circle: numpy.exp(T * s)")
     scale = balance(one.A)
     A, B = one.A * scale[None, :] / scale[:, None], one.B[:, used] / scale[:, None]
-    size, beside = float(np.linalg.norm(A, 2)) or 1.0, staircase(A, B)[1]
-    if beside.shape[1]:
-        stuck = spectrum(beside.T @ A @ beside, size).values[0]
-        raise LinearizeError(
-            f"poles: no input moves the mode {shown(stuck)}, of {listed(named(beside, names))}; it stays there: "
-            "declare a drive that moves it, or take lqr, which leaves alone what has no weight and does not grow"
-        )
+    moved, beside = staircase(A, B)
+    wanted, stays = _movable(A, beside, names, wanted, period)
     most = int(np.linalg.matrix_rank(B))
     often = [value for value in wanted if np.count_nonzero(wanted == value) > most]
     if often:
         told = f"poles: {shown(often[0])} is asked for more than {most} times"
         raise LinearizeError(f"{told}, which is what drives can do")
     A, B = step.A * scale[None, :] / scale[:, None], step.B[:, used] / scale[:, None]
+    K = np.zeros(B.T.shape)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # the most robust gains were not reached; these are looked at below
-            K = np.asarray(place_poles(A, B, wanted).gain_matrix, dtype=np.float64)
+            if len(wanted):
+                K = np.asarray(place_poles(moved.T @ A @ moved, moved.T @ B, wanted).gain_matrix) @ moved.T
     except (np.linalg.LinAlgError, ValueError) as error:
         raise LinearizeError(f"poles: cannot be placed: {error}") from None
     found = np.linalg.eigvals(A - B @ K).astype(np.complex128)
+    wanted = np.concatenate([wanted, stays])
     apart = max(float(np.abs(found - value).min()) for value in wanted)
     if not apart <= PLACED * max(1.0, float(np.abs(wanted).max())):
         raise LinearizeError("poles: cannot be placed to six digits: a mode is close to one that no input moves")
@@ -300,6 +298,26 @@ def place(one: Linearization, poles: Sequence[complex] | Array, period: float | 
 
 PLACED = 1e-6
 """Distance of poles from those that were asked for, over the largest, that is rounding."""
+
+
+TYPED = 1e-5
+"""Distance of a pole from a mode that stays, over its size, that is the rounding of what was typed."""
+
+
+def _movable(
+    A: Array, beside: Array, names: tuple[str, ...], wanted: Complexes, period: float | None
+) -> tuple[Complexes, Complexes]:
+    """Return the poles to be placed, and of modes that no input moves; LinearizeError where these are not wanted."""
+    modes = spectrum(beside.T @ A @ beside, float(np.linalg.norm(A, 2)) or 1.0).values if beside.size else wanted[:0]
+    stays = modes if period is None else np.exp(modes * period)
+    for mode, z in zip(modes, stays, strict=True):
+        if np.abs(wanted - z).min() > TYPED * max(1.0, abs(z)):
+            keep = f"{z:.6g}, {z.conjugate():.6g}" if z.imag else f"{z.real:.6g}"
+            lqr = ", or take lqr, which leaves alone what has no weight and does not grow" * bool(mode.real <= 0)
+            told = f"no input moves the mode {shown(mode)}, of {listed(named(beside, names))}; it stays there"
+            raise LinearizeError(f"poles: {told}: keep it among the poles ({keep}), declare a drive that moves it{lqr}")
+        wanted = np.delete(wanted, int(np.abs(wanted - z).argmin()))
+    return wanted, stays
 
 
 def _wanted(poles: Sequence[complex] | Array, names: tuple[str, ...]) -> Complexes:

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 
 def write_npz(trajectory: Trajectory, path: Path) -> None:
-    """Write a .npz file with t, q, qd, qdd, tau, each extra column and JSON of how it was made, and names of columns.
+    """Write a .npz file with t, q, qd, qdd, tau, each extra column and JSON of how it was made, with names and units.
 
     Of runs with 31 digits, `low` is what q and qd are beyond their doubles.
 
@@ -49,6 +49,7 @@ def write_npz(trajectory: Trajectory, path: Path) -> None:
     arrays |= dict(trajectory.extra) | ({} if trajectory.low is None else {"low": trajectory.low})
     arrays["coordinates"], arrays["velocities"] = np.array(scene.coordinates), np.array(scene.velocities)
     told = trajectory.about() | {"notes": list(trajectory.notes)}
+    told["units"] = {one.name: one.unit for one in trajectory.columns}  # in the order of the columns
     arrays["about"] = np.array(json.dumps(told, ensure_ascii=False))
     write_file(path, lambda file: np.savez_compressed(file, **arrays), SimulateError)
 

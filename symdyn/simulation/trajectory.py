@@ -289,7 +289,7 @@ class Trajectory(Shown):
         return text
 
     def to_npz(self, file: str | Path) -> None:
-        """Write the columns, their names and how the run was made to a .npz file, which `numpy.load` reads.
+        """Write the columns, their names, units and how the run was made to a .npz file, which `numpy.load` reads.
 
         Raises:
             SimulateError: another ending, or a file that cannot be written.

@@ -141,6 +141,15 @@ class SympyEquations(Shown, BySympy):
         rows = [[vlatex(side, symbol_names=self.letters) for side in one.args] for one in self.equations]
         return "\\begin{align*}\n" + " \\\\\n".join(map(" &= ".join, rows)) + "\n\\end{align*}"
 
+    def text(self) -> str:
+        """Return the equations as they stand in plain text, which `symdyn.scene.parse` reads, one a line."""
+        named = {one: Symbol(name).to_sympy() for name, one in self.symbols.items()}
+        return "\n".join(" = ".join(str(side.xreplace(named)) for side in one.args) for one in self.equations)
+
+    def sympy(self) -> SympyEquations:
+        """Return these equations, as `equations(...)` has a method of that name."""
+        return self
+
     def _sympy_(self) -> Any:
         from sympy import Tuple
 
@@ -331,9 +340,8 @@ def sympy_equations(page: Printable, dynamic: bool = False) -> SympyEquations:
     scene, rows, n = page.scene, page.constraints.rows, range(len(page.rows))
     positive = [one.name for one in scene.parameters if one.positive]
     rates, accelerations = scene.velocities, [acceleration_name(u) for u in scene.velocities]
-    sizes = [row.multiplier for row in rows]
+    sizes, own = [row.multiplier for row in rows], [one.name for one in scene.states]
     names = [*(one.name for one in scene.parameters), *scene.coordinates, *rates, *accelerations]
-    own = [one.name for one in scene.states]
     names += [*filter(None, scene.drives), *(one.name for one in scene.inputs), *sizes, TIME]
     names += [*own, *map(acceleration_name, own)]
     plain = {name: Symbol(name).to_sympy(positive) for name in names}
@@ -419,12 +427,10 @@ def _functions(page: Printable, plain: Mapping[str, Any], moved: Mapping[Any, An
     """Return the lengths of struts and their rates as functions of what they depend on, so that these move them."""
     from sympy import Function
 
-    used = page.lengths.used((*page.forms, page.P))
     found = {}
-    for name, _ in used:
+    for name, _ in page.lengths.used((*page.forms, page.P)):
         needed = set(page.lengths.explicit[name].symbols)
-        arguments = [plain[one].xreplace(moved) for one in plain if one in needed]
-        found[name] = Function(name, real=True)(*arguments)
+        found[name] = Function(name, real=True)(*(plain[one].xreplace(moved) for one in plain if one in needed))
     return found
 
 
