@@ -140,16 +140,27 @@ def _unique(motion: Trajectory, requests: tuple[str, ...], axes: str = "body") -
 
 
 def columns_for(motion: Trajectory, names: Iterable[str]) -> dict[str, Array]:
-    """Return multipliers, tensions of ropes and rates of points as columns, where one of the names is of these."""
+    """Return multipliers, tensions, rates of points, energies and what struts tell, those that are named."""
     names = tuple(names)
     found = multiplier_columns(motion) if any(name.startswith(LETTERS.multiplier) for name in names) else {}
     found |= tension_columns(motion) if any(name.startswith(LETTERS.tension) for name in names) else {}
-    if rates := [name for name in names if name.startswith("point_") and name.endswith("dot")]:
-        w = Workspace(opened(motion.scene).scene)
-        moving = Moving(w, lambda: w.state.qdd, list, lambda axes: [], list).expressed([*map(Quantity.symbol, rates)])
-        series = dict(zip(motion.names, motion.table()[1].T, strict=True)) | dict(opened(motion.scene).values)
-        found |= zip(rates, _values(moving, series, motion.t), strict=True)
-    return found
+    return found | columns_of_motion(motion, names)
+
+
+def columns_of_motion(motion: Trajectory, names: Iterable[str]) -> dict[str, Array]:
+    """Return rates of points, energies, lengths and forces of struts as columns, those that are named.
+
+    They follow from the motion alone; a column that a run has is not made again.
+    """
+    every = {*LETTERS.energies, *(name for one in motion.scene.struts for name in LETTERS.of_strut(one))}
+    every |= {name for one in motion.scene.points for name in LETTERS.of_point(one.name)}
+    told = [name for name in dict.fromkeys(names) if name in every and name not in motion.names]
+    if not told:
+        return {}
+    w = Workspace(opened(motion.scene).scene)
+    moving = Moving(w, lambda: w.state.qdd, list, lambda axes: [], list).expressed([*map(Quantity.symbol, told)])
+    series = dict(zip(motion.names, motion.table()[1].T, strict=True)) | dict(opened(motion.scene).values)
+    return dict(zip(told, _values(moving, series, motion.t), strict=True))
 
 
 @lru_cache(maxsize=16)

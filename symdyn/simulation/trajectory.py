@@ -16,7 +16,7 @@ from symdyn.errors import EmitError, SimulateError, UnknownNameError, listed, qu
 from symdyn.frozen import asdict, dataclass, field
 from symdyn.graph import Graph
 from symdyn.scene import Scene
-from symdyn.scene.values import Letter, acceleration_name, split_commas
+from symdyn.scene.values import LETTERS, Letter, acceleration_name, split_commas
 from symdyn.shown import Shown
 from symdyn.simulation.columns import Column, columns, columns_csv, data_set, frame, known, missing
 from symdyn.simulation.equations.contact_modes import Impact
@@ -256,18 +256,25 @@ class Trajectory(Shown):
     def __getitem__(self, name: str | Sequence[str]) -> Array:
         """Return a column by its name, shape (N,), or several by a list of names, shape (N, len(names)).
 
+        What follows from the motion alone need not be a column: force_s, length_s, point_tip_x_dot, kinetic_energy.
+
         Raises:
             UnknownNameError: there is none; it says what it may have been.
         """
-        names = self.names
-        for one in name if isinstance(name, list | tuple) else [name]:
-            if not isinstance(one, str) or one not in names:
-                raise UnknownNameError(f"{self.scene.name}: {missing(one, names, self.scene)}")
+        asked, names = name if isinstance(name, list | tuple) else [name], self.names
         state = (x for part in (self.t[:, None], self.q, self.qd, self.qdd, self.tau) for x in part.T)
-        every = [*state, *self.extra.values()]
+        every = dict(zip(names, [*state, *self.extra.values()], strict=True))
+        if late := [one for one in asked if isinstance(one, str) and one not in every]:
+            from symdyn.simulation.force_columns import columns_of_motion
+
+            every |= columns_of_motion(self, late)
+        known = (*names, *(letter for one in self.scene.struts for letter in LETTERS.of_strut(one)))
+        for one in asked:
+            if not isinstance(one, str) or one not in every:
+                raise UnknownNameError(f"{self.scene.name}: {missing(one, known, self.scene)}")
         if isinstance(name, str):
-            return np.array(every[names.index(name)])
-        return np.array([every[names.index(one)] for one in name]).reshape(-1, len(self.t)).T
+            return np.array(every[name])
+        return np.array([every[one] for one in name]).reshape(-1, len(self.t)).T
 
     def to_csv(self, file: str | Path | IO[str] | None = None) -> str:
         """Return the table as CSV with every digit, which `simulate` and `inverse` read; of a file it fills, the name.

@@ -20,7 +20,7 @@ from symdyn.dynamics.outputs import constrained_outputs as loops, result_labels 
 from symdyn.dynamics.outputs.constrained_outputs import forward_reactions, unique as unique_entries
 from symdyn.dynamics.outputs.output import Formulation, Output
 from symdyn.dynamics.outputs.workspace import Workspace
-from symdyn.dynamics.recursive.wrenches import along
+from symdyn.dynamics.recursive.wrenches import along, distance
 from symdyn.errors import DerivationError, choice, suggestion
 from symdyn.frozen import dataclass
 from symdyn.graph import Expr, substitute, tangents
@@ -88,7 +88,11 @@ class Moving:
         for rope in w.scene.ropes:
             if f"{LETTERS.tension}{rope.name}" in named:
                 found[graph.symbol(f"{LETTERS.tension}{rope.name}")] = self._tension(rope, recursive)
-        own = [one.name for one in w.scene.parameters]
+        own = {one.name for one in w.scene.parameters} | {*w.scene.plain_names, *accelerations, *drives}
+        for strut in w.scene.struts:
+            if any(name in named and name not in own for name in LETTERS.of_strut(strut)):
+                worth = zip(LETTERS.of_strut(strut), self._strut(strut, recursive), strict=False)
+                found |= {graph.symbol(name): x for name, x in worth if name not in own}
         if any(name in named and name not in own for name in LETTERS.energies):
             energies = w.energies_by_momentum() if recursive else (w.energy.K, w.energy.P)
             found |= zip(map(graph.symbol, LETTERS.energies), energies, strict=True)
@@ -103,7 +107,7 @@ class Moving:
 
     def _tension(self, rope: Element, recursive: bool) -> Expr:
         """Return the tension of a rope, N, positive where it pulls; a length along the tree or of placements."""
-        w, graph = self.w, self.w.graph
+        w = self.w
         if not isinstance(rope, Strut):
             told: tuple[str, ...] = w.once(independent_multipliers)
             if f"{LETTERS.multiplier}{rope.name}" not in told:
@@ -112,13 +116,21 @@ class Moving:
                     "holds; leave one of them out, or make it elastic"
                 )
             return self.multipliers()[told.index(f"{LETTERS.multiplier}{rope.name}")]
-        if recursive:
-            length, rates = along(rope, w.scene, w.tree)
+        return self._strut(rope, recursive)[0]
+
+    def _strut(self, strut: Strut, recursive: bool) -> tuple[Expr, Expr, Expr]:
+        """Return the force of a strut, positive where it pulls, its way and the rate of that; see `_tension`."""
+        w, graph = self.w, self.w.graph
+        if recursive and strut.is_rope:
+            length, rates = along(strut, w.scene, w.tree)
             rate = graph.dot(rates, w.state.qd)
-        else:
-            length = strut_way(w.scene, body_placements(w.scene, graph), rope, graph)
+        elif recursive and strut.ends:
+            length = graph.sqrt(distance(strut, w.tree, w.reduced).square)
             (rate,) = tangents([length], w.state.velocity)
-        return FORCES[rope.kind].pull.force(rope, length, rate)
+        else:
+            length = strut_way(w.scene, body_placements(w.scene, graph) if strut.ends else {}, strut, graph)
+            (rate,) = tangents([length], w.state.velocity)
+        return FORCES[strut.kind].pull.force(strut, length, rate), length, rate
 
     def check(self, formulas: Sequence[Quantity]) -> dict[str, None]:
         """Return the letters of formulas; DerivationError of a reaction or a multiplier that there is not."""

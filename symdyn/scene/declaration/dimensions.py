@@ -41,7 +41,7 @@ def dimension_of(unit: str) -> Dimension:
 
 def declared_units(scene: Scene) -> dict[str, str]:
     """Return the unit of every letter whose unit is said, or is that of a joint."""
-    found = {CLOCK: "s"}
+    found = {CLOCK: "s"} | strut_units(scene)
     found |= {one.name: one.unit for one in scene.letters if one.unit}
     for joint in scene.joints:
         kind = JOINTS[joint.type]
@@ -50,6 +50,16 @@ def declared_units(scene: Scene) -> dict[str, str]:
             found |= {velocity: f"{unit}/s", acceleration_name(velocity): f"{unit}/s^2"}
             if k < len(joint.drives) and (drive := joint.drives[k]):
                 found[drive] = force_unit(unit)
+    return found
+
+
+def strut_units(scene: Scene) -> dict[str, str]:
+    """Return the units of what formulas of outputs call forces and lengths of struts."""
+    found = dict[str, str]()
+    joints = {joint.name: JOINTS[joint.type].coordinates(joint) for joint in scene.joints}
+    for strut in scene.struts:
+        force = "N" if strut.ends else force_unit(joints[strut.joint][0])
+        found |= zip(LETTERS.of_strut(strut), (force, "m", "m/s"), strict=False)
     return found
 
 

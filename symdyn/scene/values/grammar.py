@@ -23,6 +23,9 @@ Letters that formulas of outputs, events and `--outputs` may use:
     reaction_hinge_fx           what the parent exerts on the child at a joint or loop, axes of the child's body, N and
                                 N m; `.._joint` and `.._ground` in other axes
     tension_hoist               tension of a rope, positive where it pulls, N
+    force_s, length_s, length_s_dot     of spring or damper s: its force, positive where it pulls its ends together, N;
+                                the distance of its ends, m, and the rate of that. At a joint it has a force alone,
+                                positive against the coordinate, N m or N
     kinetic_energy, potential_energy    of the whole scene, J
     multiplier_cut_fx_joint     multipliers of rows that close loops, as `simulate --reactions` calls them
 
@@ -35,6 +38,7 @@ import keyword
 import re
 from collections.abc import Callable, Container, Iterator
 from functools import cache
+from typing import Protocol
 
 from symdyn.errors import hint
 from symdyn.frozen import dataclass
@@ -354,12 +358,20 @@ def check_scene_name(name: object) -> str | None:
     return None
 
 
+class _Pulling(Protocol):
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def ends(self) -> tuple[object, ...]: ...
+
+
 @dataclass(frozen=True)
 class SignalLetters:
     """What letters of what is looked at are made of.
 
     Attributes:
-        reaction, multiplier, tension: what the letters of these begin with.
+        reaction, multiplier, tension, force, length: what the letters of these begin with.
         components: of a reaction, force and moment.
         axes: what reactions are written in: axes of the child's body, of the joint frame on the parent, of the ground.
         loose: ends the names of what rigid bodies do not determine; their numbers are one choice among many.
@@ -370,6 +382,8 @@ class SignalLetters:
     reaction: str = "reaction_"
     multiplier: str = "multiplier_"
     tension: str = "tension_"
+    force: str = "force_"
+    length: str = "length_"
     components: tuple[str, ...] = ("fx", "fy", "fz", "mx", "my", "mz")
     axes: tuple[str, ...] = ("body", "joint", "ground")
     loose: str = "_not_unique"
@@ -389,6 +403,11 @@ class SignalLetters:
     def of_point(name: str) -> list[str]:
         """Return the names of a point's coordinates, velocities and accelerations, ground axes, three each."""
         return [f"point_{name}_{axis}{rate}" for rate in ("", "_dot", "_ddot") for axis in "xyz"]
+
+    def of_strut(self, strut: _Pulling) -> tuple[str, ...]:
+        """Return the names of the force of a spring or damper, and between points of its length and the rate of it."""
+        way = (f"{self.length}{strut.name}", f"{self.length}{strut.name}_dot") if strut.ends else ()
+        return (f"{self.force}{strut.name}", *way)
 
     @staticmethod
     def point_unit(name: str) -> str:
