@@ -55,51 +55,57 @@ def by_hand(run: symdyn.Trajectory) -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_a_spring_between_points_has_a_force_and_a_length_in_outputs_and_in_runs() -> None:
-    scene = looked_at(PLANE, "force_s", "length_s", "length_s_dot", "force_d", "force_s*length_s_dot")
+    scene = looked_at(
+        PLANE, "spring_s_force", "spring_s_length", "spring_s_rate", "damper_d_force", "spring_s_force*spring_s_rate"
+    )
     run = symdyn.simulate(scene, until=2)
     length, rate = by_hand(run)
     expected = [10 * (length - 0.5), length, rate, 2 * rate, 10 * (length - 0.5) * rate]
 
     for k, values in enumerate(expected):
         np.testing.assert_allclose(run[f"y{k}"], values, rtol=1e-9, atol=1e-12)
-    np.testing.assert_allclose(run[["force_s", "length_s_dot"]].T, [expected[0], rate], rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(run[["spring_s_force", "spring_s_rate"]].T, [expected[0], rate], rtol=1e-9, atol=1e-12)
     units = {one.name: one.unit for one in run.columns}
     assert [units[f"y{k}"] for k in range(5)] == ["N", "m", "m/s", "N", "W"]
-    with pytest.raises(UnknownNameError, match="did you mean force_s"):
-        run["force_x"]
+    with pytest.raises(UnknownNameError, match="did you mean spring_s_force"):
+        run["spring_s_forc"]
 
 
 def test_both_formulations_say_the_same() -> None:
     car = looked_at(CAR, *(name for one in read_text(CAR, "car").struts for name in LETTERS.of_strut(one)))
-    for scene in (looked_at(PLANE, "force_s", "length_s_dot"), looked_at(TURN, "force_t", "force_d"), car):
+    for scene in (
+        looked_at(PLANE, "spring_s_force", "spring_s_rate"),
+        looked_at(TURN, "spring_t_force", "damper_d_force"),
+        car,
+    ):
         assert symdyn.certify(scene, outputs=["outputs"]).passed
 
 
 def test_a_spring_at_a_joint_has_a_force_against_its_coordinate() -> None:
-    scene = looked_at(TURN, "force_t", "force_d")
+    scene = looked_at(TURN, "spring_t_force", "damper_d_force")
     run = symdyn.simulate(scene, until=1)
 
     np.testing.assert_allclose(run["y0"], 20 * (run["a"] - 0.2), atol=1e-12)
     np.testing.assert_allclose(run["y1"], 0.5 * run["a_dot"], atol=1e-12)
     assert {one.unit for one in run.columns if one.name in ("y0", "y1")} == {"N m"}
-    with pytest.raises(SceneError, match="length_t"):
-        looked_at(TURN, "length_t")
+    with pytest.raises(SceneError, match="spring_t_length"):
+        looked_at(TURN, "spring_t_length")
 
 
 def test_inverse_runs_have_them_and_the_energies() -> None:
-    scene = looked_at(TURN, "kinetic_energy", "force_t")
+    scene = looked_at(TURN, "kinetic_energy", "spring_t_force")
     run = symdyn.inverse(scene, motion={"a": "0.3*sin(2*t)"}, until=1)
 
     np.testing.assert_allclose(run["y0"], 0.14 * run["a_dot"] ** 2, atol=1e-12)
     np.testing.assert_allclose(run["kinetic_energy"], run["y0"], atol=1e-12)
     heights = 2 * 9.81 * 0.3 * np.sin(run["a"])
     np.testing.assert_allclose(run["potential_energy"], heights + 10 * (run["a"] - 0.2) ** 2, atol=1e-12)
-    np.testing.assert_allclose(run["force_t"], 20 * (run["a"] - 0.2), atol=1e-12)
+    np.testing.assert_allclose(run["spring_t_force"], 20 * (run["a"] - 0.2), atol=1e-12)
 
 
 def test_linear_systems_measure_them() -> None:
     here = {"x": 0.0, "y": 1.0, "phi": 0.4}
-    names = ["force_s", "length_s", "length_s_dot", "force_d"]
+    names = ["spring_s_force", "spring_s_length", "spring_s_rate", "damper_d_force"]
     one = symdyn.linearize(read_text(PLANE, "sp"), start=here, anywhere=True, outputs=names)
 
     def length(x: float, y: float, phi: float) -> float:
@@ -114,6 +120,6 @@ def test_linear_systems_measure_them() -> None:
 
 
 def test_a_letter_of_the_scene_keeps_its_meaning() -> None:
-    scene = looked_at(TURN.replace('drive = "M"', 'drive = "force_t"'), "force_t")
-    run = symdyn.simulate(scene, until=0.5, forces={"force_t": 1.5})
+    scene = looked_at(TURN.replace('drive = "M"', 'drive = "spring_t_force"'), "spring_t_force")
+    run = symdyn.simulate(scene, until=0.5, forces={"spring_t_force": 1.5})
     np.testing.assert_array_equal(run["y0"], 1.5)

@@ -256,7 +256,7 @@ class Trajectory(Shown):
     def __getitem__(self, name: str | Sequence[str]) -> Array:
         """Return a column by its name, shape (N,), or several by a list of names, shape (N, len(names)).
 
-        What follows from the motion alone need not be a column: force_s, length_s, point_tip_x_dot, kinetic_energy.
+        What follows from the motion alone need not be a column: spring_s_force, point_tip_x_dot, kinetic_energy.
 
         Raises:
             UnknownNameError: there is none; it says what it may have been.

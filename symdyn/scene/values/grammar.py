@@ -23,9 +23,9 @@ Letters that formulas of outputs, events and `--outputs` may use:
     reaction_hinge_fx           what the parent exerts on the child at a joint or loop, axes of the child's body, N and
                                 N m; `.._joint` and `.._ground` in other axes
     tension_hoist               tension of a rope, positive where it pulls, N
-    force_s, length_s, length_s_dot     of spring or damper s: its force, positive where it pulls its ends together, N;
-                                the distance of its ends, m, and the rate of that. At a joint it has a force alone,
-                                positive against the coordinate, N m or N
+    spring_s_force, damper_d_rate       of spring s or damper d: force, positive where it pulls its ends together, N;
+                                length, the distance of its ends, m; rate of that, m/s. At a joint it has a force
+                                alone, positive against the coordinate, N m or N
     kinetic_energy, potential_energy    of the whole scene, J
     multiplier_cut_fx_joint     multipliers of rows that close loops, as `simulate --reactions` calls them
 
@@ -360,7 +360,13 @@ def check_scene_name(name: object) -> str | None:
 
 class _Pulling(Protocol):
     @property
+    def kind(self) -> str: ...
+
+    @property
     def name(self) -> str: ...
+
+    @property
+    def is_taut(self) -> bool: ...
 
     @property
     def ends(self) -> tuple[object, ...]: ...
@@ -371,7 +377,7 @@ class SignalLetters:
     """What letters of what is looked at are made of.
 
     Attributes:
-        reaction, multiplier, tension, force, length: what the letters of these begin with.
+        reaction, multiplier, tension: what the letters of these begin with.
         components: of a reaction, force and moment.
         axes: what reactions are written in: axes of the child's body, of the joint frame on the parent, of the ground.
         loose: ends the names of what rigid bodies do not determine; their numbers are one choice among many.
@@ -382,8 +388,6 @@ class SignalLetters:
     reaction: str = "reaction_"
     multiplier: str = "multiplier_"
     tension: str = "tension_"
-    force: str = "force_"
-    length: str = "length_"
     components: tuple[str, ...] = ("fx", "fy", "fz", "mx", "my", "mz")
     axes: tuple[str, ...] = ("body", "joint", "ground")
     loose: str = "_not_unique"
@@ -404,10 +408,13 @@ class SignalLetters:
         """Return the names of a point's coordinates, velocities and accelerations, ground axes, three each."""
         return [f"point_{name}_{axis}{rate}" for rate in ("", "_dot", "_ddot") for axis in "xyz"]
 
-    def of_strut(self, strut: _Pulling) -> tuple[str, ...]:
+    @staticmethod
+    def of_strut(strut: _Pulling) -> tuple[str, ...]:
         """Return the names of the force of a spring or damper, and between points of its length and the rate of it."""
-        way = (f"{self.length}{strut.name}", f"{self.length}{strut.name}_dot") if strut.ends else ()
-        return (f"{self.force}{strut.name}", *way)
+        if strut.is_taut:  # of an elastic rope it is the tension
+            return ()
+        whats = ("force", "length", "rate") if strut.ends else ("force",)
+        return tuple(f"{strut.kind}_{strut.name}_{what}" for what in whats)
 
     @staticmethod
     def point_unit(name: str) -> str:
