@@ -405,3 +405,6 @@ springs.s = { joint = "j", stiffness = "k" }
     np.testing.assert_allclose(np.asarray(runs["min(x)"]), -1, atol=1e-8)
     np.testing.assert_allclose(np.asarray(runs["when_min(x)"]), np.pi / frequency, atol=1e-6)
     np.testing.assert_allclose(np.asarray(runs["max(x_dot)"])[first], frequency[first], rtol=1e-8)
+    np.testing.assert_array_equal(runs[["k", "min(x)"]], np.transpose([runs["k"], runs["min(x)"]]))
+    with pytest.raises(UnknownNameError, match="there is no column kk"):
+        runs[["k", "kk"]]

@@ -369,7 +369,8 @@ class SceneUnits:
             told = words(pair, found).removeprefix(" = ")
             unchecked = Faults(self.scene.source).unchecked
             asking = argument("no_units", True, 'units="none"')
-            asked = unchecked if asking in unchecked else f"{unchecked} of the scene, or ask with {asking}"
+            asked = unchecked if asking in unchecked else f"{unchecked} of the scene"
+            asked += f", or ask with {asking}" * (asked != unchecked and asking.startswith("--"))  # a flag of all verbs
             faults.add(where, f"{told}; {ADVICE}, or {asked}")
 
     @property
