@@ -701,7 +701,8 @@ def test_the_text_of_a_scene_is_no_path_and_values_are_no_start() -> None:
 
 def test_independent_coordinates_and_the_function_of_a_controller_are_taken_as_elsewhere() -> None:
     loop = symdyn.example("five_bar")
-    by_text, by_list = (symdyn.linearize(loop, independent=x, anywhere=True) for x in ("q1, q2", ["q1", "q2"]))
+    ways = ("theta1, theta2", ["theta1", "theta2"])
+    by_text, by_list = (symdyn.linearize(loop, independent=x, anywhere=True) for x in ways)
     np.testing.assert_array_equal(by_text.A, by_list.A)
 
     class Held:

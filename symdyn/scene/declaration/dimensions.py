@@ -56,9 +56,9 @@ def declared_units(scene: Scene) -> dict[str, str]:
 def strut_units(scene: Scene) -> dict[str, str]:
     """Return the units of what formulas of outputs call forces and lengths of struts."""
     found = dict[str, str]()
-    joints = {joint.name: JOINTS[joint.type].coordinates(joint) for joint in scene.joints}
+    units = {joint.name: unit for joint in scene.joints for unit in JOINTS[joint.type].coordinates(joint)[:1]}
     for strut in scene.struts:
-        force = "N" if strut.ends else force_unit(joints[strut.joint][0])
+        force = "N" if strut.ends else force_unit(units.get(strut.joint, ""))  # "" of a joint that is not there
         found |= zip(LETTERS.of_strut(strut), (force, "m", "m/s"), strict=False)
     return found
 
