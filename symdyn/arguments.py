@@ -366,7 +366,7 @@ def _way_out(function: Callable[..., object], name: str, given: Mapping[str, Any
     if needed in inspect.signature(function).parameters:
         return f"; {with_own_names(told, noun).replace('$', quoted(given[name]))}"
     names, value = names_of(noun, HELD.get(name, f"{name}s")), given[name]
-    whole = KINDS["bool"].takes(value) or hasattr(value, "keys")  # one of several, by number, or several by name
+    whole = KINDS["bool"].takes(value) or hasattr(value, "keys") or (isinstance(value, str) and "=" in value)
     others = [k for k, one in _read(function).items() if given.get(k) is None and one.takes(value) and not whole]
     told = "".join([f", or {k}={quoted(given[name])}" for k in others[:1]])
     return f"{told}; names are {listed(names)}" * bool(names)

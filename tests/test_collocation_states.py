@@ -145,7 +145,7 @@ RATED = MOTOR.replace("value = 2", "value = 2\nrates = 1").replace(
         (MOTOR, {"end_rates": {"i": 1}}, "end rates: i is not known; known are theta_dot"),
         (MOTOR, {"cost": "i + back"}, "cost: i + k*theta_dot: i is in A, and k*theta_dot is in V; correct it, "
             'write the factor that is left out as a parameter with its unit, or write units = "none" at the top of the '
-            'scene, or ask with units="none"'),
+            "scene"),
         (RESET, {}, "motor: collocation knows no resets, and there is one of i: where a state jumps has to be known "
             "beforehand; take it out, or solve from jump to jump, each with its own start"),
         (RATED, {"free": "V"}, "free: V: an input with rates follows from its rates; declare it as a state with its "

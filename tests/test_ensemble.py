@@ -386,3 +386,25 @@ def test_the_mean_over_half_a_second_is_the_area_by_the_time() -> None:
     sums = Sums(one, one, one, one, none, none, area=one, squares=one, span=half, settled=none)
     assert FOLDS["mean"].of(sums) == 2.0
     assert FOLDS["mean"].of(replace(sums, span=none)) == 1.0
+
+
+@pytest.mark.runs("cc")
+def test_no_peak_is_missed_beside_the_end_of_a_step() -> None:
+    """Steps are as long as a radian: of 400 frequencies some have a peak just before or behind an end."""
+    mass = """
+gravity = "none"
+parameters = { k = "4 N/m" }
+bodies.b.mass = 1
+joints.j = { type = "prismatic", parent = "ground", child = "b", axis = [1, 0, 0], coordinate = "x", start = 1 }
+springs.s = { joint = "j", stiffness = "k" }
+"""
+    runs = symdyn.sweep(read_text(mass), "k=linspace(1,9,400)", ["min(x)", "when_min(x)", "max(x_dot)"], until=3.3)
+    frequency = np.sqrt(np.asarray(runs["k"]))
+    first = 3 * np.pi / 2 / frequency < 3.3  # those that come back through the middle
+
+    np.testing.assert_allclose(np.asarray(runs["min(x)"]), -1, atol=1e-8)
+    np.testing.assert_allclose(np.asarray(runs["when_min(x)"]), np.pi / frequency, atol=1e-6)
+    np.testing.assert_allclose(np.asarray(runs["max(x_dot)"])[first], frequency[first], rtol=1e-8)
+    np.testing.assert_array_equal(runs[["k", "min(x)"]], np.transpose([runs["k"], runs["min(x)"]]))
+    with pytest.raises(UnknownNameError, match="there is no column kk"):
+        runs[["k", "kk"]]

@@ -681,3 +681,33 @@ def test_all_transfer_functions_are_shown_line_by_line() -> None:
     assert [line.split(": ")[0] for line in repr(found).splitlines()[1:]] == ["    x / F", "    theta / F"]
     assert "x / F: gain 0.97561" in found._repr_mimebundle_()["text/html"]  # type: ignore[attr-defined]
     assert found == tuple(found)
+
+
+def test_a_data_frame_of_a_run_says_its_times_to_an_inverse_run() -> None:
+    pytest.importorskip("pandas")
+    scene = symdyn.example("double_pendulum")
+    run = symdyn.simulate(scene, until=0.2, every=0.05, start={"q1": 0.5})
+
+    np.testing.assert_array_equal(symdyn.inverse(scene, run.to_pandas()).tau, symdyn.inverse(scene, run).tau)
+
+
+def test_the_text_of_a_scene_is_no_path_and_values_are_no_start() -> None:
+    with pytest.raises(SceneError, match=r"this is the text of a scene.*symdyn\.scene\.read_text"):
+        symdyn.simulate('gravity = "none"\n[bodies.b]\nmass = 1\n', until=1)
+    with pytest.raises(SimulateError, match="values by name") as told:
+        symdyn.simulate(symdyn.example("double_pendulum"), until=0.1, values="m2=2.5")  # type: ignore[arg-type]
+    assert "start=" not in str(told.value)
+
+
+def test_independent_coordinates_and_the_function_of_a_controller_are_taken_as_elsewhere() -> None:
+    loop = symdyn.example("five_bar")
+    ways = ("theta1, theta2", ["theta1", "theta2"])
+    by_text, by_list = (symdyn.linearize(loop, independent=x, anywhere=True) for x in ways)
+    np.testing.assert_array_equal(by_text.A, by_list.A)
+
+    class Held:
+        def feedback(self) -> object:
+            return lambda t, q, u: -3 * q - u
+
+    run = symdyn.simulate(symdyn.example("pendulum"), until=0.1, start={"q1": 0.2}, feedback=Held())
+    np.testing.assert_allclose(run["tau1"], -3 * run["q1"] - run["q1_dot"], atol=1e-12)

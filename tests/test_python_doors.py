@@ -123,9 +123,9 @@ TOLD: dict[str, tuple[type[SymdynError], Callable[[], object]]] = {
         UnknownNameError,
         lambda: falls().run["point_tip"],
     ),
-    "no column kinetic_energy; simulated runs have kinetic_energy, ": (
+    "no column drive_power; simulated runs have drive_power, ": (
         UnknownNameError,
-        lambda: falls()["kinetic_energy"],
+        lambda: falls()["drive_power"],
     ),
     'V is of outputs, which linearize chooses: outputs=["x", "theta", "x_dot"]': (
         LinearizeError,

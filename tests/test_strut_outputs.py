@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy import signal
 
 import symdyn
 from symdyn.errors import SceneError, UnknownNameError
@@ -72,7 +73,7 @@ def test_a_spring_between_points_has_a_force_and_a_length_in_outputs_and_in_runs
 
 
 def test_both_formulations_say_the_same() -> None:
-    car = looked_at(CAR, *(name for one in read_text(CAR, "car").struts for name in LETTERS.of_strut(one)))
+    car = looked_at(CAR, *LETTERS.of_struts(read_text(CAR, "car").struts))
     for scene in (
         looked_at(PLANE, "spring_s_force", "spring_s_rate"),
         looked_at(TURN, "spring_t_force", "damper_d_force"),
@@ -123,3 +124,22 @@ def test_a_letter_of_the_scene_keeps_its_meaning() -> None:
     scene = looked_at(TURN.replace('drive = "M"', 'drive = "spring_t_force"'), "spring_t_force")
     run = symdyn.simulate(scene, until=0.5, forces={"spring_t_force": 1.5})
     np.testing.assert_array_equal(run["y0"], 1.5)
+
+
+def test_events_and_measured_signals_know_them() -> None:
+    run = symdyn.simulate(read_text(PLANE, "sp"), until=2, stops=["spring_s_length - 1"])
+    assert by_hand(run)[0][-1] == pytest.approx(1)
+    law = symdyn.Feedback(signal.TransferFunction([0.5], [0.1, 1.0]), measures="spring_t_force")
+    run = symdyn.simulate(read_text(TURN, "turn"), start={"a": 0.3}, until=1, feedback=law)
+    filtered = run["M"] + 0.1 * np.gradient(run["M"], run.t)
+    np.testing.assert_allclose(filtered[2:-2], -0.5 * run["spring_t_force"][2:-2], rtol=2e-2, atol=0.02)
+
+
+@pytest.mark.targets
+def test_the_path_of_a_collocation_knows_them() -> None:
+    bounds = {"spring_t_force": (-4, 6)}
+    problem = symdyn.collocation(
+        read_text(TURN, "turn"), 1, 10, cost="M**2", start={"a": 0}, end={"a": 0.4}, path=bounds
+    )
+    found = problem.solve()
+    assert 20 * (found.run["a"].max() - 0.2) < 6 + 1e-6

@@ -12,6 +12,7 @@ from browser import opened
 from lessons import blanks, lesson_of
 
 from symdyn.algebra.form import Symbol
+from symdyn.cli import main
 from symdyn.emit.print.formula_text import text_of
 from symdyn.errors import TeachError
 from symdyn.scene import read
@@ -23,6 +24,7 @@ from symdyn.teach.practice.questions import questions, sheet, solutions_last
 from symdyn.teach.render.html import html_page
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
+FINDINGS = Path(__file__).parent / "data" / "findings"
 
 
 @cache
@@ -189,3 +191,14 @@ def test_a_page_shows_what_follows_when_all_that_it_needs_is_found_or_given_up(b
         page.wait_for_selector("#step-state")
         assert not page.locator("#part-numbers .waits").is_visible()
         assert page.evaluate("document.querySelectorAll('article[hidden]').length") == 0
+
+
+@pytest.mark.wide("gimbal", "rod")
+@pytest.mark.parametrize("name", sorted(one.stem for one in FINDINGS.glob("*.toml")))
+def test_every_scene_of_the_findings_has_a_page_of_exercises(name: str, tmp_path: Path) -> None:
+    """A in place of C in 1/(C - A) is no number, and a free body has equations of no one joint."""
+    page = tmp_path / "page.html"
+    assert (
+        main(["walkthrough", str(FINDINGS / f"{name}.toml"), "--exercises", "--format", "html", "-o", str(page)]) == 0
+    )
+    assert "QUESTIONS" in page.read_text(encoding="utf-8")

@@ -39,7 +39,7 @@ from symdyn.linear.linearization import Linearization, Point
 from symdyn.linear.variations import Outputs, Variations, read_outputs, variations
 from symdyn.linear.weights import Axis
 from symdyn.scene import Scene, SceneUnits
-from symdyn.scene.values import Faults, force_unit
+from symdyn.scene.values import Faults, force_unit, split_commas
 from symdyn.simulation import Forces, Problem, opened, valueless
 
 RANK = 1e-7
@@ -407,7 +407,7 @@ def prepared(
     problem: Problem, outputs: Looked = (), independent: str | Sequence[str] = (), mode: Mode = ()
 ) -> Prepared:
     """Return what is linearised, derived once for all values of parameters; arguments and errors as of `linearize`."""
-    independent = (independent,) if isinstance(independent, str) and independent else tuple(independent)
+    independent = tuple(split_commas(independent) if isinstance(independent, str) else independent)
     scene, faults = problem.scene, Faults("")
     found = opened(scene)
     if not scene.velocities:

@@ -255,7 +255,7 @@ class TimeResponse(Plotted):
 
         It rises from 10 to 90 % of the final value, and has settled when it stays within 2 % of it. What never happens
         is nan: of an output that does not come to rest the final value, and all that is a part of it, as of a final
-        value of zero. The peak is that of the times shown.
+        value of zero; that has settled when it stays within 2 % of its peak. The peak is that of the times shown.
 
         Raises:
             LinearizeError: it is none of a step; a name that is not known, or none given where there are several.

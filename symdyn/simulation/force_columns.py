@@ -152,7 +152,7 @@ def columns_of_motion(motion: Trajectory, names: Iterable[str]) -> dict[str, Arr
 
     They follow from the motion alone; a column that a run has is not made again.
     """
-    every = {*LETTERS.energies, *(name for one in motion.scene.struts for name in LETTERS.of_strut(one))}
+    every = {*LETTERS.energies, *LETTERS.of_struts(motion.scene.struts)}
     every |= {name for one in motion.scene.points for name in LETTERS.of_point(one.name)}
     told = [name for name in dict.fromkeys(names) if name in every and name not in motion.names]
     if not told:

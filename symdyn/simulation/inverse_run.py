@@ -41,7 +41,7 @@ from symdyn.simulation.integrate.integration import END
 from symdyn.simulation.integrate.valueless import valueless
 from symdyn.simulation.inverse_functions import InverseFunctions
 from symdyn.simulation.prescribed.courses import ForceTable
-from symdyn.simulation.prescribed.entries import Entries
+from symdyn.simulation.prescribed.entries import Entries, has_index
 from symdyn.simulation.prescribed.forces import Forces, SceneMotion, drive_names, motion_times, places_of, read_motion
 from symdyn.simulation.prescribed.formulas_in_time import bound, parameter_values
 from symdyn.simulation.prescribed.motion_laws import Law, constant, formula_law
@@ -176,8 +176,11 @@ def _read(
     """Return laws, paths, what is given of inputs, and times; SimulateError with every fault of all."""
     scene, faults, texts = problem.scene, Faults(""), [*_texts(motion), *_texts(path)]
     table: Any = motion
-    if isinstance(times, tuple) and not times and until is every is None and hasattr(table, "keys") and TIME in table:
-        times = table[TIME]  # its own rows, as those of a file
+    if isinstance(times, tuple) and not times and until is every is None and hasattr(table, "keys"):
+        if has_index(table):  # its own rows, as those of a file
+            times = table.index
+        elif TIME in table:
+            times = table[TIME]
     read = (
         faults.taken(lambda: motion if isinstance(motion, SceneMotion) else read_motion(scene, motion), SceneMotion()),
         faults.taken(lambda: path if isinstance(path, ScenePath) else read_path(scene, path), ScenePath()),

@@ -268,7 +268,7 @@ class Trajectory(Shown):
             from symdyn.simulation.force_columns import columns_of_motion
 
             every |= columns_of_motion(self, late)
-        known = (*names, *(letter for one in self.scene.struts for letter in LETTERS.of_strut(one)))
+        known = (*names, *LETTERS.of_struts(self.scene.struts))
         for one in asked:
             if not isinstance(one, str) or one not in every:
                 raise UnknownNameError(f"{self.scene.name}: {missing(one, known, self.scene)}")

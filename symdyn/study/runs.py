@@ -152,13 +152,15 @@ class Runs(Shown):
         """Yield the names of the columns: `"m1" in runs`."""
         return iter(self.columns)
 
-    def __getitem__(self, name: str) -> Array:
-        """Return a column by its name, shape (N,).
+    def __getitem__(self, name: str | Sequence[str]) -> Array:
+        """Return a column by its name, shape (N,), or several by a list of names, shape (N, len(names)).
 
         Raises:
             UnknownNameError: there is none; the message names a similar one.
         """
         check_arguments(Runs.__getitem__, locals(), UnknownNameError)
+        if not isinstance(name, str):
+            return np.array([self[one] for one in name]).reshape(-1, len(self)).T
         if name in self.measures:
             return self.measures[name]
         if name in self.names:

@@ -420,7 +420,7 @@ def _read(
     values: Mapping[str, Quantity],
     faults: Faults,
 ) -> dict[str, tuple[Quantity, ...]]:
-    states, points = [one.name for one in scene.states], _of_points(scene, slice(6))
+    states, points = [x.name for x in scene.states], (*_of_points(scene, slice(6)), *LETTERS.of_struts(scene.struts))
     state = (TIME, *scene.coordinates, *scene.velocities, *states, *values, *scene.definitions, *points)
     rates, check = (*map(acceleration_name, scene.velocities), *_of_points(scene, slice(6, 9))), SceneUnits(scene).check
     way = f"what is to be found are drives, and inputs that are free: {argument('free', *[x.name for x in kept[:1]])}"

@@ -89,7 +89,7 @@ const Echo = (() => {
         if (part.function) return call(part.function);
         if (!part.name) return row([named(part.short[0]), sign("("), row(part.short[1].flatMap((q, j) => j ? [sign("+"), shown[q]] : [shown[q]])), sign(")")]);
         const name = dots && k === carrier ? (QUESTIONS.dotted[part.name] || [])[dots - 1] : part.name;
-        return shown[name] || named("?");
+        return shown[name] || named(name || "?");
       });
       return row(parts.flatMap((part, k) => k ? [THIN, part] : [part]));
     }

@@ -56,9 +56,9 @@ def declared_units(scene: Scene) -> dict[str, str]:
 def strut_units(scene: Scene) -> dict[str, str]:
     """Return the units of what formulas of outputs call forces and lengths of struts."""
     found = dict[str, str]()
-    joints = {joint.name: JOINTS[joint.type].coordinates(joint) for joint in scene.joints}
+    units = {joint.name: unit for joint in scene.joints for unit in JOINTS[joint.type].coordinates(joint)[:1]}
     for strut in scene.struts:
-        force = "N" if strut.ends else force_unit(joints[strut.joint][0])
+        force = "N" if strut.ends else force_unit(units.get(strut.joint, ""))  # "" of a joint that is not there
         found |= zip(LETTERS.of_strut(strut), (force, "m", "m/s"), strict=False)
     return found
 
@@ -369,7 +369,8 @@ class SceneUnits:
             told = words(pair, found).removeprefix(" = ")
             unchecked = Faults(self.scene.source).unchecked
             asking = argument("no_units", True, 'units="none"')
-            asked = unchecked if asking in unchecked else f"{unchecked} of the scene, or ask with {asking}"
+            asked = unchecked if asking in unchecked else f"{unchecked} of the scene"
+            asked += f", or ask with {asking}" * (asked != unchecked and asking.startswith("--"))  # a flag of all verbs
             faults.add(where, f"{told}; {ADVICE}, or {asked}")
 
     @property

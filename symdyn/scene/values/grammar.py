@@ -36,7 +36,7 @@ from __future__ import annotations
 
 import keyword
 import re
-from collections.abc import Callable, Container, Iterator
+from collections.abc import Callable, Container, Iterable, Iterator
 from functools import cache
 from typing import Protocol
 
@@ -415,6 +415,10 @@ class SignalLetters:
             return ()
         whats = ("force", "length", "rate") if strut.ends else ("force",)
         return tuple(f"{strut.kind}_{strut.name}_{what}" for what in whats)
+
+    def of_struts(self, struts: Iterable[_Pulling]) -> tuple[str, ...]:
+        """Return the names of all of them."""
+        return tuple(name for one in struts for name in self.of_strut(one))
 
     @staticmethod
     def point_unit(name: str) -> str:

@@ -361,7 +361,7 @@ class Scene(Shown):
         late = (name for name in specified if name.startswith(LETTERS.multiplier) and self.is_constrained)
         pulls = (f"{LETTERS.tension}{one.name}" for one in self.ropes)
         points = (name for one in self.points for name in LETTERS.of_point(one.name))
-        struts = (name for one in self.struts for name in LETTERS.of_strut(one))
+        struts = LETTERS.of_struts(self.struts)
         names = (*self.plain_names, *accelerations, *drives, *points, *struts, *LETTERS.energies)
         return tuple(dict.fromkeys((*names, *pulls, *self.reaction_axes, *late)))
 

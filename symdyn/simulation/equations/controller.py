@@ -218,7 +218,9 @@ def _read(scene: Scene, what: object) -> Feedback:
     if isinstance(law, LinearLaw):
         return asked
     if not isinstance(law, type) and callable(made := getattr(law, "feedback", None)):
-        if not isinstance(found := made(), Feedback):
+        if is_function(found := made()):
+            found = Feedback(found)
+        if not isinstance(found, Feedback):
             raise SimulateError(f"feedback: feedback() of {quoted(law)} returned {quoted(found)}, which is no Feedback")
         return _with_settings(read_feedback(scene, found), asked)
     if isinstance(law, (list, tuple)) and any(is_function(one) or isinstance(one, Feedback) for one in law):

@@ -31,7 +31,7 @@ from symdyn.errors import quoted, suggestion
 from symdyn.frozen import dataclass
 from symdyn.graph import Expr, tangents
 from symdyn.scene import Quantity, Scene, SceneUnits
-from symdyn.scene.values import Faults
+from symdyn.scene.values import LETTERS, Faults
 from symdyn.simulation.equations.compiled_routines import (
     Calls,
     Compiled,
@@ -249,7 +249,8 @@ def _measurable(scene: Scene, text: object, where: str, faults: Faults) -> Quant
 def _letters(scene: Scene) -> tuple[str, ...]:
     parameters = (one.name for one in scene.parameters)
     states = (one.name for one in scene.states)
-    return (TIME, *scene.coordinates, *scene.velocities, *states, *scene.point_names, *parameters)
+    seen = (*scene.point_names, *LETTERS.of_struts(scene.struts))
+    return (TIME, *scene.coordinates, *scene.velocities, *states, *seen, *parameters)
 
 
 # Systems of python-control and SciPy, known by what they have: these packages need not be there

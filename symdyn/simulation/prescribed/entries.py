@@ -176,18 +176,19 @@ def _is_table(entry: Any) -> bool:
     if isinstance(entry, dict) or not (hasattr(entry, "keys") and hasattr(entry, "__getitem__")):
         return False
     try:
-        return _has_index(entry) or _dimensions(entry[TIME]) == 1
+        return has_index(entry) or _dimensions(entry[TIME]) == 1
     except (KeyError, TypeError, ValueError, IndexError):
         return False
 
 
-def _has_index(entry: Any) -> bool:
+def has_index(entry: Any) -> bool:
+    """Whether something is a data frame over the times: its index is called t."""
     return getattr(getattr(entry, "index", None), "name", None) == TIME
 
 
 def _table(entry: Any, what: str) -> Columns:
     """Return the columns of a table that are one number a time."""
-    times = entry.index if _has_index(entry) else entry[TIME]
+    times = entry.index if has_index(entry) else entry[TIME]
     names = [name for name in entry.keys() if name != TIME]  # noqa: SIM118  a data frame yields columns, a run rows
     arrays = {name: np.asarray(entry[name]) for name in names if isinstance(name, str)}
     numbers = {name: x for name, x in arrays.items() if x.ndim == 1 and x.dtype.kind in "iuf"}

@@ -267,7 +267,7 @@ def _pieces(course: Course, motions: Motions, key: str, i: int | None, ways: Seq
     weights = [node for name, node in e.P.items() if name != "E"]
     if i is not None:
         joints = [j for j in range(state.n) if any(way[i][j] for way in ways)]
-        yield from _equations(course, weights, joints)
+        yield from _equations(course, weights, joints) if joints else ()  # none: rows hold all that it says
         return
     kinetic, gravity, elastic = graph.total(e.K.values()), graph.total(weights), e.P["E"]
     name = key.removeprefix("dL:/d")

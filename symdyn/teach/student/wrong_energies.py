@@ -270,7 +270,9 @@ def wrong_terms(course: Course, right: Expr) -> Iterator[Wrong]:
     """Yield the right formula with one symbol or function wrong in all of it; single terms are told by `evidence`."""
     graph, state = course.graph, course.state
     yield ("turned", -right)
-    yield from (("index", course.put(right, pairs)) for pairs in _swaps(course, right))
+    for pairs in _swaps(course, right):
+        with suppress(ZeroDivisionError):  # A in place of C in 1/(C - A)
+            yield ("index", course.put(right, pairs))
     for one in zip(state.q, state.qd, state.qdd, strict=True):
         yield ("clockwise", course.put(right, {x: -x for x in one}))
     try:
@@ -291,10 +293,12 @@ def wrong_terms(course: Course, right: Expr) -> Iterator[Wrong]:
             yield from (("trig", other), ("trig", -other)) if swaps else ()
     for mine, theirs in permutations(angles, 2):
         swaps = {x: Function(x.op, theirs) for x in held if x.args == mine}
-        yield ("absolute", form.exchanged(still | swaps).express(graph))
+        with suppress(ZeroDivisionError):
+            yield ("absolute", form.exchanged(still | swaps).express(graph))
     for name in (Symbol(p.name) for p in course.scene.parameters):
         for here, there in ((name, Number.ONE), (name.power(2), name)):
-            yield ("power", form.exchanged(still | {here: there}).express(graph))
+            with suppress(ZeroDivisionError):
+                yield ("power", form.exchanged(still | {here: there}).express(graph))
 
 
 def _swaps(course: Course, node: Expr) -> Iterator[dict[Expr, Expr]]:
