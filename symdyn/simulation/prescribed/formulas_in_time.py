@@ -234,7 +234,8 @@ def words(entries: Iterable[str], what: str, faults: Faults) -> dict[str, str]:
         name, equals, text = (piece.strip() for piece in entry.partition("="))
         if not name or not equals or not text:
             files = what in ("forces", "motion")
-            known = "is neither a file, .csv or .toml, nor name=formula" if files else "is not name=formula"
+            known = "is neither a file nor name=formula" if files else "is not name=formula"
+            known += "; tables are .csv files, as to_csv writes them" * (files and entry.endswith(".npz"))
             finder = argument("start", "rest", "symdyn.linear.linearize_at_rest(scene)")
             rest = f"; linearize finds positions of rest, {finder}; start at one of them" * (entry == "rest")
             faults.add(what, f'"{entry}" {known}{rest}')
