@@ -13,7 +13,6 @@ from scenes_in_time import double_pendulum, heavy_top, pendulum
 
 from symdyn.dynamics.loops.mobility import mobility
 from symdyn.errors import SimulateError
-from symdyn.linear import linearize
 from symdyn.scene import Scene, read
 from symdyn.scene.values import Joint
 from symdyn.scene.values.entry import Faults
@@ -191,18 +190,6 @@ def test_energy_balance_counts_drives_and_losses() -> None:
     assert np.abs(found.extra["other_power"]).max() > 0.01
     assert np.abs(found.extra["work"]).max() > 0.1
     assert found.monitors["energy"] < 1e-10 * found.monitors["energy_scale"]
-
-
-def test_a_filter_whose_poles_are_fast_pairs_gets_an_implicit_method() -> None:
-    cart = read(EXAMPLES / "cart_pole.toml")
-    slow, fast = (linearize(cart).lqg(W={"x_dot": 1, "theta_dot": 1}, V={"x": v, "theta": v}) for v in (1e-6, 1e-15))
-    begin = {"start": {"theta": 0.05}, "until": 1.0, "every": 0.1}
-
-    assert simulate(cart, feedback=slow, **begin).method == "dop853"
-    found = simulate(cart, feedback=fast, **begin)
-    assert found.method in ("cvode", "radau")
-    exact = simulate(cart, feedback=fast, method="radau", **begin)
-    np.testing.assert_allclose(found["theta"], exact["theta"], atol=1e-5)
 
 
 def test_a_stiff_system_gets_an_implicit_method() -> None:
