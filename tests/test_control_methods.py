@@ -467,6 +467,15 @@ def test_what_no_input_moves_stays_where_it_is_kept_among_the_poles(period: floa
     for pole in poles(-1, -2, -3, -4, swing, -swing):
         assert np.abs(law.poles - pole).min() < 1e-5
 
+    slide = (
+        '[bodies.{n}]\nmass = 1\n[joints.{n}]\ntype = "prismatic"\nparent = "ground"\nchild = "{n}"\naxis = [1, 0, 0]\n'
+    )
+    slide += 'coordinate = "{n}"\ndrive = {drive}\n'
+    two = 'gravity = "none"\n' + slide.format(n="x", drive='"F"') + slide.format(n="y", drive="false")
+    two += '[springs.s]\njoint = "y"\nstiffness = -4\n'  # y grows, and is kept outside the unit circle, too
+    law = symdyn.linearize(symdyn.scene.read_text(two, "two.toml")).place(poles(-5, -6, 2, -2), period)
+    np.testing.assert_allclose(sorted(law.poles.real), sorted(poles(-5, -6, 2, -2)), atol=1e-8)
+
 
 @pytest.mark.parametrize(
     ("given", "message"),

@@ -694,6 +694,8 @@ def test_a_data_frame_of_a_run_says_its_times_to_an_inverse_run() -> None:
 def test_the_text_of_a_scene_is_no_path_and_values_are_no_start() -> None:
     with pytest.raises(SceneError, match=r"this is the text of a scene.*symdyn\.scene\.read_text"):
         symdyn.simulate('gravity = "none"\n[bodies.b]\nmass = 1\n', until=1)
+    with pytest.raises(SceneError, match="this is the text of a scene"):
+        symdyn.simulate('gravity = "none"', until=1)
     with pytest.raises(SimulateError, match="values by name") as told:
         symdyn.simulate(symdyn.example("double_pendulum"), until=0.1, values="m2=2.5")  # type: ignore[arg-type]
     assert "start=" not in str(told.value)

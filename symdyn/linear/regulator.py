@@ -267,12 +267,12 @@ def place(one: Linearization, poles: Sequence[complex] | Array, period: float | 
 
     used, names = controls(one), one.states.names
     wanted, step = _wanted(poles, names), steps(one, period)
-    if period is not None and np.abs(wanted).max() > 1:
-        raise LinearizeError("poles: with a period they are z = exp(s T), inside the unit circle: numpy.exp(T * s)")
     scale = balance(one.A)
     A, B = one.A * scale[None, :] / scale[:, None], one.B[:, used] / scale[:, None]
     moved, beside = staircase(A, B)
     wanted, stays = _movable(A, beside, names, wanted, period)
+    if period is not None and np.abs(wanted).max(initial=0.0) > 1:
+        raise LinearizeError("poles: with a period they are z = exp(s T), inside the unit circle: numpy.exp(T * s)")
     most = int(np.linalg.matrix_rank(B))
     often = [value for value in wanted if np.count_nonzero(wanted == value) > most]
     if often:

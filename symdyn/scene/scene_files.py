@@ -185,7 +185,7 @@ def format_to_write(path: str | PathLike[str]) -> str:
 
 
 def _file(path: FileLike) -> Path | Opened:
-    if isinstance(path, str) and "\n" in path:
+    if isinstance(path, str) and ("\n" in path or " = " in path):
         raise SceneError("this is the text of a scene, and no path: symdyn.scene.read_text(text) reads it")
     if isinstance(path, (str, PathLike)):
         return Path(path)
