@@ -90,9 +90,9 @@ class Moving:
                 found[graph.symbol(f"{LETTERS.tension}{rope.name}")] = self._tension(rope, recursive)
         own = {one.name for one in w.scene.parameters} | {*w.scene.plain_names, *accelerations, *drives}
         for strut in w.scene.struts:
-            if any(name in named and name not in own for name in LETTERS.of_strut(strut)):
-                worth = zip(LETTERS.of_strut(strut), self._strut(strut, recursive), strict=False)
-                found |= {graph.symbol(name): x for name, x in worth if name not in own}
+            asked = {x: what for x, what in LETTERS.of_strut(strut).items() if x in named and x not in own}
+            worth = self._strut(strut, recursive) if asked else {}
+            found |= {graph.symbol(name): worth[what] for name, what in asked.items()}
         if any(name in named and name not in own for name in LETTERS.energies):
             energies = w.energies_by_momentum() if recursive else (w.energy.K, w.energy.P)
             found |= zip(map(graph.symbol, LETTERS.energies), energies, strict=True)
@@ -116,10 +116,10 @@ class Moving:
                     "holds; leave one of them out, or make it elastic"
                 )
             return self.multipliers()[told.index(f"{LETTERS.multiplier}{rope.name}")]
-        return self._strut(rope, recursive)[0]
+        return self._strut(rope, recursive)["force"]
 
-    def _strut(self, strut: Strut, recursive: bool) -> tuple[Expr, Expr, Expr]:
-        """Return the force of a strut, positive where it pulls, its way and the rate of that; see `_tension`."""
+    def _strut(self, strut: Strut, recursive: bool) -> dict[str, Expr]:
+        """Return "force" of a strut, positive where it pulls, "length", the way, and its "rate"; see `_tension`."""
         w, graph = self.w, self.w.graph
         if recursive and strut.is_rope:
             length, rates = along(strut, w.scene, w.tree)
@@ -130,7 +130,7 @@ class Moving:
         else:
             length = strut_way(w.scene, body_placements(w.scene, graph) if strut.ends else {}, strut, graph)
             (rate,) = tangents([length], w.state.velocity)
-        return FORCES[strut.kind].pull.force(strut, length, rate), length, rate
+        return {"force": FORCES[strut.kind].pull.force(strut, length, rate), "length": length, "rate": rate}
 
     def check(self, formulas: Sequence[Quantity]) -> dict[str, None]:
         """Return the letters of formulas; DerivationError of a reaction or a multiplier that there is not."""

@@ -59,7 +59,8 @@ def strut_units(scene: Scene) -> dict[str, str]:
     units = {joint.name: unit for joint in scene.joints for unit in JOINTS[joint.type].coordinates(joint)[:1]}
     for strut in scene.struts:
         force = "N" if strut.ends else force_unit(units.get(strut.joint, ""))  # "" of a joint that is not there
-        found |= zip(LETTERS.of_strut(strut), (force, "m", "m/s"), strict=False)
+        unit = {"force": force, "length": "m", "rate": "m/s"}
+        found |= {name: unit[what] for name, what in LETTERS.of_strut(strut).items()}
     return found
 
 

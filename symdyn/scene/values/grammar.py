@@ -409,12 +409,13 @@ class SignalLetters:
         return [f"point_{name}_{axis}{rate}" for rate in ("", "_dot", "_ddot") for axis in "xyz"]
 
     @staticmethod
-    def of_strut(strut: _Pulling) -> tuple[str, ...]:
-        """Return the names of the force of a spring or damper, and between points of its length and the rate of it."""
+    def of_strut(strut: _Pulling) -> dict[str, str]:
+        """Return names of what is looked at: "force" of a spring or damper, between points its "length" and "rate"."""
         if strut.is_taut:  # of an elastic rope it is the tension
-            return ()
-        whats = ("force", "length", "rate") if strut.ends else ("force",)
-        return tuple(f"{strut.kind}_{strut.name}_{what}" for what in whats)
+            return {}
+        return {
+            f"{strut.kind}_{strut.name}_{what}": what for what in ("force", "length", "rate")[: 3 if strut.ends else 1]
+        }
 
     def of_struts(self, struts: Iterable[_Pulling]) -> tuple[str, ...]:
         """Return the names of all of them."""
